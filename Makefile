@@ -1,0 +1,30 @@
+# Two commands do everything: `make demo` and `make test`. Each makes the .venv it needs.
+PYTHON ?= $(firstword $(shell command -v python3.12 && python3.12 -c '' 2>/dev/null) python3)
+PYTHON := $(shell for p in $(PYTHON) python3.11 python3.12 python3; do \
+	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))' 2>/dev/null \
+	&& echo "$$p" && break; done)
+VENV := .venv
+BIN := $(VENV)/bin
+WORKERS ?= 2
+
+.PHONY: demo test lint clean
+.DELETE_ON_ERROR:
+
+demo: $(VENV)/.ready
+	$(BIN)/engb demo --out out/demo
+
+test: $(VENV)/.ready lint
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n $(WORKERS) tests
+
+lint: $(VENV)/.ready
+	$(BIN)/ruff check .
+
+$(VENV)/.ready: setup.py requirements.txt
+	@test -n "$(PYTHON)" || { echo 'Python 3.11 or 3.12 is needed (PYTHON=… names one)' >&2; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
+	touch $@
+
+clean:
+	rm -rf $(VENV) build install log out

@@ -1,0 +1,1 @@
+"""From recordings and a model to a named, sized and checked mismatch."""

@@ -1,0 +1,13 @@
+"""The errors that a user can mend."""
+
+__all__ = ['InputError']
+
+
+class InputError(Exception):
+    """Input that cannot be used, told in one line: which file, which field, what to do.
+
+    The command line prints the message and ends with status 2; a node logs it and ends.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(' '.join(str(message).split()))

@@ -1,0 +1,302 @@
+"""The numbers of a brake model: read, checked, written (contract, section 2)."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from engb_core.errors import InputError
+
+__all__ = ['Cogging', 'Controller', 'EffectSetting', 'Friction', 'Joint', 'LoadTorque', 'Model',
+           'Motor']
+
+FORMAT = 'engb-model/1'
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Name in JointState, and 'revolute' (rad, N·m) or 'prismatic' (m, N)."""
+
+    name: str = 'motor'
+    type: str = 'revolute'
+
+
+@dataclass(frozen=True)
+class Motor:
+    """`torque_constant` K_T [N·m/A], `inertia` J [kg·m²], `viscous_friction` B [N·m·s/rad]."""
+
+    torque_constant: float = 0.0174
+    inertia: float = 6.813e-5
+    viscous_friction: float = 1.125e-3
+
+
+@dataclass(frozen=True)
+class LoadTorque:
+    """T_L(θ): a polynomial of s = θ − contact_angle, or amplitude·sin(θ + phase).
+
+    `coefficients` p0… [N·m, N·m/rad, …]; `contact_angle` [rad] or None (s = θ everywhere).
+    """
+
+    form: str = 'polynomial'
+    coefficients: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    contact_angle: float | None = None
+    amplitude: float = 0.0
+    phase: float = 0.0
+
+
+@dataclass(frozen=True)
+class Friction:
+    """T_C = (coulomb + load_gain·|T_L|)·sat(ω / saturation_velocity), after equations (13), (42)."""
+
+    coulomb: float = 0.0
+    load_gain: float = 0.0
+    saturation_velocity: float = 0.5
+
+
+@dataclass(frozen=True)
+class Cogging:
+    """One harmonic of T_cog: amplitude·sin(order·θ + phase); order in cycles per revolution."""
+
+    order: float
+    amplitude: float
+    phase: float = 0.0
+
+
+@dataclass(frozen=True)
+class Controller:
+    """The loop that was closed while recording: PID on e = θ_d − θ, gains in N·m."""
+
+    proportional: float = 0.0
+    integral: float = 0.0
+    derivative: float = 0.0
+    effort_limit: float = math.inf
+    rate: float = 1000.0
+
+
+@dataclass(frozen=True)
+class EffectSetting:
+    """One effect that a diagnosis added: its id and its parameters (numbers or lists of numbers)."""
+
+    effect: str
+    parameters: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Model:
+    """All numbers of a model file."""
+
+    motor: Motor = Motor()
+    load_torque: LoadTorque = LoadTorque()
+    friction: Friction = Friction()
+    cogging: tuple[Cogging, ...] = ()
+    controller: Controller | None = None
+    effects: tuple[EffectSetting, ...] = ()
+    joint: Joint = Joint()
+
+    @classmethod
+    def read(cls, path: str | os.PathLike) -> Model:
+        """Read a model file.
+
+        Raises:
+            InputError: missing file, not YAML, an unknown key, a value of a wrong kind or range.
+        """
+        path = Path(path)
+        try:
+            text = path.read_text(encoding='utf-8')
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, 'strerror', None) or 'not a text file'
+            raise InputError(f'{path}: cannot be read ({reason}); give a model file '
+                             f'(YAML, format: {FORMAT})') from error
+        try:
+            data = yaml.safe_load(text)
+        except (yaml.YAMLError, ValueError, RecursionError) as error:
+            mark = getattr(error, 'problem_mark', None)
+            line = f' at line {mark.line + 1}' if mark else ''
+            raise InputError(f'{path}: not valid YAML{line}; mend the file') from error
+        try:
+            return cls.from_mapping(data)
+        except InputError as error:
+            raise InputError(f'{path}: {error}') from error
+
+    @classmethod
+    def from_mapping(cls, data: Any) -> Model:
+        """Build a model from the file's mapping; InputError names the field that is wrong."""
+        if not isinstance(data, dict):
+            raise InputError(f'no mapping on top; a model file starts with "format: {FORMAT}"')
+        _known(data, {'format', 'joint', 'motor', 'load_torque', 'friction', 'cogging',
+                      'controller', 'effects'}, '')
+        if data.get('format') != FORMAT:
+            raise InputError(f'format is {data.get("format")!r}; it must be {FORMAT}')
+        if 'motor' not in data:
+            raise InputError('motor is missing; give torque_constant, inertia, viscous_friction')
+        joint = _section(Joint, data.get('joint'), 'joint')
+        if joint.type not in ('revolute', 'prismatic'):
+            raise InputError(f'joint.type is {joint.type!r}; it must be revolute or prismatic')
+        motor = _section(Motor, data['motor'], 'motor', required=('inertia', 'viscous_friction'))
+        if motor.inertia <= 0:
+            raise InputError(f'motor.inertia is {motor.inertia}; it must be above 0 kg·m²')
+        if motor.torque_constant <= 0:
+            raise InputError('motor.torque_constant must be above 0 N·m/A')
+        friction = _section(Friction, data.get('friction'), 'friction')
+        if friction.saturation_velocity <= 0:
+            raise InputError('friction.saturation_velocity must be above 0 rad/s')
+        controller = None
+        if data.get('controller') is not None:
+            controller = _section(Controller, data['controller'], 'controller')
+            if controller.rate <= 0 or controller.effort_limit <= 0:
+                raise InputError('controller.rate and controller.effort_limit must be above 0')
+        cogging = tuple(_section(Cogging, entry, f'cogging[{index}]',
+                                 required=('order', 'amplitude'))
+                        for index, entry in enumerate(_list(data.get('cogging'), 'cogging')))
+        effects = tuple(_effect(entry, f'effects[{index}]')
+                        for index, entry in enumerate(_list(data.get('effects'), 'effects')))
+        return cls(motor, _load_torque(data.get('load_torque')), friction, cogging, controller,
+                   effects, joint)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the model file's mapping; the inverse of `from_mapping`."""
+        load: dict[str, Any] = {'form': self.load_torque.form}
+        if self.load_torque.form == 'sinusoid':
+            load |= {'amplitude': float(self.load_torque.amplitude),
+                     'phase': float(self.load_torque.phase)}
+        else:
+            angle = self.load_torque.contact_angle
+            load |= {'coefficients': [float(value) for value in self.load_torque.coefficients],
+                     'contact_angle': None if angle is None else float(angle)}
+        data: dict[str, Any] = {
+            'format': FORMAT,
+            'joint': dataclasses.asdict(self.joint),
+            'motor': _floats(self.motor),
+            'load_torque': load,
+            'friction': _floats(self.friction),
+            'cogging': [_floats(entry) for entry in self.cogging],
+        }
+        if self.controller is not None:
+            data['controller'] = _floats(self.controller)
+        data['effects'] = [{'effect': entry.effect, 'parameters': _plain(entry.parameters)}
+                           for entry in self.effects]
+        return data
+
+    def write(self, path: str | os.PathLike) -> None:
+        """Write the model file, whole or not at all."""
+        path = Path(path)
+        text = yaml.safe_dump(self.to_mapping(), sort_keys=False, allow_unicode=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}.')
+        try:
+            with os.fdopen(handle, 'w', encoding='utf-8') as file:
+                file.write(text)
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+
+
+def _known(data: dict, allowed: set[str], where: str) -> None:
+    for key in data:
+        if key not in allowed:
+            name = f'{where}.{key}' if where else str(key)
+            raise InputError(f'unknown key {name}; known here: {", ".join(sorted(allowed))}')
+
+
+def _list(value: Any, where: str) -> list:
+    if value is None:
+        return []
+    if not isinstance(value, list):
+        raise InputError(f'{where} must be a list')
+    return value
+
+
+def _number(value: Any, where: str) -> float:
+    if isinstance(value, str):
+        # YAML 1.1 reads 1e-5 (no dot) as text; a person means the number.
+        try:
+            value = float(value)
+        except ValueError:
+            raise InputError(f'{where} is {value!r}; write a plain number in SI units') from None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(f'{where} is {value!r}; write a plain number in SI units')
+    if not math.isfinite(value):
+        raise InputError(f'{where} is {value}; it must be finite')
+    return float(value)
+
+
+def _section(kind: type, data: Any, where: str, required: tuple[str, ...] = ()) -> Any:
+    if data is None:
+        data = {}
+    if not isinstance(data, dict):
+        raise InputError(f'{where} must be a mapping')
+    fields = {entry.name: entry for entry in dataclasses.fields(kind)}
+    _known(data, set(fields), where)
+    for name in required:
+        if name not in data:
+            raise InputError(f'{where}.{name} is missing')
+    values: dict[str, Any] = {}
+    for name, value in data.items():
+        if fields[name].type == 'str':
+            if not isinstance(value, str):
+                raise InputError(f'{where}.{name} is {value!r}; it must be text')
+            values[name] = value
+        elif name == 'effort_limit' and isinstance(value, float) and value == math.inf:
+            values[name] = value
+        else:
+            values[name] = _number(value, f'{where}.{name}')
+    return kind(**values)
+
+
+def _load_torque(data: Any) -> LoadTorque:
+    if data is None:
+        return LoadTorque()
+    if not isinstance(data, dict):
+        raise InputError('load_torque must be a mapping')
+    form = data.get('form', 'polynomial')
+    if form == 'sinusoid':
+        _known(data, {'form', 'amplitude', 'phase'}, 'load_torque')
+        return LoadTorque(form, amplitude=_number(data.get('amplitude', 0.0),
+                                                  'load_torque.amplitude'),
+                          phase=_number(data.get('phase', 0.0), 'load_torque.phase'))
+    if form != 'polynomial':
+        raise InputError(f'load_torque.form is {form!r}; it must be polynomial or sinusoid')
+    _known(data, {'form', 'coefficients', 'contact_angle'}, 'load_torque')
+    values = _list(data.get('coefficients', [0.0] * 4), 'load_torque.coefficients')
+    if not 1 <= len(values) <= 12:
+        raise InputError('load_torque.coefficients must hold 1 to 12 numbers (p0, p1, …)')
+    angle = data.get('contact_angle')
+    return LoadTorque(
+        form,
+        tuple(_number(value, f'load_torque.coefficients[{index}]')
+              for index, value in enumerate(values)),
+        None if angle is None else _number(angle, 'load_torque.contact_angle'))
+
+
+def _effect(data: Any, where: str) -> EffectSetting:
+    if not isinstance(data, dict) or not isinstance(data.get('effect'), str):
+        raise InputError(f'{where} must hold effect: <name> and parameters: {{…}}')
+    _known(data, {'effect', 'parameters'}, where)
+    parameters = data.get('parameters') or {}
+    if not isinstance(parameters, dict):
+        raise InputError(f'{where}.parameters must be a mapping')
+    values: dict[str, Any] = {}
+    for name, value in parameters.items():
+        here = f'{where}.parameters.{name}'
+        if isinstance(value, list):
+            values[str(name)] = [_number(item, here) for item in value]
+        else:
+            values[str(name)] = _number(value, here)
+    return EffectSetting(data['effect'], values)
+
+
+def _floats(section: Any) -> dict[str, float]:
+    return {name: float(value) for name, value in dataclasses.asdict(section).items()}
+
+
+def _plain(parameters: dict[str, Any]) -> dict[str, Any]:
+    return {name: [float(item) for item in value] if isinstance(value, (list, tuple))
+            else float(value) for name, value in parameters.items()}

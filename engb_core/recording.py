@@ -1,0 +1,170 @@
+"""One run of a brake as aligned arrays, cleaned of what a recorder can do to samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engb_core.errors import InputError
+
+__all__ = ['Recording', 'Reference', 'Signal']
+
+Array = NDArray[np.float64]
+
+# Fewer samples than this hold no motion that could be judged.
+MINIMUM_SAMPLES = 20
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A side signal on its own clock: `time` (k,) [s from the recording's first sample], `value` (k,)."""
+
+    time: Array
+    value: Array
+
+    def at(self, time: Array) -> Array:
+        """Return the signal at `time` (n,), linearly interpolated, held at both ends."""
+        return np.interp(time, self.time, self.value)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What the controller tracked: `time` (k,) [s], `position` (k,) [rad], and, where recorded,
+    `velocity` (k,) [rad/s] and `effort` (k,) [N·m], the feedforward torque."""
+
+    time: Array
+    position: Array
+    velocity: Array | None = None
+    effort: Array | None = None
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A cleaned run. All angles are motor angles, all torques motor-side (contract, section 1).
+
+    Attributes:
+        name: the recording's name, for reports.
+        time: (n,) [s], strictly increasing, 0 at the first sample.
+        position: (n,) [rad].
+        effort: (n,) [N·m], torque constant times measured current.
+        velocity: (n,) [rad/s], or None where the drive gave none.
+        reference: what the controller tracked, or None.
+        signals: side signals by topic name, e.g. 'disc_speed' [rad/s], 'pad_temperature' [°C].
+        start: [s] the first sample's stamp on the recorder's clock.
+        joint: the joint's name in the messages.
+        notes: what was repaired on the way here, a sentence each.
+    """
+
+    name: str
+    time: Array
+    position: Array
+    effort: Array
+    velocity: Array | None = None
+    reference: Reference | None = None
+    signals: dict[str, Signal] = field(default_factory=dict)
+    start: float = 0.0
+    joint: str = 'motor'
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def from_samples(
+        cls,
+        name: str,
+        time: ArrayLike,
+        position: ArrayLike,
+        effort: ArrayLike,
+        velocity: ArrayLike | None = None,
+        reference: Reference | None = None,
+        signals: dict[str, Signal] | None = None,
+        joint: str = 'motor',
+        notes: tuple[str, ...] = (),
+    ) -> Recording:
+        """Sort, drop what is doubled or not finite, and start the clock at the first sample.
+
+        `time` is absolute [s]; `reference` and `signals` are on that same absolute clock.
+
+        Raises:
+            InputError: fewer than 20 usable samples are left.
+        """
+        stamp = np.asarray(time, float)
+        columns = [np.asarray(position, float), np.asarray(effort, float)]
+        if velocity is not None:
+            columns.append(np.asarray(velocity, float))
+        told = list(notes)
+        good = np.isfinite(stamp)
+        for column in columns:
+            good &= np.isfinite(column)
+        if not good.all():
+            told.append(f'{int((~good).sum())} samples with a value that is not finite left out')
+        order = np.flatnonzero(good)
+        if np.any(np.diff(stamp[order]) < 0):
+            order = order[np.argsort(stamp[order], kind='stable')]
+            told.append('samples out of order were sorted by their stamp')
+        step = np.diff(stamp[order])
+        doubled = np.flatnonzero(step <= 0) + 1
+        if doubled.size:
+            told.append(f'{doubled.size} samples with a stamp seen before left out')
+            order = np.delete(order, doubled)
+        if order.size < MINIMUM_SAMPLES:
+            raise InputError(
+                f'{name}: joint_states holds {order.size} usable samples, at least '
+                f'{MINIMUM_SAMPLES} are needed; record a longer run')
+        start = float(stamp[order[0]])
+        return cls(
+            name=name,
+            time=stamp[order] - start,
+            position=columns[0][order],
+            effort=columns[1][order],
+            velocity=columns[2][order] if velocity is not None else None,
+            reference=_shifted_reference(reference, start),
+            signals={key: Signal(value.time - start, value.value)
+                     for key, value in (signals or {}).items() if value.time.size},
+            start=start,
+            joint=joint,
+            notes=tuple(told),
+        )
+
+    @property
+    def interval(self) -> float:
+        """The usual time between two samples [s]."""
+        return float(np.median(np.diff(self.time)))
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last sample [s]."""
+        return float(self.time[-1])
+
+    def signal(self, name: str) -> Array | None:
+        """Return side signal `name` at the recording's samples (n,), or None if not recorded."""
+        found = self.signals.get(name)
+        return None if found is None else found.at(self.time)
+
+    def between(self, begin: float, end: float, name: str | None = None) -> Recording:
+        """Return the part with begin ≤ time < end [s]; its clock goes on (it doesn't restart)."""
+        part = slice(*np.searchsorted(self.time, [begin, end]))
+        return Recording(
+            name=name or self.name, time=self.time[part], position=self.position[part],
+            effort=self.effort[part],
+            velocity=None if self.velocity is None else self.velocity[part],
+            reference=self.reference, signals=self.signals, start=self.start, joint=self.joint,
+            notes=self.notes)
+
+
+def _shifted_reference(reference: Reference | None, start: float) -> Reference | None:
+    if reference is None or reference.time.size < 2:
+        return None
+    good = np.isfinite(reference.time) & np.isfinite(reference.position)
+    time, keep = np.unique(reference.time[good], return_index=True)
+
+    def pick(values: Array | None) -> Array | None:
+        if values is None:
+            return None
+        picked = values[good][keep]
+        return picked if np.isfinite(picked).all() else np.nan_to_num(picked)
+
+    if time.size < 2:
+        return None
+    return Reference(time - start, pick(reference.position), pick(reference.velocity),
+                     pick(reference.effort))

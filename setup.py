@@ -1,0 +1,61 @@
+"""Build of the ament_python package engb_ros (metadata stays here: colcon reads it)."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'engb_ros'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='Finds the physics that a brake actuator model leaves out; ROS 2 Jazzy nodes.',
+    long_description=open('README.md', encoding='utf-8').read(),
+    long_description_content_type='text/markdown',
+    license='Apache-2.0',
+    author='engb_ros maintainers',
+    author_email='maintainers@engb-ros.invalid',
+    maintainer='engb_ros maintainers',
+    maintainer_email='maintainers@engb-ros.invalid',
+    packages=find_packages(exclude=['tests', 'tests.*', 'benchmarks', 'benchmarks.*']),
+    package_data={
+        'engb_core': ['py.typed', '**/*.yaml', '**/*.json'],
+        'engb_ros': ['py.typed', 'resource/*', 'launch/*', 'config/*'],
+    },
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['engb_ros/resource/engb_ros']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', sorted(glob('engb_ros/launch/*.xml'))),
+        (f'share/{PACKAGE}/config', sorted(glob('engb_ros/config/*'))),
+    ],
+    install_requires=[
+        'setuptools',
+        'numpy>=1.26',
+        'scipy>=1.11',
+        'pyyaml>=6.0',
+        'rosbags>=0.11,<0.12',
+    ],
+    extras_require={
+        # What makes it fast and the report zoomable; everything works without, and says so.
+        'full': ['numba>=0.59', 'plotly>=5.15', 'matplotlib>=3.6', 'mcap>=1.1'],
+        'can': ['python-can>=4.3', 'cantools>=39', 'crccheck>=1.3'],
+        'fleet': ['dask[distributed]>=2024.1', 'pandas>=2.1', 'pyarrow>=14'],
+        'test': ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'jsonschema',
+                 'sympy'],
+    },
+    entry_points={
+        'console_scripts': [
+            'engb = engb_ros.commands.main:main',
+            'plant = engb_ros.nodes.plant:main',
+            'controller = engb_ros.nodes.controller:main',
+            'disturbance_observer = engb_ros.nodes.disturbance_observer:main',
+            'identifier = engb_ros.nodes.identifier:main',
+            'recorder = engb_ros.nodes.recorder:main',
+        ],
+    },
+    options={
+        'develop': {'script_dir': f'$base/lib/{PACKAGE}'},
+        'install': {'install_scripts': f'$base/lib/{PACKAGE}'},
+    },
+    zip_safe=False,
+)
