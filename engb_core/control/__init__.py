@@ -1,0 +1,1 @@
+"""The controller's parts: trajectory, PID, feedforward, disturbance observer, and their loop."""

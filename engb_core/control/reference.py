@@ -1,0 +1,194 @@
+"""Where the set-point comes from: a command, limited in speed, or a trajectory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+from engb_core.control.trajectory import (
+    file_reference,
+    identification_strokes,
+    joined,
+    Setpoint,
+    slow_strokes,
+    Trajectory,
+)
+from engb_core.errors import InputError
+
+__all__ = ['MotionLimiter', 'REFERENCES', 'ReferenceSettings', 'ReferenceSource']
+
+REFERENCES = ('command', 'strokes', 'file')
+
+# Steps longer than this are taken as a stop of the clock, not as a motion [s].
+_LONGEST_STEP = 0.1
+
+
+class MotionLimiter:
+    """Follows a set-point within limits of speed and acceleration, without overshoot.
+
+    Args:
+        apply_speed: limit while the angle grows [rad/s].
+        release_speed: limit while it falls [rad/s].
+        acceleration: [rad/s²].
+    """
+
+    def __init__(self, apply_speed: float, release_speed: float, acceleration: float) -> None:
+        self.apply_speed = apply_speed
+        self.release_speed = release_speed
+        self.acceleration = acceleration
+        self.position = self.velocity = 0.0
+
+    def reset(self, position: float) -> None:
+        """Stand still at `position` [rad]."""
+        self.position, self.velocity = position, 0.0
+
+    def step(self, target: float, dt: float) -> Setpoint:
+        """Go on for `dt` [s] towards `target` [rad]."""
+        if not 0.0 < dt <= _LONGEST_STEP:
+            return Setpoint(self.position, self.velocity, 0.0)
+        error = target - self.position
+        brake = 0.5 * self.acceleration * dt
+        # The speed from which this acceleration, in steps of dt, still stops at the target.
+        wanted = math.sqrt(brake * brake + 2.0 * self.acceleration * abs(error)) - brake
+        wanted = min(wanted, self.apply_speed if error > 0.0 else self.release_speed,
+                     abs(error) / dt)
+        wanted = math.copysign(wanted, error)
+        change = self.acceleration * dt
+        velocity = min(max(wanted, self.velocity - change), self.velocity + change)
+        acceleration = (velocity - self.velocity) / dt
+        self.position += velocity * dt
+        self.velocity = velocity
+        return Setpoint(self.position, velocity, acceleration)
+
+
+@dataclass(frozen=True)
+class ReferenceSettings:
+    """Where the set-point comes from.
+
+    Attributes:
+        kind: one of REFERENCES.
+        file: CSV file of kind 'file'.
+        start_on_request: a trajectory waits for `start`.
+        repeat: a trajectory begins again when it ends.
+        amplitudes, acceleration, repetitions, stop_time: of the identification strokes
+            [rad, rad/s², -, s].
+        slow_speeds, slow_range: of the slow unloaded strokes before them [rad/s, rad].
+        approach_acceleration, apply_speed, release_speed: limits of moves to a command or to a
+            trajectory's start [rad/s², rad/s, rad/s].
+    """
+
+    kind: str = 'command'
+    file: str = ''
+    start_on_request: bool = False
+    repeat: bool = False
+    amplitudes: tuple[float, ...] = (12.0, 24.0, 36.0)
+    acceleration: float = 60.0
+    repetitions: int = 1
+    stop_time: float = 0.6
+    slow_speeds: tuple[float, ...] = (1.0, 4.0)
+    slow_range: tuple[float, float] = (0.3, 3.0)
+    approach_acceleration: float = 400.0
+    apply_speed: float = 60.0
+    release_speed: float = 60.0
+
+    def trajectory(self) -> Trajectory | None:
+        """Return the trajectory of these settings, None for commands."""
+        if self.kind == 'command':
+            return None
+        if self.kind == 'file':
+            if not self.file:
+                raise InputError('reference is file, but reference_file is empty; name a CSV '
+                                 'file of time,position')
+            return file_reference(self.file)
+        if self.kind != 'strokes':
+            raise InputError(f'reference is {self.kind!r}; it must be one of '
+                             f'{", ".join(REFERENCES)}')
+        try:
+            parts = []
+            low, high = self.slow_range
+            if self.slow_speeds and low != high:
+                parts.append(slow_strokes(low, high, self.slow_speeds))
+            parts.append(identification_strokes(
+                self.amplitudes, self.acceleration, self.stop_time,
+                repetitions=self.repetitions))
+            return joined(parts, self.acceleration)
+        except ValueError as error:
+            raise InputError(f'identification strokes: {error}') from error
+
+
+class ReferenceSource:
+    """The set-point of each cycle, by time and by where the motor stands.
+
+    After `reset` it holds the measured position; it moves to a command or to the trajectory's
+    start within the limits, so nothing jumps.
+    """
+
+    def __init__(self, settings: ReferenceSettings) -> None:
+        self.settings = settings
+        self._trajectory = settings.trajectory()
+        self._limiter = MotionLimiter(settings.apply_speed, settings.release_speed,
+                                      settings.approach_acceleration)
+        self.reset()
+
+    @property
+    def duration(self) -> float:
+        """The trajectory's length [s], 0 for commands."""
+        return self._trajectory.duration if self._trajectory else 0.0
+
+    @property
+    def finished(self) -> bool:
+        """The trajectory has come to its end."""
+        return self._finished
+
+    def reset(self) -> None:
+        """Hold the position of the next sample; a trajectory starts anew."""
+        self._time: float | None = None
+        self._target: float | None = None
+        self._begin: float | None = None
+        self._requested = not self.settings.start_on_request
+        self._finished = False
+
+    def command(self, position: float) -> None:
+        """Track `position` [rad] from now on; without effect on a trajectory."""
+        if self._trajectory is None:
+            self._target = float(position)
+
+    def start(self) -> None:
+        """Begin the trajectory; InputError where there is none."""
+        if self._trajectory is None:
+            raise InputError('parameter reference is command: there is no trajectory to start')
+        self._requested = True
+        self._begin = None
+        self._finished = False
+
+    def at(self, time: float, position: float) -> Setpoint:
+        """Return the set-point at the sample's `time` [s]; `position` is where the motor is."""
+        if self._time is None:
+            if not math.isfinite(time + position):
+                return Setpoint(0.0)
+            self._time = time
+            self._limiter.reset(position)
+        dt = time - self._time
+        if not math.isfinite(dt):
+            dt = 0.0
+        else:
+            self._time = time
+        if self._trajectory is None or not self._requested:
+            target = self._limiter.position if self._target is None else self._target
+            return self._limiter.step(target, dt)
+        if self._begin is None:
+            start = self._trajectory.at(0.0).position
+            setpoint = self._limiter.step(start, dt)
+            if abs(setpoint.position - start) > 1e-9 or setpoint.velocity != 0.0:
+                return setpoint
+            self._begin = time
+        elif not 0.0 <= dt <= _LONGEST_STEP:
+            self._begin += dt   # the clock jumped: the trajectory goes on where it was
+        setpoint = self._trajectory.at(time - self._begin)
+        if time - self._begin >= self._trajectory.duration:
+            self._limiter.reset(setpoint.position)
+            if self.settings.repeat:
+                self._begin = None
+            else:
+                self._finished = True
+        return setpoint

@@ -1,0 +1,82 @@
+"""The package's topics and services: the only place where their names are written.
+
+Importing this needs no ROS installation (the offline commands use it too); what turns messages
+into numbers is in `engb_ros.nodes.messages`. Names are relative, so a namespace makes four
+wheels out of one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ['DEFAULT_NAMESPACE', 'FLOAT64', 'JOINT_STATE', 'SERVICES', 'Service', 'TOPICS', 'Topic',
+           'TRIGGER']
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+FLOAT64 = 'std_msgs/msg/Float64'
+CLOCK_TYPE = 'rosgraph_msgs/msg/Clock'
+TRIGGER = 'std_srvs/srv/Trigger'
+
+DEFAULT_NAMESPACE = '/engb'
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic.
+
+    Attributes:
+        name: relative to the namespace.
+        type: 'package/msg/Name'.
+        unit: of the value ('' where the type holds several).
+        meaning: one line.
+        kind: 'state' (published reliable, depth 10; read reliable), 'command' (published reliable
+            depth 1, read best effort depth 1: only the newest counts), or 'status' (reliable
+            and transient local, for those who join late).
+    """
+
+    name: str
+    type: str
+    unit: str
+    meaning: str
+    kind: str = 'state'
+
+
+@dataclass(frozen=True)
+class Service:
+    """One service: its name relative to the node ('~/…'), its type and what it does."""
+
+    name: str
+    type: str
+    meaning: str
+
+
+JOINT_STATES = Topic('joint_states', JOINT_STATE, '', 'motor angle [rad], velocity [rad/s] and '
+                     'effort [N·m] = torque constant × measured current')
+EFFORT_COMMAND = Topic('effort_command', FLOAT64, 'N·m', 'torque demanded of the drive',
+                       'command')
+REFERENCE = Topic('reference', JOINT_STATE, '', 'what the controller tracks: position, velocity, '
+                  'and as effort the feedforward torque')
+POSITION_COMMAND = Topic('position_command', FLOAT64, 'rad', 'set-point from the stack', 'command')
+CLAMP_FORCE_COMMAND = Topic('clamp_force_command', FLOAT64, 'N', 'set-point from the stack',
+                            'command')
+DISTURBANCE = Topic('disturbance', FLOAT64, 'N·m', 'the observer\'s estimate, equation (30)')
+CLAMP_FORCE = Topic('clamp_force', FLOAT64, 'N', 'estimated or measured clamp force')
+DISC_SPEED = Topic('disc_speed', FLOAT64, 'rad/s', 'brake disc, signed')
+PAD_TEMPERATURE = Topic('pad_temperature', FLOAT64, '°C', 'brake pad')
+LOAD_TORQUE = Topic('load_torque', FLOAT64, 'N·m', 'load torque after the identified model')
+FRICTION_TORQUE = Topic('friction_torque', FLOAT64, 'N·m',
+                        'friction torque after the identified model')
+CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')
+
+TOPICS: tuple[Topic, ...] = (
+    JOINT_STATES, EFFORT_COMMAND, REFERENCE, POSITION_COMMAND, CLAMP_FORCE_COMMAND, DISTURBANCE,
+    CLAMP_FORCE, DISC_SPEED, PAD_TEMPERATURE, LOAD_TORQUE, FRICTION_TORQUE)
+
+START_REFERENCE = Service('~/start_reference', TRIGGER,
+                          'controller: begin the trajectory that parameter `reference` names')
+IDENTIFY = Service('~/identify', TRIGGER, 'identifier: identify from the samples collected so far')
+WRITE_MODEL = Service('~/write_model', TRIGGER, 'identifier: write the identified model; the '
+                      'answer\'s message is its path, or the YAML itself where no path is set')
+CLEAR = Service('~/clear', TRIGGER, 'identifier: forget the samples collected so far')
+
+SERVICES: tuple[Service, ...] = (START_REFERENCE, IDENTIFY, WRITE_MODEL, CLEAR)

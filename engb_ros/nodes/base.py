@@ -1,0 +1,232 @@
+"""What all nodes share: managed start, one-line errors, a loop that ends cleanly by signal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+import os
+import signal
+import sys
+from typing import Any, ClassVar
+
+from rcl_interfaces.msg import SetParametersResult
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import ROSInterruptException
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from engb_core.errors import InputError
+from engb_ros.interface import Service, Topic
+from engb_ros.nodes.messages import message_class, publisher_qos, subscription_qos
+from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
+
+__all__ = ['ManagedNode', 'make_executor', 'run']
+
+AUTOSTART = ParameterSpec('autostart', True, 'configure and activate the node by itself')
+
+
+class ManagedNode(LifecycleNode):
+    """A managed (lifecycle) node that configures and activates itself, if parameter `autostart`.
+
+    A node states its `parameters`; `configure(values)` builds what it needs and raises
+    InputError where that can't be; `start()` and `stop()` are its entry to and exit from
+    active; `reconfigure(values)` takes changed live parameters. In rclpy only publishers are
+    managed, so callbacks look at `active` themselves.
+    """
+
+    node_name: ClassVar[str]
+    parameters: ClassVar[Sequence[ParameterSpec]] = ()
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(self.node_name, **options)
+        self.active = False
+        self.failure: InputError | None = None
+        self._owned: list[tuple[Callable[[Any], Any], Any]] = []
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.specs = (AUTOSTART, *self.parameters)
+        self.values = declare(self, self.specs)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._take_parameters)
+
+    def autostart(self) -> None:
+        """Configure and activate, if the parameter says so; InputError where that fails."""
+        if not self.values['autostart']:
+            return
+        for transition in (self.trigger_configure, self.trigger_activate):
+            if transition() != TransitionCallbackReturn.SUCCESS:
+                raise self.failure or InputError(f'{self.get_name()}: could not be started')
+
+    # What a node fills in.
+
+    def configure(self, values: dict[str, Any]) -> None:
+        """Build what the parameters ask for; InputError where that can't be."""
+
+    def validate(self, values: dict[str, Any]) -> None:
+        """Raise InputError where changed parameters don't fit together."""
+
+    def reconfigure(self, values: dict[str, Any]) -> None:
+        """Take up changed live parameters, already validated."""
+
+    def start(self) -> None:
+        """Begin to work; publishers are open."""
+
+    def stop(self) -> None:
+        """Cease to work; publishers are still open for a last word."""
+
+    def close(self) -> None:
+        """Give back what a cleanup must give back (files, buses)."""
+
+    # Helpers; what they make is given back by a cleanup.
+
+    def advertise(self, topic: Topic) -> Any:
+        """Return a managed publisher of `topic`."""
+        publisher = self.create_lifecycle_publisher(
+            message_class(topic.type), topic.name, publisher_qos(topic))
+        self._owned.append((self.destroy_lifecycle_publisher, publisher))
+        return publisher
+
+    def listen(self, topic: Topic, callback: Callable[[Any], None]) -> Any:
+        """Return a subscription to `topic` as the loop reads it."""
+        subscription = self.create_subscription(
+            message_class(topic.type), topic.name, callback, subscription_qos(topic))
+        self._owned.append((self.destroy_subscription, subscription))
+        return subscription
+
+    def every(self, period: float, callback: Callable[[], None]) -> Any:
+        """Return a timer on the steady clock: no jump of the time of day reaches it [s]."""
+        timer = self.create_timer(period, callback, clock=self._steady)
+        self._owned.append((self.destroy_timer, timer))
+        return timer
+
+    def serve(self, service: Service, callback: Callable[[], str]) -> Any:
+        """Return a Trigger service; `callback` returns the message, or raises InputError."""
+        def answer(request: Any, response: Any) -> Any:
+            try:
+                response.message = str(callback())
+                response.success = True
+            except InputError as error:
+                response.message = str(error)
+                response.success = False
+            return response
+
+        made = self.create_service(message_class(service.type), service.name, answer)
+        self._owned.append((self.destroy_service, made))
+        return made
+
+    # Transitions.
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Configure; on failure stay unconfigured and say why in one line."""
+        try:
+            self.configure(self.values)
+        except InputError as error:
+            self.failure = error
+            self.get_logger().error(str(error))
+            return TransitionCallbackReturn.FAILURE
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Open the publishers, then begin."""
+        result = super().on_activate(state)
+        if result == TransitionCallbackReturn.SUCCESS:
+            self.active = True
+            self.start()
+        return result
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Cease, then close the publishers."""
+        if self.active:
+            self.stop()
+        self.active = False
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Give everything back."""
+        self._give_back()
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Cease and give everything back."""
+        if self.active:
+            self.stop()
+        self.active = False
+        self._give_back()
+        return super().on_shutdown(state)
+
+    def _give_back(self) -> None:
+        self.close()
+        for destroy, entity in self._owned:
+            destroy(entity)
+        self._owned.clear()
+
+    def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
+        try:
+            self.validate(values_with(self.values, self.specs, changes))
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _take_parameters(self, changes: list[Parameter]) -> None:
+        self.values = values_with(self.values, self.specs, changes)
+        self.reconfigure(self.values)
+
+
+def make_executor(context: rclpy.Context | None = None) -> Executor:
+    """Return the EventsExecutor (half the CPU per cycle), or, where rclpy has none, the
+    single-threaded one. ENGB_EXECUTOR=single asks for the latter."""
+    if os.environ.get('ENGB_EXECUTOR', 'events') != 'single':
+        try:
+            from rclpy.experimental import EventsExecutor
+            return EventsExecutor(context=context)
+        except ImportError:
+            pass
+    return SingleThreadedExecutor(context=context)
+
+
+def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None) -> int:
+    """Run a node until SIGINT or SIGTERM; return the exit status (2 where input was bad).
+
+    rclpy's own signal handling loses the race with a fast timer now and then, so the handlers
+    here only set a flag, and the loop ends between two callbacks.
+    """
+    stopped = False
+
+    def on_signal(number: int, frame: Any) -> None:
+        nonlocal stopped
+        stopped = True
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, on_signal)
+    node: ManagedNode | None = None
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:
+        print(f'ROS could not be started: {" ".join(str(error).split())}', file=sys.stderr)
+        return 2
+    try:
+        node = make_node()
+        node.autostart()
+        executor = make_executor()
+        executor.add_node(node)
+        while not stopped:
+            executor.spin_once(timeout_sec=0.1)
+        return 0
+    except InputError as error:
+        name = node.get_name() if node else getattr(make_node, 'node_name', 'node')
+        print(f'{name}: {error}', file=sys.stderr, flush=True)
+        return 2
+    except (KeyboardInterrupt, ROSInterruptException):
+        return 0
+    finally:
+        if node is not None:
+            _end(node)
+        rclpy.try_shutdown()
+
+
+def _end(node: ManagedNode) -> None:
+    if node.active:
+        node.trigger_deactivate()
+    node.close()
+    node.destroy_node()

@@ -1,0 +1,126 @@
+"""Messages to numbers and back: every value cast, since rclpy doesn't check types by itself."""
+
+from __future__ import annotations
+
+from array import array
+from importlib import import_module
+import math
+from typing import Any, NamedTuple
+
+from builtin_interfaces.msg import Time
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from engb_ros.interface import Topic
+
+__all__ = ['JointMessage', 'JointSample', 'Scalar', 'StampClock', 'joint_sample', 'message_class',
+           'publisher_qos', 'subscription_qos']
+
+_NAN = math.nan
+
+
+def message_class(name: str) -> Any:
+    """Return the class of 'package/msg/Name' or 'package/srv/Name'."""
+    package, kind, type_name = name.split('/')
+    return getattr(import_module(f'{package}.{kind}'), type_name)
+
+
+def publisher_qos(topic: Topic) -> QoSProfile:
+    """Return the QoS with which a topic is published."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=1 if topic.kind in ('command', 'status') else 10,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=(DurabilityPolicy.TRANSIENT_LOCAL if topic.kind == 'status'
+                    else DurabilityPolicy.VOLATILE))
+
+
+def subscription_qos(topic: Topic) -> QoSProfile:
+    """Return the QoS with which a topic is read in the loop."""
+    if topic.kind == 'command':
+        return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1,
+                          reliability=ReliabilityPolicy.BEST_EFFORT)
+    return publisher_qos(topic)
+
+
+class JointSample(NamedTuple):
+    """One joint out of a JointState: position [rad], velocity [rad/s], effort [N·m]; NaN where
+    the message gives none."""
+
+    position: float
+    velocity: float
+    effort: float
+
+
+def joint_sample(message: JointState, joint: str) -> JointSample | None:
+    """Return the joint called `joint`, or None where the message doesn't hold its position."""
+    names = message.name
+    if len(names) == 1 and names[0] == joint:
+        index = 0
+    else:
+        try:
+            index = names.index(joint)
+        except ValueError:
+            return None
+    position, velocity, effort = message.position, message.velocity, message.effort
+    if index >= len(position):
+        return None
+    return JointSample(
+        position[index],
+        velocity[index] if index < len(velocity) else _NAN,
+        effort[index] if index < len(effort) else _NAN)
+
+
+class StampClock:
+    """Stamps to seconds from the first one: whole seconds are taken off before they are floats."""
+
+    def __init__(self) -> None:
+        self._origin: int | None = None
+
+    def seconds(self, stamp: Time) -> float:
+        """Return `stamp` in seconds from the first stamp seen."""
+        if self._origin is None:
+            self._origin = stamp.sec
+        return (stamp.sec - self._origin) + 1e-9 * stamp.nanosec
+
+
+class JointMessage:
+    """A JointState of one joint that is filled anew each cycle instead of being built anew."""
+
+    def __init__(self, joint: str) -> None:
+        self.message = JointState(name=[joint], position=array('d', [0.0]),
+                                  velocity=array('d', [0.0]), effort=array('d', [0.0]))
+        self._stamp = self.message.header.stamp
+        self._position = self.message.position
+        self._velocity = self.message.velocity
+        self._effort = self.message.effort
+
+    def fill(self, nanoseconds: int, position: float, velocity: float,
+             effort: float) -> JointState:
+        """Set stamp [ns] and values [rad, rad/s, N·m]; return the message (reused next time)."""
+        self._stamp.sec, self._stamp.nanosec = divmod(int(nanoseconds), 1_000_000_000)
+        self._position[0] = position
+        self._velocity[0] = velocity
+        self._effort[0] = effort
+        return self.message
+
+    def fill_at(self, stamp: Time, position: float, velocity: float,
+                effort: float) -> JointState:
+        """Do as `fill`, with the stamp of another message."""
+        self._stamp.sec, self._stamp.nanosec = stamp.sec, stamp.nanosec
+        self._position[0] = position
+        self._velocity[0] = velocity
+        self._effort[0] = effort
+        return self.message
+
+
+class Scalar:
+    """A Float64 that is filled anew each cycle."""
+
+    def __init__(self) -> None:
+        self.message = Float64()
+
+    def fill(self, value: float) -> Float64:
+        """Set the value and return the message (reused next time)."""
+        self.message.data = float(value)
+        return self.message
