@@ -1,0 +1,83 @@
+"""Torque periodic in the motor's angle: orders and phases found in what a fit leaves over."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.identify.smoothing import Motion
+
+__all__ = ['find_orders', 'order_spectrum']
+
+Array = NDArray[np.float64]
+
+# Lines of a motor lie at multiples of slots and poles; higher ones a slow stroke can't resolve.
+HIGHEST_ORDER = 60.0
+
+# A line stands this much above the neighbourhood's median power: among some hundred orders of a
+# noise spectrum (exponential powers) that happens once in 2000 recordings.
+LEAST_PROMINENCE = 24.0
+
+
+def order_spectrum(pieces: Sequence[Motion], residual: Array, orders: Array) -> Array:
+    """Return how much of Σ residual² a wave of each order explains (k,) [(N·m)²].
+
+    The wave passes the same kernel as the residual: what fast motion blurs can't count.
+
+    Args:
+        pieces: the motions.
+        residual: (m,) [N·m] at all their rows, one after the other.
+        orders: (k,) [cycles per motor revolution].
+    """
+    used = [piece for piece in pieces if piece.rows.size]
+    power = np.zeros(orders.size)
+    for number, order in enumerate(orders):
+        waves = np.concatenate([piece.smooth(np.column_stack(
+            [np.sin(order * piece.position), np.cos(order * piece.position)])) for piece in used])
+        gram = waves.T @ waves
+        # Too little of the wave passes the kernel: it can't be told from nothing.
+        if np.linalg.eigvalsh(gram)[0] < 1e-3 * residual.size:
+            continue
+        side = waves.T @ residual
+        power[number] = side @ np.linalg.solve(gram, side)
+    return power
+
+
+def find_orders(pieces: Sequence[Motion], residual: Array, at_most: int = 6) -> tuple[float, ...]:
+    """Return the orders [cycles/rev] of the lines that stand out of the residual, strongest first.
+
+    Args:
+        pieces: the motions.
+        residual: (m,) [N·m], the load and friction fitted out.
+        at_most: lines looked for.
+    """
+    used = [piece for piece in pieces if piece.rows.size]
+    turns = max(float(np.ptp(piece.position)) for piece in used) / (2.0 * np.pi)
+    if turns < 1.0:
+        return ()
+    # Below some cycles per range a wave is another piece of load curve.
+    lowest = max(1.0, 4.0 / turns)
+    orders = np.arange(lowest, HIGHEST_ORDER, 0.25 / turns)
+    found: list[float] = []
+    left = residual.copy()
+    for _ in range(at_most):
+        power = order_spectrum(used, left, orders)
+        best = int(np.argmax(power))
+        near = np.abs(orders - orders[best]) < max(6.0, 12.0 / turns)
+        near &= np.abs(orders - orders[best]) > 1.0 / turns
+        floor = np.median(power[near]) if near.any() else np.inf
+        if power[best] < LEAST_PROMINENCE * floor or power[best] <= 0.0:
+            break
+        fine = orders[best] + np.linspace(-0.5, 0.5, 21) * 0.5 / turns
+        order = float(fine[int(np.argmax(order_spectrum(used, left, fine)))])
+        # A motor's cogging is locked to its revolution: a whole number where it fits as well.
+        if abs(order - round(order)) < 0.1 / turns:
+            order = float(round(order))
+        found.append(order)
+        waves = np.concatenate([piece.smooth(np.column_stack(
+            [wave(number * piece.position) for number in found for wave in (np.sin, np.cos)]))
+            for piece in used])
+        left = residual - waves @ np.linalg.lstsq(waves, residual, rcond=None)[0]
+    return tuple(found)

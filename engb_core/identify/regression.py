@@ -1,0 +1,230 @@
+"""Joint regression: all numbers of equation (1) at once, both sides through the same kernel.
+
+    g∗u = J·(g″∗θ) + B·(g′∗θ) + g∗[T_L(θ) + (C₀ + C₁·|T_L(θ)|)·sat(ω/ω_s) + T_cog(θ)]
+
+The paper fits load and friction one after the other to halves and differences of resampled data
+with J and B taken for granted; here every sample in motion counts once, reversals and pairs that
+don't mirror included, and the intervals follow from the residual's own colour.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from engb_core.identify.smoothing import Motion
+from engb_core.identify.uncertainty import coloured_covariance, Estimate
+from engb_core.model import Cogging, Friction, LoadTorque, Model
+
+__all__ = ['Fit', 'fit', 'Form']
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Form:
+    """What the regression looks for.
+
+    `load` 'polynomial' (of `degree`, with or without a `contact` angle) or 'sinusoid';
+    `orders` of the cogging [cycles/rev]; `held` names of numbers kept at the start's value.
+    """
+
+    load: str = 'polynomial'
+    degree: int = 3
+    contact: bool = False
+    orders: tuple[float, ...] = ()
+    held: frozenset[str] = frozenset()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All numbers of the form, in the regression's order."""
+        load = ['amplitude', 'phase']
+        if self.load == 'polynomial':
+            # A load that begins at a contact begins at zero: no p0.
+            load = [f'p{power}' for power in range(int(self.contact), self.degree + 1)]
+            load += ['contact_angle'] * self.contact
+        waves = [f'{kind}{number}' for number in range(len(self.orders))
+                 for kind in ('sine', 'cosine')]
+        return ('inertia', 'viscous_friction', *load, 'coulomb', 'load_gain',
+                'saturation_velocity', *waves)
+
+    def units(self) -> dict[str, str]:
+        """Return the unit of each number."""
+        fixed = {'inertia': 'kg·m²', 'viscous_friction': 'N·m·s/rad', 'coulomb': 'N·m',
+                 'load_gain': '-', 'saturation_velocity': 'rad/s', 'contact_angle': 'rad',
+                 'phase': 'rad', 'p0': 'N·m', 'p1': 'N·m/rad'}
+        return {name: fixed.get(name) or (f'N·m/rad^{name[1:]}' if name[0] == 'p' else 'N·m')
+                for name in self.names}
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A finished regression.
+
+    Attributes:
+        form: what was fitted.
+        values: number by name.
+        estimates: the same with standard deviation and unit.
+        residual: (m,) [N·m] measured less modelled, through the kernel, at the motions' rows.
+        rms: [N·m] of the residual.
+        effective_samples: rows that count as independent, given the residual's colour.
+    """
+
+    form: Form
+    values: dict[str, float]
+    estimates: dict[str, Estimate]
+    residual: Array
+    rms: float
+    effective_samples: float
+
+    def model(self, start: Model) -> Model:
+        """Return `start` with the identified numbers in place of its own."""
+        get = self.values.__getitem__
+        if self.form.load == 'sinusoid':
+            load = LoadTorque('sinusoid', (), None, get('amplitude'), get('phase'))
+        else:
+            load = LoadTorque(
+                'polynomial',
+                tuple(self.values.get(f'p{power}', 0.0) for power in range(self.form.degree + 1)),
+                self.values.get('contact_angle'))
+        waves = tuple(
+            Cogging(order, float(np.hypot(get(f'sine{number}'), get(f'cosine{number}'))),
+                    float(np.arctan2(get(f'cosine{number}'), get(f'sine{number}'))))
+            for number, order in enumerate(self.form.orders))
+        return replace(
+            start,
+            motor=replace(start.motor, inertia=get('inertia'),
+                          viscous_friction=get('viscous_friction')),
+            load_torque=load,
+            friction=Friction(get('coulomb'), get('load_gain'), get('saturation_velocity')),
+            cogging=waves)
+
+
+def fit(pieces: Sequence[Motion], form: Form, start: dict[str, float]) -> Fit:
+    """Fit `form` to the motions from `start` (numbers by name; what is missing starts at 0)."""
+    problem = _Problem(pieces, form)
+    fixed = np.array([start.get(name, 0.0) for name in form.names])
+    free = np.array([name not in form.held for name in form.names])
+    unit = problem.units_of_size()
+    lower, upper = problem.bounds()
+
+    def full(scaled: Array) -> Array:
+        values = fixed.copy()
+        values[free] = scaled * unit[free]
+        return values
+
+    low, high = (lower / unit)[free], (upper / unit)[free]
+    first = np.clip(fixed[free] / unit[free], low + 1e-9, high - 1e-9)
+    found = least_squares(
+        lambda scaled: problem.evaluate(full(scaled))[0], first,
+        jac=lambda scaled: problem.evaluate(full(scaled))[1][:, free] * unit[free],
+        bounds=(low, high), x_scale='jac', ftol=1e-10, xtol=1e-10, max_nfev=60)
+    values = full(found.x)
+    # One more look from the solution: least_squares' last Jacobian may be of a refused step.
+    residual, jacobian = problem.evaluate(values)
+    covariance, freedom = coloured_covariance(jacobian[:, free] * unit[free], residual,
+                                              problem.place)
+    deviation = np.full(values.size, np.nan)
+    deviation[free] = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * unit[free]
+    units = form.units()
+    named = dict(zip(form.names, values.tolist(), strict=True))
+    estimates = {name: Estimate(value, float(sigma), units[name], bool(is_free), freedom)
+                 for (name, value), sigma, is_free
+                 in zip(named.items(), deviation, free, strict=True)}
+    return Fit(form, named, estimates, -residual, float(np.sqrt(np.mean(residual**2))),
+               freedom + int(free.sum()))
+
+
+class _Problem:
+    """Residual and Jacobian of one form over several motions."""
+
+    def __init__(self, pieces: Sequence[Motion], form: Form) -> None:
+        self.pieces = [piece for piece in pieces if piece.rows.size]
+        self.form = form
+        self.measured = [piece.smooth(piece.effort) for piece in self.pieces]
+        self.inertial = [piece.smooth_acceleration[piece.rows] for piece in self.pieces]
+        self.viscous = [piece.smooth_velocity[piece.rows] for piece in self.pieces]
+        places, begin = [], 0
+        for piece in self.pieces:
+            places.append(begin + piece.rows // piece.stride)
+            # Room, so that no correlation is counted from one piece to the next.
+            begin = int(places[-1][-1]) + 1000
+        self.place = np.concatenate(places)
+        self.reach = max(float(np.abs(piece.position).max()) for piece in self.pieces)
+        self.speed = max(piece.top_speed for piece in self.pieces)
+        self._last: tuple[Array, tuple[Array, Array]] | None = None
+
+    def units_of_size(self) -> Array:
+        """Return for each number the size that moves the torque by about 1 N·m (p,)."""
+        acceleration = np.std(np.concatenate(self.inertial)) + 1e-12
+        size = {'inertia': 1.0 / acceleration, 'viscous_friction': 1.0 / self.speed,
+                'saturation_velocity': self.speed, 'contact_angle': self.reach}
+        return np.array([size.get(name) or (self.reach ** -float(name[1:])
+                                            if name[0] == 'p' and name[1:].isdigit() else 1.0)
+                         for name in self.form.names])
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return lower and upper bounds (p,) each."""
+        low = {'inertia': 1e-12, 'viscous_friction': 0.0, 'coulomb': 0.0,
+               'saturation_velocity': 1e-3 * self.speed,
+               'contact_angle': min(float(piece.position.min()) for piece in self.pieces)}
+        high = {'saturation_velocity': self.speed,
+                'contact_angle': max(float(piece.position.max()) for piece in self.pieces)}
+        return (np.array([low.get(name, -np.inf) for name in self.form.names]),
+                np.array([high.get(name, np.inf) for name in self.form.names]))
+
+    def evaluate(self, values: Array) -> tuple[Array, Array]:
+        """Return modelled less measured torque (m,) and its derivative by `values` (m, p)."""
+        if self._last is not None and np.array_equal(self._last[0], values):
+            return self._last[1]
+        named = dict(zip(self.form.names, values, strict=True))
+        residuals, tables = [], []
+        for piece, measured, inertial, viscous in zip(
+                self.pieces, self.measured, self.inertial, self.viscous, strict=True):
+            torque, columns = self._pointwise(piece, named)
+            smooth = piece.smooth(np.column_stack([torque, columns]))
+            residuals.append(named['inertia'] * inertial + named['viscous_friction'] * viscous
+                             + smooth[:, 0] - measured)
+            tables.append(np.column_stack([inertial, viscous, smooth[:, 1:]]))
+        result = np.concatenate(residuals), np.concatenate(tables)
+        self._last = values.copy(), result
+        return result
+
+    def _pointwise(self, piece: Motion, named: dict[str, float]) -> tuple[Array, Array]:
+        """Return load + friction + cogging (n,) and its derivatives (n, p − 2)."""
+        load, load_columns = self._load(piece.position, named)
+        ratio = piece.velocity / named['saturation_velocity']
+        shape = np.clip(ratio, -1.0, 1.0)
+        size = named['coulomb'] + named['load_gain'] * np.abs(load)
+        coupled = (1.0 + named['load_gain'] * np.sign(load) * shape)[:, None]
+        below = np.where(np.abs(ratio) < 1.0, -ratio, 0.0)
+        columns = [load_columns * coupled, shape[:, None], (np.abs(load) * shape)[:, None],
+                   (size * below / named['saturation_velocity'])[:, None]]
+        torque = load + size * shape
+        for number, order in enumerate(self.form.orders):
+            waves = np.column_stack([np.sin(order * piece.position),
+                                     np.cos(order * piece.position)])
+            torque = torque + waves @ [named[f'sine{number}'], named[f'cosine{number}']]
+            columns.append(waves)
+        return torque, np.hstack(columns)
+
+    def _load(self, position: Array, named: dict[str, float]) -> tuple[Array, Array]:
+        if self.form.load == 'sinusoid':
+            angle = position + named['phase']
+            wave = np.sin(angle)
+            return (named['amplitude'] * wave,
+                    np.column_stack([wave, named['amplitude'] * np.cos(angle)]))
+        powers = np.arange(int(self.form.contact), self.form.degree + 1)
+        if not self.form.contact:
+            basis = position[:, None] ** powers
+            return basis @ [named[f'p{power}'] for power in powers], basis
+        beyond = np.maximum(position - named['contact_angle'], 0.0)
+        basis = beyond[:, None] ** powers
+        slope = (beyond[:, None] ** (powers - 1) * powers * (beyond > 0.0)[:, None]
+                 @ np.array([named[f'p{power}'] for power in powers]))
+        return (basis @ [named[f'p{power}'] for power in powers],
+                np.column_stack([basis, -slope]))

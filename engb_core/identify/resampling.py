@@ -1,0 +1,115 @@
+"""Ties clamp and release samples to one grid of positions (step 3, equations 31 to 36)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.errors import InputError
+
+__all__ = ['Resampled', 'by_interpolation', 'by_nearest_neighbour', 'by_sample_number',
+           'nearest_neighbour', 'reference_grid']
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Resampled:
+    """Clamp and release data at the same grid of positions, all (M,) and in order of position.
+
+    Attributes:
+        position: θ_R [rad], rising.
+        clamp_position, release_position: θ_RM, θ_RN [rad], where the data really come from.
+        clamp, release: d̂ [N·m].
+        clamp_velocity, release_velocity: [rad/s].
+    """
+
+    position: Array
+    clamp_position: Array
+    release_position: Array
+    clamp: Array
+    release: Array
+    clamp_velocity: Array
+    release_velocity: Array
+
+    @property
+    def position_mismatch(self) -> Array:
+        """θ_RM − θ_RN (M,) [rad]: how far apart the two data of a pair were taken."""
+        return self.clamp_position - self.release_position
+
+
+def reference_grid(clamp: Array, release: Array, points: int) -> Array:
+    """Return θ_R (points,) [rad], even over what both strokes cover (equations 32, 33).
+
+    Raises:
+        InputError: the strokes have no position in common.
+    """
+    low = max(clamp.min(), release.min())
+    high = min(clamp.max(), release.max())
+    if not high > low:
+        raise InputError('clamp and release stroke have no position in common; record a release '
+                         'over the range that was clamped')
+    return np.linspace(low, high, points)
+
+
+def nearest_neighbour(grid: Array, position: Array) -> NDArray[np.int64]:
+    """Return for each grid position the number k′ of the sample nearest to it (34)–(36).
+
+    Args:
+        grid: θ_R (M,) [rad].
+        position: (N,) [rad] in any order; of equally near samples the one found first in order
+            of position counts.
+    """
+    order = np.argsort(position, kind='stable')
+    ordered = position[order]
+    right = np.clip(np.searchsorted(ordered, grid), 1, ordered.size - 1)
+    left = right - 1
+    nearer = np.where(grid - ordered[left] <= ordered[right] - grid, left, right)
+    return order[nearer]
+
+
+def by_nearest_neighbour(grid: Array, clamp: tuple[Array, Array, Array],
+                         release: tuple[Array, Array, Array]) -> Resampled:
+    """Resample as the paper does; `clamp` and `release` are position, d̂, velocity (N,) each."""
+    one = nearest_neighbour(grid, clamp[0])
+    two = nearest_neighbour(grid, release[0])
+    return Resampled(grid, clamp[0][one], release[0][two], clamp[1][one], release[1][two],
+                     clamp[2][one], release[2][two])
+
+
+def by_interpolation(grid: Array, clamp: tuple[Array, Array, Array],
+                     release: tuple[Array, Array, Array]) -> Resampled:
+    """Resample by averaging a grid step's samples and interpolating between the averages.
+
+    A nearest neighbour throws most samples away, with their share of the noise's average; this
+    uses them all. Arguments as in `by_nearest_neighbour`.
+    """
+    def at_grid(stroke: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+        step = grid[1] - grid[0] if grid.size > 1 else 1.0
+        cell = np.floor((stroke[0] - grid[0]) / step + 0.5).astype(int)
+        cell -= cell.min()
+        count = np.bincount(cell)
+        filled = count > 0
+        mean = [np.bincount(cell, column)[filled] / count[filled] for column in stroke]
+        order = np.argsort(mean[0], kind='stable')
+        centre = mean[0][order]
+        return (np.interp(grid, centre, mean[1][order]), np.interp(grid, centre, mean[2][order]))
+
+    one, two = at_grid(clamp), at_grid(release)
+    return Resampled(grid, grid, grid, one[0], two[0], one[1], two[1])
+
+
+def by_sample_number(points: int, clamp: tuple[Array, Array, Array],
+                     release: tuple[Array, Array, Array]) -> Resampled:
+    """Pair sample j of the clamp stroke with sample N − j + 1 of the release (Fig. 7).
+
+    This is what one would do if tracking were perfect, and what step 3 repairs: the pair's two
+    positions differ by `position_mismatch`. Arguments as in `by_nearest_neighbour`.
+    """
+    size = min(clamp[0].size, release[0].size)
+    pick = np.unique(np.linspace(0, size - 1, points).round().astype(int))
+    one, two = pick, release[0].size - 1 - pick
+    return Resampled(clamp[0][one], clamp[0][one], release[0][two], clamp[1][one],
+                     release[1][two], clamp[2][one], release[2][two])
