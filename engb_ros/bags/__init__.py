@@ -1,1 +1,1 @@
-
+"""Bags: `read.read_recording` and `write.write_bag`; needs no ROS installation."""

@@ -1,0 +1,139 @@
+"""Zstandard and lz4, with a bound on what may come out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import contextlib
+import os
+from pathlib import Path
+import sys
+import tempfile
+from types import ModuleType
+
+from engb_core.errors import InputError
+
+__all__ = ['ZSTD_MAGIC', 'Damaged', 'decompress', 'decompress_head',
+           'decompress_message', 'unpacked']
+
+ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
+
+# A chunk holds about 1 MiB, a message far less; more than this is a damaged length field.
+CHUNK_LIMIT = 1 << 30
+# Sensor data shrinks to a tenth at most; a file that grows a thousandfold is a trap.
+FILE_GROWTH_LIMIT = 1000
+_BLOCK = 1 << 20
+
+
+class Damaged(Exception):
+    """A stretch of a file that can't be decoded; the reader goes on behind it or stops."""
+
+
+def _zstd() -> ModuleType:
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        from backports import zstd
+    return zstd
+
+
+def decompress(data: bytes | memoryview, method: str, size: int) -> bytes | memoryview:
+    """Return the `size` bytes that `data` holds, compressed by `method` ('', 'zstd', 'lz4').
+
+    Raises:
+        Damaged: what comes out isn't `size` bytes, or nothing comes out.
+    """
+    if size > CHUNK_LIMIT:
+        raise Damaged(f'a chunk claims {size} bytes')
+    if method == '':
+        raw: bytes | memoryview = data
+    elif method == 'zstd':
+        raw = _zstd_bounded(data, size)
+    elif method == 'lz4':
+        from lz4 import frame
+        try:
+            raw = frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+        except (RuntimeError, EOFError, ValueError) as error:
+            raise Damaged(f'lz4: {error}') from error
+    else:
+        raise Damaged(f'unknown compression {method!r}')
+    if len(raw) != size:
+        raise Damaged(f'a chunk holds {len(raw)} bytes instead of {size}')
+    return raw
+
+
+def decompress_head(data: bytes | memoryview, method: str, size: int) -> bytes | memoryview:
+    """Return what can be had from the beginning of a chunk that was cut off (maybe nothing)."""
+    if method == '':
+        return data[:size]
+    if method != 'zstd':
+        return b''
+    with contextlib.suppress(Damaged):
+        return _zstd_bounded(data, min(size, CHUNK_LIMIT))
+    return b''
+
+
+def decompress_message(data: bytes | memoryview, limit: int = 1 << 24) -> bytes:
+    """Return one message that the recorder compressed on its own (rosbag2's message mode).
+
+    Raises:
+        Damaged: no zstd frame, or more than `limit` bytes in it.
+    """
+    raw = _zstd_bounded(data, limit)
+    if len(raw) > limit:
+        raise Damaged(f'a message of more than {limit} bytes')
+    return raw
+
+
+def _zstd_bounded(data: bytes | memoryview, size: int) -> bytes:
+    zstd = _zstd()
+    try:
+        # One byte more than expected tells a frame that is too long from one that fits.
+        return zstd.ZstdDecompressor().decompress(data, max_length=size + 1)
+    except (zstd.ZstdError, EOFError, MemoryError) as error:
+        raise Damaged(f'zstd: {error}') from error
+
+
+@contextlib.contextmanager
+def unpacked(path: Path, notes: list[str]) -> Iterator[Path]:
+    """Give the plain file behind a file that is zstd as a whole, deleted again afterwards.
+
+    A plain file is given as it is. A cut-off file is unpacked up to the cut and `notes` says so.
+
+    Raises:
+        InputError: nothing can be unpacked, the disk is full, or the file grows without end.
+    """
+    with path.open('rb') as file:
+        packed = file.read(4) == ZSTD_MAGIC
+    if not packed:
+        yield path
+        return
+    handle, name = tempfile.mkstemp(prefix='engb-', suffix=path.with_suffix('').suffix)
+    try:
+        with os.fdopen(handle, 'wb') as target:
+            _unpack(path, target, notes)
+        yield Path(name)
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(name)
+
+
+def _unpack(path: Path, target, notes: list[str]) -> None:
+    zstd = _zstd()
+    limit = path.stat().st_size * FILE_GROWTH_LIMIT + (1 << 24)
+    written = 0
+    try:
+        with zstd.open(path, 'rb') as source:
+            while block := source.read(_BLOCK):
+                written += len(block)
+                if written > limit:
+                    raise InputError(f'{path}: unpacks to more than {limit >> 20} MiB; '
+                                     'not a recording')
+                target.write(block)
+    except (zstd.ZstdError, EOFError) as error:
+        if not written:
+            raise InputError(f'{path}: zstd data are damaged ({error}); '
+                             'copy the recording again') from error
+        notes.append(f'{path.name} ends early: read up to the cut')
+    except OSError as error:
+        raise InputError(f'{path}: cannot be unpacked to {target.name} ({error.strerror}); '
+                         'make room or set TMPDIR') from error

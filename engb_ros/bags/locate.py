@@ -1,0 +1,112 @@
+"""From the path that a user gives to the files of a bag."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+import re
+
+import yaml
+
+from engb_core.errors import InputError
+
+__all__ = ['METADATA', 'bag_files', 'recording_name']
+
+METADATA = 'metadata.yaml'
+_SUFFIXES = ('.zstd', '.zst', '.mcap', '.db3')
+_METADATA_LIMIT = 16 << 20
+
+
+def recording_name(path: str | os.PathLike) -> str:
+    """Return the path's last name without the suffixes that bags have (.mcap, .db3, .zstd)."""
+    name = Path(os.path.abspath(path)).name
+    for suffix in _SUFFIXES:
+        name = name.removesuffix(suffix)
+    return name or 'recording'
+
+
+def bag_files(path: str | os.PathLike, notes: list[str]) -> list[Path]:
+    """Return the storage files of the bag at `path`, a folder or one of its files, in order.
+
+    A folder's metadata.yaml lists its files; where it is missing or damaged, the folder's own
+    files are taken and `notes` says so.
+
+    Raises:
+        InputError: nothing there, empty, or a folder that holds several bags.
+    """
+    path = Path(path)
+    try:
+        if path.is_dir():
+            return _in_folder(path, notes)
+        if not path.exists():
+            raise InputError(f'{path}: no such file or folder; give a rosbag2 recording')
+        if not path.is_file():
+            raise InputError(f'{path}: neither a file nor a folder; give a rosbag2 recording')
+        if path.name == METADATA:
+            return _in_folder(path.parent, notes)
+        if path.suffix == '.bag':
+            raise InputError(f'{path}: a ROS 1 bag; convert it first (rosbags-convert '
+                             f'--src {path.name} --dst {path.stem})')
+        if path.stat().st_size == 0:
+            raise InputError(f'{path}: the file is empty; record again')
+    except (OSError, ValueError) as error:
+        raise InputError(f'{path}: cannot be read '
+                         f'({getattr(error, "strerror", None) or error})') from error
+    return [path]
+
+
+def _in_folder(folder: Path, notes: list[str]) -> list[Path]:
+    present = sorted((entry for entry in folder.iterdir() if _is_storage(entry)), key=_natural)
+    listed = _listed(folder / METADATA)
+    files = [folder / name for name in listed or () if (folder / name) in present]
+    if listed is not None and len(files) < len(listed):
+        notes.append(f'{len(listed) - len(files)} of the {len(listed)} files that '
+                     f'{folder.name}/{METADATA} lists are missing')
+    if not files:
+        files = present
+        # One bag's files share a name but for their number; others are bags of their own.
+        if len({_stem(file) for file in files}) > 1:
+            raise InputError(f'{folder}: holds {len(files)} bag files and no {METADATA} that '
+                             f'says how they belong together; give one of them, such as '
+                             f'{files[0].name}')
+        if files and listed is None:
+            notes.append(f'{METADATA} is missing or damaged: the folder\'s file was read as it '
+                         'is' if len(files) == 1 else
+                         f'{METADATA} is missing or damaged: all {len(files)} files were read')
+    if not files:
+        raise InputError(f'{folder}: no recording in this folder (.mcap or .db3)')
+    filled = [file for file in files if file.stat().st_size]
+    if not filled:
+        raise InputError(f'{folder}: {files[0].name} is empty; record again')
+    if len(filled) < len(files):
+        notes.append(f'{len(files) - len(filled)} of {len(files)} files are empty')
+    return filled
+
+
+def _listed(metadata: Path) -> list[str] | None:
+    """Return the file names in a metadata.yaml, or None where it tells nothing."""
+    try:
+        if metadata.stat().st_size > _METADATA_LIMIT:
+            return None
+        data = yaml.load(metadata.read_text(encoding='utf-8'), getattr(
+            yaml, 'CSafeLoader', yaml.SafeLoader))
+        names = data['rosbag2_bagfile_information']['relative_file_paths']
+        # Old bags list paths with a folder in front; never leave the bag's own folder.
+        return [Path(name).name for name in names] or None
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError,
+            RecursionError, AttributeError):
+        return None
+
+
+def _is_storage(path: Path) -> bool:
+    name = path.name.removesuffix('.zstd').removesuffix('.zst')
+    return name.endswith(('.mcap', '.db3')) and not name.startswith('.') and path.is_file()
+
+
+def _stem(path: Path) -> str:
+    return re.sub(r'_\d+$', '', recording_name(path))
+
+
+def _natural(path: Path) -> list:
+    """Sort key that puts bag_10 behind bag_9."""
+    return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', path.name)]
