@@ -1,0 +1,1 @@
+"""Results as one self-contained page: neutral figures, a page layout, the diagnosis report."""
