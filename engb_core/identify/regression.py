@@ -24,6 +24,9 @@ __all__ = ['Fit', 'fit', 'Form']
 
 Array = NDArray[np.float64]
 
+# A current loop and a sampled drive put torque and position this far apart at most [s].
+LONGEST_LAG = 0.01
+
 
 @dataclass(frozen=True)
 class Form:
@@ -49,12 +52,12 @@ class Form:
             load += ['contact_angle'] * self.contact
         waves = [f'{kind}{number}' for number in range(len(self.orders))
                  for kind in ('sine', 'cosine')]
-        return ('inertia', 'viscous_friction', *load, 'coulomb', 'load_gain',
+        return ('inertia', 'viscous_friction', 'lag', *load, 'coulomb', 'load_gain',
                 'saturation_velocity', *waves)
 
     def units(self) -> dict[str, str]:
         """Return the unit of each number."""
-        fixed = {'inertia': 'kg·m²', 'viscous_friction': 'N·m·s/rad', 'coulomb': 'N·m',
+        fixed = {'inertia': 'kg·m²', 'viscous_friction': 'N·m·s/rad', 'lag': 's', 'coulomb': 'N·m',
                  'load_gain': '-', 'saturation_velocity': 'rad/s', 'contact_angle': 'rad',
                  'phase': 'rad', 'p0': 'N·m', 'p1': 'N·m/rad'}
         return {name: fixed.get(name) or (f'N·m/rad^{name[1:]}' if name[0] == 'p' else 'N·m')
@@ -127,7 +130,7 @@ def fit(pieces: Sequence[Motion], form: Form, start: dict[str, float]) -> Fit:
     # One more look from the solution: least_squares' last Jacobian may be of a refused step.
     residual, jacobian = problem.evaluate(values)
     covariance, freedom = coloured_covariance(jacobian[:, free] * unit[free], residual,
-                                              problem.place)
+                                              problem.place, problem.least_correlation)
     deviation = np.full(values.size, np.nan)
     deviation[free] = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * unit[free]
     units = form.units()
@@ -147,6 +150,9 @@ class _Problem:
         self.form = form
         self.measured = [piece.smooth(piece.effort) for piece in self.pieces]
         self.inertial = [piece.smooth_acceleration[piece.rows] for piece in self.pieces]
+        # The recorded torque acted `lag` later: u(t − lag) = u − lag·u̇, so the model must match u
+        # with lag·u̇ on its own side.
+        self.change = [piece.kernel.apply(piece.effort, 1)[piece.rows] for piece in self.pieces]
         self.viscous = [piece.smooth_velocity[piece.rows] for piece in self.pieces]
         places, begin = [], 0
         for piece in self.pieces:
@@ -156,12 +162,17 @@ class _Problem:
         self.place = np.concatenate(places)
         self.reach = max(float(np.abs(piece.position).max()) for piece in self.pieces)
         self.speed = max(piece.top_speed for piece in self.pieces)
+        # White noise through a Gaussian of width w is correlated as exp(−t²/4w²).
+        first = self.pieces[0]
+        spacing = first.stride * first.interval / first.kernel.width
+        self.least_correlation = np.exp(-0.25 * (spacing * np.arange(6))**2)
         self._last: tuple[Array, tuple[Array, Array]] | None = None
 
     def units_of_size(self) -> Array:
         """Return for each number the size that moves the torque by about 1 N·m (p,)."""
         acceleration = np.std(np.concatenate(self.inertial)) + 1e-12
         size = {'inertia': 1.0 / acceleration, 'viscous_friction': 1.0 / self.speed,
+                'lag': 1.0 / (np.std(np.concatenate(self.change)) + 1e-12),
                 'saturation_velocity': self.speed, 'contact_angle': self.reach}
         return np.array([size.get(name) or (self.reach ** -float(name[1:])
                                             if name[0] == 'p' and name[1:].isdigit() else 1.0)
@@ -169,10 +180,10 @@ class _Problem:
 
     def bounds(self) -> tuple[Array, Array]:
         """Return lower and upper bounds (p,) each."""
-        low = {'inertia': 1e-12, 'viscous_friction': 0.0, 'coulomb': 0.0,
+        low = {'inertia': 1e-12, 'viscous_friction': 0.0, 'coulomb': 0.0, 'lag': -LONGEST_LAG,
                'saturation_velocity': 1e-3 * self.speed,
                'contact_angle': min(float(piece.position.min()) for piece in self.pieces)}
-        high = {'saturation_velocity': self.speed,
+        high = {'saturation_velocity': self.speed, 'lag': LONGEST_LAG,
                 'contact_angle': max(float(piece.position.max()) for piece in self.pieces)}
         return (np.array([low.get(name, -np.inf) for name in self.form.names]),
                 np.array([high.get(name, np.inf) for name in self.form.names]))
@@ -183,19 +194,20 @@ class _Problem:
             return self._last[1]
         named = dict(zip(self.form.names, values, strict=True))
         residuals, tables = [], []
-        for piece, measured, inertial, viscous in zip(
-                self.pieces, self.measured, self.inertial, self.viscous, strict=True):
+        for piece, measured, change, inertial, viscous in zip(
+                self.pieces, self.measured, self.change, self.inertial, self.viscous,
+                strict=True):
             torque, columns = self._pointwise(piece, named)
             smooth = piece.smooth(np.column_stack([torque, columns]))
             residuals.append(named['inertia'] * inertial + named['viscous_friction'] * viscous
-                             + smooth[:, 0] - measured)
-            tables.append(np.column_stack([inertial, viscous, smooth[:, 1:]]))
+                             + named['lag'] * change + smooth[:, 0] - measured)
+            tables.append(np.column_stack([inertial, viscous, change, smooth[:, 1:]]))
         result = np.concatenate(residuals), np.concatenate(tables)
         self._last = values.copy(), result
         return result
 
     def _pointwise(self, piece: Motion, named: dict[str, float]) -> tuple[Array, Array]:
-        """Return load + friction + cogging (n,) and its derivatives (n, p − 2)."""
+        """Return load + friction + cogging (n,) and its derivatives (n, p − 3)."""
         load, load_columns = self._load(piece.position, named)
         ratio = piece.velocity / named['saturation_velocity']
         shape = np.clip(ratio, -1.0, 1.0)

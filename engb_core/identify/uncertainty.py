@@ -33,50 +33,61 @@ class Estimate:
         return self.value - reach, self.value + reach
 
 
-def coloured_covariance(jacobian: Array, residual: Array, place: Array) -> tuple[Array, float]:
+def coloured_covariance(jacobian: Array, residual: Array, place: Array,
+                        least: Array | None = None) -> tuple[Array, float]:
     """Return the covariance (p, p) of a least-squares fit and its degrees of freedom.
 
-    The residual is taken as stationary, with the autocovariance it shows itself: the sandwich
-    (JᵀJ)⁻¹ JᵀΓJ (JᵀJ)⁻¹ with Γ Toeplitz, cut where the autocorrelation has died down (Parzen's
-    window, so that Γ stays positive).
+    The residual is taken as stationary, with the autocorrelation it shows itself: the sandwich
+    (JᵀJ)⁻¹ JᵀΓJ (JᵀJ)⁻¹ with Γ Toeplitz, cut where the autocorrelation has died down.
 
     Args:
         jacobian: (m, p) derivative of the model's output by its parameters.
         residual: (m,).
         place: (m,) whole numbers, the rows' places in time, in rising order; rows whose places
             differ by k are k sampling intervals apart. Leave room between separate pieces.
+        least: (l,) autocorrelation at lags 0… that even white measurement noise would have (the
+            smoothing's own); the fit has taken some of it out of the residual again.
     """
     count, width = jacobian.shape
     place = np.asarray(place, int) - int(place[0])
     inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
-    freedom = max(count - width, 1)
+    correlation = _correlation(residual, place, least)
 
-    size = int(place[-1]) + 1
-    spread = np.zeros(size)
-    spread[place] = residual
-    seen = np.zeros(size)
-    seen[place] = 1.0
-    longest = max(1, min(count // 4, 400))
-    autocovariance = _lagged(spread, longest) / np.maximum(_lagged(seen, longest), 1.0)
-    variance = max(autocovariance[0], 1e-300)
+    table = np.zeros((int(place[-1]) + 1, width))
+    table[place] = jacobian
+    middle = correlation[0] * table.T @ table
+    for lag in range(1, correlation.size):
+        cross = table[lag:].T @ table[:-lag]
+        middle += correlation[lag] * (cross + cross.T)
+    # What the fit took of the variance: E|r|² = σ²·(m − tr(H·R)), H the hat matrix.
+    taken = float(np.trace(inverse @ middle))
+    inflation = max(1.0, float(1.0 + 2.0 * correlation[1:].sum()))
+    variance = float(residual @ residual) / max(count - taken, 0.1 * count)
+    return variance * inverse @ middle @ inverse, max(count / inflation - width, 1.0)
 
+
+def _correlation(residual: Array, place: Array, least: Array | None) -> Array:
+    """Return the autocorrelation at lags 0…k, faded out beyond where it is lost in scatter."""
+    size, count = int(place[-1]) + 1, residual.size
+    spread, seen = np.zeros(size), np.zeros(size)
+    spread[place], seen[place] = residual, 1.0
+    longest = max(2, min(count // 4, 400))
+    covariance = _lagged(spread, longest) / np.maximum(_lagged(seen, longest), 1.0)
+    ratio = covariance / max(covariance[0], 1e-300)
     # First lag from which the correlation is lost in its own scatter, twice in a row.
-    quiet = np.abs(autocovariance / variance) < 2.0 / np.sqrt(count)
+    quiet = np.abs(ratio) < 2.0 / np.sqrt(count)
     lag = next((k for k in range(1, longest) if quiet[k] and quiet[k + 1]), longest)
     reach = min(2 * lag + 2, longest)
-    ratio = np.arange(reach + 1) / (reach + 1)
-    window = np.where(ratio <= 0.5, 1 - 6 * ratio**2 + 6 * ratio**3, 2 * (1 - ratio) ** 3)
-    # Fitting p numbers took p/m of the variance away; correlation makes the loss larger.
-    gamma = autocovariance[:reach + 1] * window * count / freedom
-
-    table = np.zeros((size, width))
-    table[place] = jacobian
-    middle = gamma[0] * table.T @ table
-    for k in range(1, reach + 1):
-        cross = table[k:].T @ table[:-k]
-        middle += gamma[k] * (cross + cross.T)
-    inflation = max(1.0, 1.0 + 2.0 * float(np.sum(gamma[1:]) / gamma[0]))
-    return inverse @ middle @ inverse, max(freedom / inflation, 1.0)
+    place_in_window = np.arange(reach + 1) / (reach + 1)
+    # Parzen's window: Γ stays positive.
+    window = np.where(place_in_window <= 0.5, 1 - 6 * place_in_window**2 + 6 * place_in_window**3,
+                      2 * (1 - place_in_window) ** 3)
+    found = ratio[:reach + 1] * window
+    if least is not None:
+        floor = np.zeros(max(found.size, least.size))
+        floor[:least.size] = least
+        found = np.maximum(np.pad(found, (0, floor.size - found.size)), floor)
+    return found
 
 
 def _lagged(values: Array, longest: int) -> Array:
