@@ -1,1 +1,1 @@
-
+"""The `engb` program: main.py, and one file per command."""

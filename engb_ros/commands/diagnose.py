@@ -1,0 +1,128 @@
+"""Find the physics that a model leaves out: compare it with recordings of the real machine.
+
+Writes into DIR: report.html (start here), diagnosis.json, model.yaml (the corrected model), and
+next_experiment.csv where another recording would settle what this one cannot.
+
+examples:
+  engb diagnose run1 --model nominal.yaml --out result
+  engb diagnose morning.mcap evening.mcap --model nominal.yaml --out result
+  engb diagnose train --model nominal.yaml --holdout test --out result
+
+A recording is a rosbag2 folder, an .mcap or a .db3 file (plain or zstd) that holds joint_states.
+Without --holdout a part of the recordings is kept out of every fit. A mismatch is a result:
+exit status 0. Status 2 and one line on standard error: there is no diagnosis to give.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+import textwrap
+from typing import TYPE_CHECKING
+
+from engb_ros.commands.common import (
+    add_model,
+    add_namespace,
+    add_progress,
+    folder_output,
+    Progress,
+    read_recordings,
+)
+
+if TYPE_CHECKING:
+    from engb_core.diagnose.diagnosis import Diagnosis, NextExperiment
+
+__all__ = ['FILES', 'add_arguments', 'run', 'summary', 'write_results']
+
+REPORT, DOCUMENT, MODEL, EXPERIMENT = FILES = (
+    'report.html', 'diagnosis.json', 'model.yaml', 'next_experiment.csv')
+
+VERDICTS = {
+    'consistent': 'consistent: nothing above the noise floor; the model describes these '
+                  'recordings',
+    'explained': 'explained: the effects below bring the held-out residual to the noise floor',
+    'partly_explained': 'partly explained: effects were found, and structure remains',
+    'unexplained': 'unexplained: there is structure that no known effect accounts for',
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument('recordings', nargs='+', metavar='RECORDING',
+                        help='what to diagnose: bag folders or files')
+    add_model(parser)
+    parser.add_argument('--out', required=True, metavar='DIR', help='where the results go')
+    parser.add_argument('--holdout', nargs='+', default=[], metavar='RECORDING',
+                        help='recordings that no fit sees, on which the result is judged')
+    add_namespace(parser)
+    add_progress(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Run the command."""
+    from engb_core.model import Model
+    model = Model.read(arguments.model)
+    with Progress(arguments) as progress, folder_output(arguments.out, FILES) as scratch:
+        found = read_recordings([*arguments.recordings, *arguments.holdout], model,
+                                arguments.namespace, progress)
+        recordings = found[:len(arguments.recordings)]
+        holdout = found[len(arguments.recordings):]
+        from engb_core.diagnose.engine import diagnose
+        diagnosis = diagnose(recordings, model, holdout=holdout, progress=progress)
+        progress('writing the report')
+        write_results(scratch, diagnosis)
+    print(summary(diagnosis))
+    print(f'report: {Path(arguments.out) / REPORT}')
+    if diagnosis.next_experiment is not None and diagnosis.next_experiment.time is not None:
+        print(f'next experiment: {Path(arguments.out) / EXPERIMENT}')
+
+
+def write_results(folder: Path, diagnosis: Diagnosis) -> None:
+    """Write all of a diagnosis's files into `folder`."""
+    from engb_core.diagnose.document import to_json
+    from engb_core.report.page import write_report
+    (folder / DOCUMENT).write_text(to_json(diagnosis), encoding='utf-8')
+    diagnosis.model.write(folder / MODEL)
+    write_report(folder / REPORT, diagnosis)
+    proposal = diagnosis.next_experiment
+    if proposal is not None and proposal.time is not None and proposal.position is not None:
+        _write_experiment(folder / EXPERIMENT, proposal)
+
+
+def _write_experiment(path: Path, proposal: NextExperiment) -> None:
+    """Write the proposed reference as a table that the controller node can run."""
+    with path.open('w', encoding='utf-8') as file:
+        file.write('time,position\n')
+        for time, position in zip(proposal.time, proposal.position, strict=True):
+            file.write(f'{time:.6g},{position:.9g}\n')
+
+
+def summary(diagnosis: Diagnosis) -> str:
+    """Return the diagnosis in a few lines of text."""
+    lines = [VERDICTS.get(diagnosis.verdict, diagnosis.verdict)]
+    for number, finding in enumerate(diagnosis.effects, 1):
+        lines.append(f'{number}. {finding.effect} (probability {finding.probability:.2f}, '
+                     f'{finding.share:.0%} of the mismatch)')
+        lines.extend(_wrapped(finding.statement))
+        rivals = ', '.join(f'{name} {probability:.2f}'
+                           for name, probability in finding.alternatives)
+        if rivals:
+            lines.extend(_wrapped(f'not told apart from: {rivals}'))
+    if diagnosis.unexplained is not None and diagnosis.unexplained.statement:
+        lines.append(f'unexplained: {diagnosis.unexplained.share:.0%} of the mismatch')
+        lines.extend(_wrapped(diagnosis.unexplained.statement))
+    if diagnosis.held_out:
+        lines.append('held out (rms):')
+    for entry in diagnosis.held_out:
+        floor = '' if entry.noise_floor is None else f', noise floor {entry.noise_floor:.3g}'
+        lines.append(f'   {entry.recording} {entry.quantity}: {entry.rms_before:.3g} → '
+                     f'{entry.rms_after:.3g} {entry.unit}{floor}')
+    for note in diagnosis.evidence.notes:
+        lines.extend(_wrapped(f'note: {note}', ''))
+    if diagnosis.next_experiment is not None:
+        lines.extend(_wrapped(f'next: {diagnosis.next_experiment.reason}', ''))
+    return '\n'.join(lines)
+
+
+def _wrapped(text: str, indent: str = '   ') -> list[str]:
+    return textwrap.wrap(text, 96, initial_indent=indent, subsequent_indent='   ')

@@ -1,0 +1,59 @@
+"""Say what a model predicts for a recording, sample by sample, as a .npz file.
+
+Arrays in FILE.npz, all of the recording's cleaned samples: time [s from the first sample],
+effort [N·m, the motor torque that the recorded motion needs], and, where the recording has a
+reference and the model a controller, position [rad] and velocity [rad/s] of the simulated loop.
+
+examples:
+  engb predict test --model nominal.yaml --out nominal.npz
+  engb predict test --model result/model.yaml --out corrected.npz
+
+For a prismatic joint read m and N for rad and N·m.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from engb_ros.commands.common import (
+    add_model,
+    add_namespace,
+    add_progress,
+    file_output,
+    Progress,
+    read_recordings,
+)
+
+__all__ = ['add_arguments', 'run']
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument('recording', metavar='RECORDING', help='a bag folder or file')
+    add_model(parser)
+    parser.add_argument('--out', required=True, metavar='FILE.npz', help='where the arrays go')
+    add_namespace(parser)
+    add_progress(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Run the command."""
+    from engb_core.model import Model
+    model = Model.read(arguments.model)
+    with Progress(arguments) as progress, file_output(arguments.out, '.npz') as scratch:
+        recording, = read_recordings([arguments.recording], model, arguments.namespace, progress)
+        import numpy as np
+
+        from engb_core.inverse_dynamics import predict_effort
+        progress('the torque that the motion needs')
+        arrays = {'time': recording.time, 'effort': predict_effort(recording, model)}
+        if recording.reference is not None and model.controller is not None:
+            from engb_core.simulation import simulate_closed_loop
+            progress('simulating the closed loop')
+            arrays['position'], arrays['velocity'] = simulate_closed_loop(recording, model)
+        with scratch.open('wb') as file:
+            np.savez_compressed(file, **arrays)
+    print(f'{arguments.out}: {recording.time.size} samples, {recording.duration:.1f} s, '
+          f'{", ".join(arrays)}')
+    difference = float(np.sqrt(np.mean((arrays['effort'] - recording.effort) ** 2)))
+    print(f'effort: predicted and recorded differ by {difference:.3g} rms (unfiltered)')
