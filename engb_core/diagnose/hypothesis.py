@@ -1,0 +1,152 @@
+"""A hypothesis: a set of effects on top of the nominal model, as a vector of numbers to fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+import itertools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.nominal import NominalNumber, with_numbers
+from engb_core.effects.base import Effect, Parameter, Scene
+from engb_core.model import EffectSetting, Model
+from engb_core.plant import physics_of, Physics
+
+__all__ = ['Hypothesis', 'Variant', 'variants_of']
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """An effect with its constants fixed: what is fitted are its parameters."""
+
+    effect: Effect
+    constants: tuple[float, ...]
+
+    @property
+    def sizing(self) -> Parameter:
+        return self.effect.parameters[0]
+
+    def starts(self) -> list[dict[str, float]]:
+        """Return where a fit may start: every combination of the parameters' starts but the
+        size's, each as name → value. The size is found by least squares."""
+        others = [entry for entry in self.effect.parameters[1:] if entry.name != 'phase']
+        values = [entry.starts or (1.0,) for entry in others]
+        return [dict(zip((entry.name for entry in others), combination, strict=True))
+                for combination in itertools.product(*values)]
+
+
+def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
+    """Return the effect's variants for what was recorded."""
+    found = []
+    for fixed in effect.variants:
+        if fixed.get('by_temperature') and scene.temperature_range is None:
+            continue
+        values = dict(fixed)
+        if effect.set_constants is not None:
+            values |= effect.set_constants(scene)
+        found.append(Variant(effect, tuple(float(values[name]) for name, _ in effect.constants)))
+    return found
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Effects and free nominal numbers; its vector holds numbers first, then effect parameters.
+
+    Logarithmic parameters stand as logarithms in the vector. A parameter that is to be found per
+    recording stands once for every run.
+    """
+
+    model: Model
+    numbers: tuple[NominalNumber, ...]
+    variants: tuple[Variant, ...]
+    runs: int = 1
+
+    def __post_init__(self) -> None:
+        places: list[tuple[int, int, int]] = []   # variant, parameter, run (−1: all)
+        for index, variant in enumerate(self.variants):
+            for place, parameter in enumerate(variant.effect.parameters):
+                if parameter.per_recording:
+                    places += [(index, place, run) for run in range(self.runs)]
+                else:
+                    places.append((index, place, -1))
+        object.__setattr__(self, '_places', tuple(places))
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        return tuple(variant.effect.id for variant in self.variants)
+
+    @property
+    def size(self) -> int:
+        return len(self.numbers) + len(self._places)
+
+    @property
+    def places(self) -> tuple[tuple[int, int, int], ...]:
+        """(variant, parameter, run or −1) of each effect entry of the vector."""
+        return self._places
+
+    def parameter(self, entry: int) -> Parameter:
+        """Return the effect parameter at vector place `entry` (counted after the numbers)."""
+        variant, place, _ = self._places[entry]
+        return self.variants[variant].effect.parameters[place]
+
+    def start_of_numbers(self) -> Array:
+        """Return the model file's numbers, as the vector has them."""
+        vector = physics_of(self.model, ()).nominal
+        return np.array([_inward(vector[number.place], number.logarithmic)
+                         for number in self.numbers])
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return lower and upper bounds of the vector."""
+        low = [_inward(number.low, number.logarithmic) for number in self.numbers]
+        high = [_inward(number.high, number.logarithmic) for number in self.numbers]
+        for entry in range(len(self._places)):
+            parameter = self.parameter(entry)
+            low.append(_inward(parameter.low, parameter.logarithmic))
+            high.append(_inward(parameter.high, parameter.logarithmic))
+        return np.array(low), np.array(high)
+
+    def values(self, vector: Array, variant: int, run: int) -> list[float]:
+        """Return the parameters and constants of one effect for one run, in the effect's order."""
+        offset = len(self.numbers)
+        values: dict[int, float] = {}
+        for entry, (owner, place, which) in enumerate(self._places):
+            if owner == variant and which in (-1, run):
+                parameter = self.parameter(entry)
+                values[place] = _outward(vector[offset + entry], parameter.logarithmic)
+        return [values[place] for place in sorted(values)] + list(self.variants[variant].constants)
+
+    def physics(self, vector: Array, run: int) -> Physics:
+        """Return the physics of one run at `vector`."""
+        effects = [(variant.effect, self.values(vector, index, run))
+                   for index, variant in enumerate(self.variants)]
+        made = physics_of(self.model, effects)
+        nominal = made.nominal
+        for place, number in enumerate(self.numbers):
+            nominal[number.place] = _outward(vector[place], number.logarithmic)
+        return replace(made, nominal=nominal)
+
+    def corrected(self, vector: Array, run: int = 0) -> Model:
+        """Return the model file with the fitted numbers and effects filled in."""
+        numbers = {number.name: float(_outward(vector[place], number.logarithmic))
+                   for place, number in enumerate(self.numbers)}
+        settings = []
+        for index, variant in enumerate(self.variants):
+            values = dict(zip(variant.effect.names, self.values(vector, index, run), strict=True))
+            if 'phase' in values:
+                values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)
+            settings.append(EffectSetting(variant.effect.id, values))
+        return replace(with_numbers(self.model, numbers),
+                       effects=(*self.model.effects, *settings))
+
+
+def _inward(value: float, logarithmic: bool) -> float:
+    return math.log(max(value, 1e-300)) if logarithmic else value
+
+
+def _outward(value: float, logarithmic: bool) -> float:
+    return math.exp(value) if logarithmic else value

@@ -1,0 +1,113 @@
+"""The nominal numbers as fit parameters: how far the model file is trusted for each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+import math
+
+from engb_core.effects.base import Scene
+from engb_core.model import Model
+from engb_core.plant import (
+    N_AMPLITUDE, N_CONTACT, N_COULOMB, N_INERTIA, N_LOAD_GAIN, N_PHASE, N_SATURATION, N_TERMS,
+    N_VISCOUS,
+)
+
+__all__ = ['NominalNumber', 'nominal_numbers', 'with_numbers']
+
+
+@dataclass(frozen=True)
+class NominalNumber:
+    """One nominal number: name, place in the nominal vector, unit, trust and bounds.
+
+    `spread` is the standard deviation of the model file's value (additive; for logarithmic
+    numbers of the logarithm): wide, since files are refitted and parts vary, but finite, so that
+    numbers which a recording can't determine stay where the file has them. `scale` is a step
+    that changes the effort noticeably.
+    """
+
+    name: str
+    place: int
+    unit: str
+    spread: float
+    low: float
+    high: float
+    logarithmic: bool = False
+
+
+def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
+    """Return the numbers that every hypothesis refits."""
+    motor, friction, load = model.motor, model.friction, model.load_torque
+    effort = max(scene.largest_effort, 1e-9)
+    speed = max(scene.speed, 1e-9)
+    revolute = model.joint.type == 'revolute'
+    torque = 'N·m' if revolute else 'N'
+    angle = 'rad' if revolute else 'm'
+    numbers = [
+        NominalNumber('inertia', N_INERTIA, 'kg·m²' if revolute else 'kg', 0.4,
+                      motor.inertia * 0.05, motor.inertia * 20.0, True),
+        NominalNumber('viscous_friction', N_VISCOUS, f'{torque}·s/{angle}',
+                      0.5 * motor.viscous_friction + 0.2 * effort / speed,
+                      0.0, 10.0 * motor.viscous_friction + 2.0 * effort / speed),
+        NominalNumber('coulomb', N_COULOMB, torque, 0.5 * friction.coulomb + 0.1 * effort,
+                      0.0, 5.0 * friction.coulomb + effort),
+    ]
+    if scene.largest_load > 1e-3 * effort:
+        numbers.append(NominalNumber('load_gain', N_LOAD_GAIN, '-', 0.2, 0.0, 3.0))
+    if friction.saturation_velocity > 0.004 * scene.speed:
+        # A narrower one acts at speeds that count as standstill: no data could move it.
+        numbers.append(NominalNumber(
+            'saturation_velocity', N_SATURATION, f'{angle}/s', 0.5,
+            friction.saturation_velocity * 0.02, friction.saturation_velocity * 20.0, True))
+    if load.form == 'sinusoid':
+        numbers += [
+            NominalNumber('load_amplitude', N_AMPLITUDE, torque,
+                          0.3 * abs(load.amplitude) + 0.1 * effort, -10 * effort, 10 * effort),
+            NominalNumber('load_phase', N_PHASE, 'rad', 0.2, load.phase - 1.5, load.phase + 1.5),
+        ]
+        return tuple(numbers)
+    if load.contact_angle is not None:
+        reach = max(abs(value - load.contact_angle) for value in scene.position_range)
+        numbers.append(NominalNumber('contact_angle', N_CONTACT, angle, 0.1 * reach,
+                                     load.contact_angle - reach, load.contact_angle + reach))
+    else:
+        reach = max(abs(value) for value in scene.position_range)
+    used = _used_terms(model)
+    for power in used:
+        size = max(reach, 1e-9) ** -power * max(scene.largest_load, 0.3 * effort)
+        numbers.append(NominalNumber(
+            f'p{power}', N_TERMS + 1 + power,
+            torque if power == 0 else f'{torque}/{angle}' + ('' if power == 1 else f'^{power}'),
+            size, -30.0 * size, 30.0 * size))
+    return tuple(numbers)
+
+
+def _used_terms(model: Model) -> list[int]:
+    coefficients = model.load_torque.coefficients
+    if not any(coefficients):
+        return []
+    first = 0 if model.load_torque.contact_angle is None else 1
+    if coefficients[0] != 0.0:
+        first = 0
+    return list(range(first, len(coefficients)))
+
+
+def with_numbers(model: Model, values: dict[str, float]) -> Model:
+    """Return the model with nominal numbers replaced, by the names of `nominal_numbers`."""
+    motor = replace(model.motor, **{name: values[name] for name in
+                                    ('inertia', 'viscous_friction') if name in values})
+    friction = replace(model.friction, **{name: values[name] for name in
+                                          ('coulomb', 'load_gain', 'saturation_velocity')
+                                          if name in values})
+    load = model.load_torque
+    coefficients = list(load.coefficients)
+    for name, value in values.items():
+        if name[0] == 'p' and name[1:].isdigit():
+            coefficients[int(name[1:])] = value
+    contact = load.contact_angle
+    if contact is not None:
+        contact = values.get('contact_angle', contact)
+    load = replace(load, coefficients=tuple(coefficients), contact_angle=contact,
+                   amplitude=values.get('load_amplitude', load.amplitude),
+                   phase=math.remainder(values['load_phase'], 2 * math.pi)
+                   if 'load_phase' in values else load.phase)
+    return replace(model, motor=motor, friction=friction, load_torque=load)

@@ -1,0 +1,150 @@
+"""What a diagnosis works on: recordings as motions, filtered measurements, noise, folds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.effects.base import Scene
+from engb_core.errors import InputError
+from engb_core.filtering import Comparison, comparison_of, noise_of
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.model import Model
+from engb_core.motion import Motion, motion_of
+from engb_core.plant import load_torque, nominal_vector, Physics
+from engb_core.recording import Recording
+
+__all__ = ['Problem', 'Run', 'problem_of']
+
+Array = NDArray[np.float64]
+
+BANDWIDTH = 20.0
+# Share of a recording's duration that is kept out of every fit, in stretches.
+KEPT_OUT = 0.2
+STRETCHES = 4
+LEAST_POINTS = 40
+
+
+@dataclass(frozen=True)
+class Run:
+    """One recording, ready: its motion, its filter, its filtered effort and noise.
+
+    `measured` (m,) filtered effort; `sigma` (m,) its noise; `fitted` (m,) True where a fit may
+    look; the rest, and all of a held-out recording, is only judged.
+    """
+
+    recording: Recording
+    motion: Motion
+    samples: Array
+    comparison: Comparison
+    measured: Array
+    sigma: Array
+    fitted: NDArray[np.bool_]
+    held_out: bool
+
+    def predicted(self, physics: Physics) -> Array:
+        """Return the filtered effort (m,) that `physics` says this motion needs."""
+        return self.comparison(effort_of_motion(self.samples, self.motion.step, physics))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Recordings, the model they are held against, and what they can show."""
+
+    runs: tuple[Run, ...]
+    held_out: tuple[Run, ...]
+    model: Model
+    scene: Scene
+    noise_floor: float
+
+    @property
+    def measured(self) -> Array:
+        """Filtered effort of all fitted runs, (m,)."""
+        return np.concatenate([run.measured for run in self.runs])
+
+    @property
+    def sigma(self) -> Array:
+        return np.concatenate([run.sigma for run in self.runs])
+
+    @property
+    def fitted(self) -> NDArray[np.bool_]:
+        return np.concatenate([run.fitted for run in self.runs])
+
+
+def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence[Recording] = (),
+               bandwidth: float = BANDWIDTH) -> Problem:
+    """Prepare recordings for diagnosis.
+
+    Raises:
+        InputError: no recording, or too little motion to judge a model by.
+    """
+    if not recordings:
+        raise InputError('no recording given')
+    motions = [motion_of(recording) for recording in recordings]
+    others = [motion_of(recording) for recording in held_out]
+    scene = _scene(motions, model)
+    slowest = _slowest(motions, model, scene)
+    runs = tuple(_run(recording, motion, bandwidth, slowest, bool(held_out), False)
+                 for recording, motion in zip(recordings, motions, strict=True))
+    judged = tuple(_run(recording, motion, bandwidth, slowest, True, True)
+                   for recording, motion in zip(held_out, others, strict=True))
+    points = sum(int(run.fitted.sum()) for run in runs)
+    if points < LEAST_POINTS:
+        raise InputError(
+            f'{recordings[0].name}: too little motion to judge a model by ({points} filtered '
+            f'values above {slowest:.3g} rad/s, {LEAST_POINTS} are needed); record strokes')
+    floor = float(np.sqrt(np.mean(np.concatenate([run.sigma for run in runs]) ** 2)))
+    return Problem(runs, judged, model, scene, floor)
+
+
+def _scene(motions: Sequence[Motion], model: Model) -> Scene:
+    low = min(float(motion.position.min()) for motion in motions)
+    high = max(float(motion.position.max()) for motion in motions)
+    nominal = nominal_vector(model)
+    grid = np.linspace(low, high, 200)
+    load = max(abs(load_torque(nominal, value)) for value in grid)
+    disc = [motion.disc_speed for motion in motions if motion.has_disc]
+    warm = [motion.pad_temperature for motion in motions if motion.has_temperature]
+
+    def span(parts: list) -> tuple[float, float] | None:
+        if not parts:
+            return None
+        return (min(float(part.min()) for part in parts), max(float(part.max()) for part in parts))
+
+    return Scene(
+        duration=max(motion.time[-1] for motion in motions),
+        largest_effort=max(float(np.quantile(np.abs(motion.effort), 0.999))
+                           for motion in motions),
+        largest_load=float(load),
+        speed=max(float(np.quantile(np.abs(motion.velocity), 0.995)) for motion in motions),
+        position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
+        joint_type=model.joint.type)
+
+
+def _slowest(motions: Sequence[Motion], model: Model, scene: Scene) -> float:
+    # Below this speed the shaft may well be standing between two counts, and the model's
+    # saturation stands for a stick that it does not describe.
+    by_counts = max(motion.quantum for motion in motions) / 0.015
+    saturation = 2.0 * model.friction.saturation_velocity
+    by_model = saturation if saturation < 0.01 * scene.speed else 0.0
+    return max(by_counts, by_model, 0.002 * scene.speed)
+
+
+def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,
+         fit_all: bool, held_out: bool) -> Run:
+    comparison = comparison_of(motion, bandwidth, slowest)
+    noise = noise_of(recording.effort)
+    time = motion.time[comparison.grid]
+    fitted = np.ones(time.size, bool)
+    if held_out:
+        fitted[:] = False
+    elif not fit_all:
+        length = motion.time[-1] / STRETCHES
+        fitted = (time % length) < (1.0 - KEPT_OUT) * length
+    resolution = float(np.median(np.abs(recording.effort))) * 1e-6
+    sigma = np.maximum(noise, resolution) * comparison.noise_gain
+    return Run(recording, motion, motion.samples(), comparison, comparison(motion.effort),
+               sigma, fitted, held_out)

@@ -1,0 +1,1 @@
+"""Effects: physics that a model may leave out, one file each."""

@@ -1,0 +1,117 @@
+"""What an effect is: physics that a model may leave out, defined once for every use.
+
+An effect gives one function per *stage* of the torque balance at which it acts. Simulation and
+inverse dynamics walk a sample through the same stages (plant.py), so that a function written
+once serves both, and the report quotes `equation` and `statement` from the same file.
+
+Stages, in the order in which a sample passes them:
+
+    shift      returns the angle by which the load side is displaced from the motor [rad]
+    load       returns the load torque, given sample[LOAD]                           [N·m]
+    level      returns the friction level, given sample[LEVEL]                       [N·m]
+    direction  returns the direction of friction −1…1, given sample[DIRECTION]
+    torque     returns a torque that is added to what the motor must give            [N·m]
+    actuation  returns the torque that sample[EFFORT], the measured effort, gives    [N·m]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+__all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
+           'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'PAD_TEMPERATURE', 'POSITION', 'SAMPLE_SIZE',
+           'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'VELOCITY', 'VISCOUS', 'Effect',
+           'Parameter', 'Scene']
+
+# Places in a sample, the array that every effect function receives.
+(TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED, DISC_ANGLE, PAD_TEMPERATURE,
+ SHIFT, LOAD, LEVEL, DIRECTION, EFFORT, INERTIA, VISCOUS, COULOMB, LOAD_GAIN) = range(17)
+SAMPLE_SIZE = 17
+STATE_SIZE = 8
+STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation')
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of an effect.
+
+    Attributes:
+        name: as in the contract, table 4, or a name of our own for what the contract leaves open.
+        unit: SI, '-' for none.
+        low, high: bounds of what is physically possible.
+        none: the value at which the effect vanishes (only for the parameter that sizes it).
+        starts: where a fit starts looking; several for parameters with more than one basin.
+        logarithmic: fitted on a logarithmic scale.
+        per_recording: has to be found anew in each recording (a phase that is not recorded).
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    none: float | None = None
+    starts: tuple[float, ...] = ()
+    logarithmic: bool = False
+    per_recording: bool = False
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a recording can tell an effect before any fit: ranges, for constants and relevance."""
+
+    duration: float
+    largest_effort: float
+    largest_load: float
+    speed: float
+    position_range: tuple[float, float]
+    disc_speed_range: tuple[float, float] | None
+    temperature_range: tuple[float, float] | None
+    joint_type: str = 'revolute'
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Physics that a model may leave out.
+
+    Attributes:
+        id: name in diagnosis and model file (contract, table 4).
+        title: as a person says it.
+        parameters: what is fitted, the sizing parameter first.
+        stages: stage name → compiled function f(parameters, state, sample) → float. The
+            functions of one effect share one state; `parameters` holds `parameters` then
+            `constants`, in order.
+        equation: the physics in one line.
+        reference: where it is described.
+        reveals: coordinate over which the residual shows it best.
+        constants: names and units of numbers that are set from the recording, not fitted.
+        set_constants: Scene → their values.
+        applies: whether a recording could show it at all (None: always).
+        variants: fixed settings tried in turn, e.g. what a fade depends on.
+        lead: (parameters) → seconds by which measured effort runs ahead of torque.
+        number_only: no physics is missing, a nominal number is wrong.
+        contains: ids of effects that this one includes as a special case.
+        statement: (values) → a sentence for a brake engineer.
+    """
+
+    id: str
+    title: str
+    parameters: tuple[Parameter, ...]
+    stages: Mapping[str, Callable]
+    equation: str
+    reference: str
+    statement: Callable[[Mapping[str, float]], str]
+    reveals: str = 'velocity'
+    constants: tuple[tuple[str, str], ...] = ()
+    set_constants: Callable[[Scene], Mapping[str, float]] | None = None
+    applies: Callable[[Scene], bool] | None = None
+    variants: tuple[Mapping[str, float], ...] = field(default=({},))
+    lead: Callable[[Mapping[str, float]], float] | None = None
+    number_only: bool = False
+    contains: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of parameters and constants, in the order in which the functions read them."""
+        return (*(entry.name for entry in self.parameters),
+                *(name for name, _ in self.constants))

@@ -1,0 +1,30 @@
+"""Torque that is periodic in the shaft angle, whatever the motor torque."""
+
+import math
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, Parameter, POSITION
+
+
+@effect_function
+def _torque(parameters, state, sample):
+    return parameters[0] * math.sin(parameters[1] * sample[POSITION] + parameters[2])
+
+
+EFFECT = Effect(
+    id='cogging_torque',
+    title='Cogging torque',
+    parameters=(
+        Parameter('amplitude', 'N·m', 0.0, 1e6, none=0.0, starts=(0.003,)),
+        Parameter('order', '1/rev', 0.05, 400.0, logarithmic=True),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0, 1.5708)),
+    ),
+    stages={'torque': _torque},
+    equation='T_cog = amplitude · sin(order · θ + phase)',
+    reference='equation (1); Hanselman, Brushless Permanent Magnet Motor Design (2003)',
+    statement=lambda p: (
+        f"A torque of {p['amplitude'] * 1e3:.3g} mN·m repeats {p['order']:.4g} times per "
+        'motor revolution, whatever the motor torque (cogging).'),
+    reveals='motor_angle',
+    applies=lambda scene: scene.joint_type == 'revolute',
+)

@@ -1,0 +1,26 @@
+"""The load curve is moved along the angle: worn pads, another clearance."""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, Parameter
+
+
+@effect_function
+def _shift(parameters, state, sample):
+    return -parameters[0]
+
+
+EFFECT = Effect(
+    id='contact_shift',
+    title='Contact has shifted',
+    parameters=(Parameter('shift', 'rad', -50.0, 50.0, none=0.0, starts=(0.3, -0.3)),),
+    stages={'shift': _shift},
+    equation='T_L = T_L,model(θ − shift)',
+    reference='contract, table 4; pad wear and running clearance',
+    statement=lambda p: (
+        'No physics is missing: the load curve lies '
+        f"{abs(p['shift']):.3g} rad {'later' if p['shift'] > 0 else 'earlier'} than in the "
+        'model (pad wear or clearance).'),
+    reveals='position',
+    number_only=True,
+    applies=lambda scene: scene.largest_load > 0,
+)

@@ -1,0 +1,23 @@
+"""The model's Coulomb friction is wrong."""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import COULOMB, Effect, LEVEL, Parameter
+
+
+@effect_function
+def _level(parameters, state, sample):
+    return sample[LEVEL] + parameters[0] - sample[COULOMB]
+
+
+EFFECT = Effect(
+    id='coulomb_friction_error',
+    title='Coulomb friction is off',
+    parameters=(Parameter('coulomb', 'N·m', 0.0, 1e6),),
+    stages={'level': _level},
+    equation='C₀ sat(ω) with the true C₀',
+    reference='equation (13)',
+    statement=lambda p: ('No physics is missing: the Coulomb friction is '
+                         f"{p['coulomb']:.4g}, not the model's value."),
+    reveals='velocity',
+    number_only=True,
+)

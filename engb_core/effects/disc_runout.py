@@ -1,0 +1,35 @@
+"""Load modulated once per disc revolution."""
+
+import math
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import DISC_ANGLE, DISC_SPEED, Effect, LOAD, Parameter
+
+
+@effect_function
+def _load(parameters, state, sample):
+    load = sample[LOAD]
+    if load <= 0.0:
+        return load
+    contact = min(load / parameters[3], 1.0) ** parameters[2]
+    return load + parameters[0] * contact * math.sin(sample[DISC_ANGLE] + parameters[1])
+
+
+EFFECT = Effect(
+    id='disc_runout',
+    title='Disc runout',
+    parameters=(
+        Parameter('amplitude', 'N·m', 0.0, 1e6, none=0.0, starts=(0.003,)),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0, 1.5708), per_recording=True),
+    ),
+    stages={'load': _load},
+    equation='T_L = T_L(θ) + amplitude · sin(φ_disc + phase) in contact',
+    reference='Jacobsson, Proc. IMechE D 217 (2003): disc brake judder',
+    statement=lambda p: (f"In contact the load is modulated by ±{p['amplitude'] * 1e3:.3g} "
+                         'mN·m once per disc revolution (runout).'),
+    reveals='disc_angle',
+    constants=(('load_exponent', '-'), ('peak_load', 'N·m')),
+    set_constants=lambda scene: {'peak_load': max(scene.largest_load, 1e-9)},
+    variants=({'load_exponent': 0.0}, {'load_exponent': 1.0}),
+    applies=lambda scene: bool(scene.disc_speed_range) and scene.largest_load > 0,
+)

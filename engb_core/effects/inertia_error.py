@@ -1,0 +1,23 @@
+"""The model's inertia is wrong."""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import ACCELERATION, Effect, INERTIA, Parameter
+
+
+@effect_function
+def _torque(parameters, state, sample):
+    return (parameters[0] - sample[INERTIA]) * sample[ACCELERATION]
+
+
+EFFECT = Effect(
+    id='inertia_error',
+    title='Inertia is off',
+    parameters=(Parameter('inertia', 'kg·m²', 1e-9, 1e6),),
+    stages={'torque': _torque},
+    equation='J ω̇ with the true J',
+    reference='equation (1)',
+    statement=lambda p: (
+        f"No physics is missing: the inertia is {p['inertia']:.4g}, not the model's value."),
+    reveals='acceleration',
+    number_only=True,
+)

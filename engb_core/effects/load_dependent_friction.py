@@ -1,0 +1,23 @@
+"""Friction grows with the load on screw and gears."""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, LEVEL, LOAD, LOAD_GAIN, Parameter
+
+
+@effect_function
+def _level(parameters, state, sample):
+    return sample[LEVEL] + (parameters[0] - sample[LOAD_GAIN]) * abs(sample[LOAD])
+
+
+EFFECT = Effect(
+    id='load_dependent_friction',
+    title='Load-dependent friction',
+    parameters=(Parameter('load_gain', '-', 0.0, 3.0),),
+    stages={'level': _level},
+    equation='T_C = (C₀ + C₁ |T_L|) sat(ω)',
+    reference='equations (13), (42)',
+    statement=lambda p: (f"Friction grows with the load: by {p['load_gain']:.3f} N·m for "
+                         'every N·m of load torque, on both strokes.'),
+    reveals='load',
+    applies=lambda scene: scene.largest_load > 0,
+)

@@ -1,0 +1,46 @@
+"""The caliper's load differs between loading and unloading and remembers turning points."""
+
+import math
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import (
+    Effect, LOAD, Parameter, TIME_STEP, VELOCITY,
+)
+
+
+@effect_function
+def _load(parameters, state, sample):
+    load = sample[LOAD]
+    peak = parameters[3]
+    travel = sample[VELOCITY] * sample[TIME_STEP] / parameters[1]
+    if load <= 0.0:
+        # Out of contact the pad has no memory.
+        state[0] = 0.0
+        return load
+    target = 1.0 if travel > 0.0 else -1.0
+    state[0] = target + (state[0] - target) * math.exp(-abs(travel))
+    weight = (min(load, peak) / peak) ** parameters[2]
+    return load + parameters[0] * peak * weight * state[0]
+
+
+EFFECT = Effect(
+    id='load_hysteresis',
+    title='Load hysteresis',
+    parameters=(
+        Parameter('hysteresis_ratio', '-', -0.5, 0.8, none=0.0, starts=(0.03,)),
+        Parameter('memory_distance', 'rad', 0.05, 60.0, starts=(0.5, 1.5, 4.0, 10.0),
+                  logarithmic=True),
+        Parameter('load_exponent', '-', 0.0, 2.0, starts=(0.3, 1.0)),
+    ),
+    stages={'load': _load},
+    equation='T_L = T_L(θ) + ratio·T_peak·(T_L/T_peak)^γ·z, dz/dθ = (1 − z sgn ω)/distance',
+    reference='Bouc (1967), Wen (1976); Coleman and Hodgdon, Int. J. Eng. Sci. 24 (1986) 897',
+    statement=lambda p: (
+        "The caliper's load lies on a loop: half its width is "
+        f"{p['hysteresis_ratio'] * 100:.1f} % of the peak load, with memory of the turning "
+        f"points over about {p['memory_distance']:.2g} rad."),
+    reveals='since_reversal',
+    constants=(('peak_load', 'N·m'),),
+    set_constants=lambda scene: {'peak_load': max(scene.largest_load, 1e-9)},
+    applies=lambda scene: scene.largest_load > 0,
+)

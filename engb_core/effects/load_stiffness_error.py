@@ -1,0 +1,24 @@
+"""The load torque is a constant factor off: caliper stiffness, or what the force acts on."""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, LOAD, Parameter
+
+
+@effect_function
+def _load(parameters, state, sample):
+    return parameters[0] * sample[LOAD]
+
+
+EFFECT = Effect(
+    id='load_stiffness_error',
+    title='Load stiffness is off',
+    parameters=(Parameter('scale', '-', 0.1, 10.0, none=1.0, starts=(1.1,)),),
+    stages={'load': _load},
+    equation='T_L = scale · T_L,model(θ)',
+    reference='equations (11), (12)',
+    statement=lambda p: (f"No physics is missing: the load torque is {p['scale']:.3f} times "
+                         "the model's at every angle (caliper stiffness)."),
+    reveals='load',
+    number_only=True,
+    applies=lambda scene: scene.largest_load > 0,
+)

@@ -1,0 +1,25 @@
+"""Drag that is not proportional to speed."""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, Parameter, VELOCITY
+
+
+@effect_function
+def _torque(parameters, state, sample):
+    return parameters[0] * sample[VELOCITY] * abs(sample[VELOCITY])
+
+
+EFFECT = Effect(
+    id='nonlinear_viscous_friction',
+    title='Nonlinear viscous friction',
+    parameters=(Parameter('quadratic_viscous_friction', 'N·m·s²/rad²', -1e6, 1e6, none=0.0,
+                          starts=(1e-5,)),),
+    stages={'torque': _torque},
+    equation='T = B₂ ω |ω|',
+    reference='Armstrong-Hélouvry et al., Automatica 30 (1994) 1083 (churning, thinning)',
+    statement=lambda p: (
+        f"Drag {'grows faster' if p['quadratic_viscous_friction'] > 0 else 'grows slower'} "
+        'than in proportion to speed: an additional '
+        f"{p['quadratic_viscous_friction']:.3g}·ω·|ω|."),
+    reveals='velocity',
+)

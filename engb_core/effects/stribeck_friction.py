@@ -1,0 +1,31 @@
+"""Friction falls as speed rises from zero."""
+
+import math
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, LEVEL, Parameter, VELOCITY
+
+
+@effect_function
+def _level(parameters, state, sample):
+    speed = abs(sample[VELOCITY]) / parameters[1]
+    return sample[LEVEL] * (1.0 + (parameters[0] - 1.0) * math.exp(-speed ** parameters[2]))
+
+
+EFFECT = Effect(
+    id='stribeck_friction',
+    title='Stribeck friction',
+    parameters=(
+        Parameter('breakaway_ratio', '-', 0.2, 6.0, none=1.0, starts=(1.3,)),
+        Parameter('stribeck_velocity', 'rad/s', 1e-3, 60.0,
+                  starts=(0.5, 1.0, 2.0, 4.0, 8.0), logarithmic=True),
+        Parameter('shape', '-', 0.6, 2.5, starts=(1.0, 2.0)),
+    ),
+    stages={'level': _level},
+    equation='F(ω) = F (1 + (ratio − 1) exp(−|ω/ω_s|^shape))',
+    reference='Stribeck, VDI-Z 46 (1902); Armstrong-Hélouvry et al., Automatica 30 (1994)',
+    statement=lambda p: (
+        f"Friction near standstill is {p['breakaway_ratio']:.2f} times that at speed and "
+        f"falls off over about {p['stribeck_velocity']:.2g} rad/s."),
+    reveals='velocity',
+)

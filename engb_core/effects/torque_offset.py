@@ -1,0 +1,25 @@
+"""The current sensor has an offset: measured effort is not zero at zero torque."""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, EFFORT, Parameter
+
+
+@effect_function
+def _actuation(parameters, state, sample):
+    return sample[EFFORT] - parameters[0]
+
+
+EFFECT = Effect(
+    id='torque_offset',
+    title='Torque (current) offset',
+    parameters=(Parameter('offset', 'N·m', -1e6, 1e6, none=0.0, starts=(0.005,)),),
+    stages={'actuation': _actuation},
+    equation='T_M = effort − offset',
+    reference='contract, table 4; current sensor offset',
+    statement=lambda p: ('The measured effort is '
+                         f"{abs(p['offset']) * 1e3:.3g} mN·m too "
+                         f"{'high' if p['offset'] > 0 else 'low'} everywhere, whatever the "
+                         'motion (current sensor offset).'),
+    reveals='position',
+    number_only=True,
+)

@@ -1,0 +1,29 @@
+"""Less torque per ampere at high current (iron saturation)."""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, EFFORT, Parameter
+
+
+@effect_function
+def _actuation(parameters, state, sample):
+    relative = abs(sample[EFFORT]) / parameters[2]
+    return sample[EFFORT] * (1.0 - parameters[0] * relative ** parameters[1])
+
+
+EFFECT = Effect(
+    id='torque_saturation',
+    title='Torque saturation',
+    parameters=(
+        Parameter('torque_loss', '-', -0.5, 0.6, none=0.0, starts=(0.08,)),
+        Parameter('shape', '-', 0.8, 8.0, starts=(1.5, 3.0), logarithmic=True),
+    ),
+    stages={'actuation': _actuation},
+    equation='T_M = effort · (1 − loss · |effort/effort_max|^shape)',
+    reference='Jahns, in: Design of PM motors; iron saturation of the q axis',
+    statement=lambda p: (
+        f"At the largest recorded effort the motor gives {p['torque_loss'] * 100:.1f} % less "
+        'torque per ampere than at small effort (saturation).'),
+    reveals='effort',
+    constants=(('largest_effort', 'N·m'),),
+    set_constants=lambda scene: {'largest_effort': scene.largest_effort},
+)

@@ -1,0 +1,23 @@
+"""The model's viscous friction coefficient is wrong."""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, Parameter, VELOCITY, VISCOUS
+
+
+@effect_function
+def _torque(parameters, state, sample):
+    return (parameters[0] - sample[VISCOUS]) * sample[VELOCITY]
+
+
+EFFECT = Effect(
+    id='viscous_friction_error',
+    title='Viscous friction is off',
+    parameters=(Parameter('viscous_friction', 'N·m·s/rad', 0.0, 1e6),),
+    stages={'torque': _torque},
+    equation='B ω with the true B',
+    reference='equation (1)',
+    statement=lambda p: ('No physics is missing: the viscous friction coefficient is '
+                         f"{p['viscous_friction']:.4g}, not the model's value."),
+    reveals='velocity',
+    number_only=True,
+)

@@ -1,0 +1,95 @@
+"""The one low-pass through which measurement, model and hypotheses all pass.
+
+Smoothing the velocity alone would manufacture friction that falls with speed near reversals;
+here both sides of the torque balance pass the same filter. Samples at standstill carry no
+weight: there friction takes whatever value holds the shaft, within its limits, so that no model
+of motion can be held against it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+
+from engb_core.compiled import compiled
+from engb_core.motion import gaussian_kernel, Motion
+
+__all__ = ['Comparison', 'comparison_of', 'noise_of']
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A mask-aware decimating low-pass: value k is the mean of moving samples around grid[k].
+
+    Attributes:
+        taps: (2r+1,) Gaussian.
+        grid: (m,) indices into the motion's samples.
+        weight: (n,) 1 where a sample may be judged, 0 at standstill and in gaps.
+        scale: (m,) Σ taps·weight: how much of the window could be judged.
+        noise_gain: (m,) standard deviation of a filtered value for white noise of 1.
+    """
+
+    taps: Array
+    grid: NDArray[np.int64]
+    weight: Array
+    scale: Array
+    noise_gain: Array
+
+    def __call__(self, values: Array) -> Array:
+        """Return the filtered values (m,) of values (n,)."""
+        return _decimate(values, self.weight, self.taps, self.grid, self.scale)
+
+
+@compiled
+def _decimate(values, weight, taps, grid, scale):
+    reach = taps.size // 2
+    out = np.empty(grid.size)
+    for row in range(grid.size):
+        centre = grid[row]
+        first = max(0, centre - reach)
+        last = min(values.size, centre + reach + 1)
+        total = 0.0
+        for index in range(first, last):
+            total += taps[index - centre + reach] * weight[index] * values[index]
+        out[row] = total / scale[row]
+    return out
+
+
+def comparison_of(motion: Motion, bandwidth: float, slowest: float,
+                  least_weight: float = 0.35) -> Comparison:
+    """Make the filter for one motion.
+
+    Args:
+        motion: the run.
+        bandwidth: −3 dB [Hz].
+        slowest: speed below which the shaft counts as standing [rad/s].
+        least_weight: part of the window that must be judgeable for a value to be kept.
+    """
+    bandwidth = min(bandwidth, 0.2 / motion.step)
+    taps = gaussian_kernel(bandwidth, motion.step)
+    standing = np.abs(motion.velocity) < slowest
+    # The smoothing of position reaches a few milliseconds into the motion beside a stop.
+    margin = 2 * int(round(0.004 / motion.step)) + 1
+    weight = (~maximum_filter1d(standing | ~motion.known, margin)).astype(float)
+    stride = max(1, int(round(1.0 / (2.5 * bandwidth) / motion.step)))
+    grid = np.arange(0, motion.time.size, stride, dtype=np.int64)
+    ones = np.ones(grid.size)
+    scale = _decimate(np.ones_like(weight), weight, taps, grid, ones)
+    keep = scale > least_weight
+    grid, scale = grid[keep], scale[keep]
+    power = _decimate(np.ones_like(weight), weight, taps ** 2, grid, np.ones(grid.size))
+    return Comparison(taps, grid, weight, scale, np.sqrt(power) / scale)
+
+
+def noise_of(effort: Array) -> float:
+    """Return the standard deviation of the white part of the effort's noise [N·m].
+
+    From third differences, robustly: motion is smooth on the scale of three samples.
+    """
+    difference = np.diff(effort, n=3)
+    return float(1.4826 * np.median(np.abs(difference)) / np.sqrt(20.0))

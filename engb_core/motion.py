@@ -1,0 +1,129 @@
+"""A recording's motion on an even grid: position without counts, velocity, acceleration.
+
+Position comes in encoder counts. Between two counts nothing is known, at the instant of a count
+the position is known well; so the counts' edges are joined by straight lines and smoothed by a
+Gaussian whose derivatives give velocity and acceleration. No lag: it is all done offline, and
+model and measurement pass the same filter afterwards (filtering.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import convolve1d, maximum_filter1d
+
+from engb_core.recording import Recording
+
+__all__ = ['Motion', 'gaussian_kernel', 'motion_of']
+
+Array = NDArray[np.float64]
+
+# Corner of the smoothing of position [Hz]; below it the motion is believed.
+MOTION_BANDWIDTH = 60.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One run on an even grid, all arrays (n,).
+
+    `known` is False where the grid falls into a gap of the recording.
+    """
+
+    name: str
+    step: float
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    effort: Array
+    disc_speed: Array
+    disc_angle: Array
+    pad_temperature: Array
+    known: NDArray[np.bool_]
+    quantum: float
+    has_disc: bool
+    has_temperature: bool
+
+    def samples(self) -> Array:
+        """Return what the torque balance reads, (n, 8), in the order of effects/base.py."""
+        return np.ascontiguousarray(np.stack([
+            np.full_like(self.time, self.step), self.time, self.position, self.velocity,
+            self.acceleration, self.disc_speed, self.disc_angle, self.pad_temperature], axis=1))
+
+
+@lru_cache(maxsize=64)
+def gaussian_kernel(bandwidth: float, step: float, derivative: int = 0) -> Array:
+    """Return the taps of a Gaussian low-pass (−3 dB at `bandwidth` [Hz]) or of its derivative."""
+    width = np.sqrt(np.log(2.0)) / (2.0 * np.pi * bandwidth)
+    reach = max(1, int(np.ceil(4.0 * width / step)))
+    lag = np.arange(-reach, reach + 1) * step
+    taps = np.exp(-0.5 * (lag / width) ** 2)
+    taps /= taps.sum()
+    if derivative == 0:
+        return taps
+    if derivative == 1:
+        taps = -lag / width ** 2 * taps
+        return taps / -(taps * lag).sum()
+    taps = (lag ** 2 / width ** 4 - 1.0 / width ** 2) * taps
+    taps -= taps.mean()
+    return taps / (0.5 * (taps * lag ** 2).sum())
+
+
+def filtered(values: Array, taps: Array) -> Array:
+    """Return `values` (n,) passed through symmetric taps without lag, ends extended."""
+    return convolve1d(values, taps, mode='nearest')
+
+
+def motion_of(recording: Recording) -> Motion:
+    """Bring a recording onto an even grid and derive its motion."""
+    step = recording.interval
+    count = int(np.floor(recording.time[-1] / step + 1e-6)) + 1
+    time = np.arange(count) * step
+    smooth = _without_counts(recording)
+    raw = np.interp(time, *smooth)
+    bandwidth = min(MOTION_BANDWIDTH, 0.2 / step)
+    position = filtered(raw, gaussian_kernel(bandwidth, step))
+    velocity = filtered(raw, gaussian_kernel(bandwidth, step, 1))
+    acceleration = filtered(raw, gaussian_kernel(bandwidth, step, 2))
+    disc = recording.signal('disc_speed')
+    temperature = recording.signal('pad_temperature')
+    disc_speed = np.zeros(count) if disc is None else np.interp(time, recording.time, disc)
+    return Motion(
+        name=recording.name, step=step, time=time, position=position, velocity=velocity,
+        acceleration=acceleration, effort=np.interp(time, recording.time, recording.effort),
+        disc_speed=disc_speed, disc_angle=np.cumsum(disc_speed) * step,
+        pad_temperature=(np.full(count, 20.0) if temperature is None
+                         else np.interp(time, recording.time, temperature)),
+        known=_known(recording, time, step), quantum=_quantum(recording.position),
+        has_disc=disc is not None and bool(np.any(np.abs(disc) > 1e-6)),
+        has_temperature=temperature is not None)
+
+
+def _without_counts(recording: Recording) -> tuple[Array, Array]:
+    """Return times and positions of the counts' edges: what the encoder says for certain."""
+    time, position = recording.time, recording.position
+    change = np.flatnonzero(np.diff(position))
+    if change.size < 2:
+        return time, position
+    edge = 0.5 * (time[change] + time[change + 1])
+    middle = 0.5 * (position[change] + position[change + 1])
+    # Before the first and after the last edge the shaft stands.
+    return (np.concatenate([[time[0]], edge, [max(time[-1], edge[-1] + 1e-9)]]),
+            np.concatenate([[middle[0]], middle, [middle[-1]]]))
+
+
+def _known(recording: Recording, time: Array, step: float) -> NDArray[np.bool_]:
+    following = np.clip(np.searchsorted(recording.time, time), 1, recording.time.size - 1)
+    gap = recording.time[following] - recording.time[following - 1]
+    # One lost sample is bridged by interpolation without harm.
+    return ~maximum_filter1d(gap > 2.5 * step, 3)
+
+
+def _quantum(position: Array) -> float:
+    """Return the encoder's count [rad]: the smallest step that occurs again and again."""
+    steps = np.abs(np.diff(position))
+    steps = steps[steps > 1e-12]
+    return float(np.quantile(steps, 0.02)) if steps.size > 50 else 0.0

@@ -1,0 +1,226 @@
+"""The brake's torque balance: the one place where nominal terms and effects meet.
+
+Equation (1) with effects, motor side:
+
+    J ω̇ = T_M − B ω − T_L − T_C − T_cog − (added torques),   T_M from the measured effort.
+
+`torque_without_inertia` walks one sample through the stages of effects/base.py. The inverse
+dynamics and the simulation both call it, so that a hypothesis is fitted with the very physics
+with which it is simulated afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.compiled import compiled, effect_function, FUNCTION_SLOTS
+from engb_core.effects.base import (
+    COULOMB, DIRECTION, Effect, INERTIA, LEVEL, LOAD, LOAD_GAIN, POSITION, SHIFT, STAGES,
+    STATE_SIZE, VELOCITY, VISCOUS,
+)
+from engb_core.effects.catalogue import get_effect
+from engb_core.errors import InputError
+from engb_core.model import EffectSetting, Model
+
+__all__ = ['ACTUATION_STAGE', 'MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'load_torque',
+           'nominal_vector', 'physics_of', 'torque_without_inertia']
+
+Array = NDArray[np.float64]
+
+# Places in the nominal vector.
+(N_INERTIA, N_VISCOUS, N_COULOMB, N_LOAD_GAIN, N_SATURATION, N_CONTACT, N_FORM, N_AMPLITUDE,
+ N_PHASE, N_TERMS) = range(10)
+MAXIMUM_LOAD_TERMS = 12
+NOMINAL_SIZE = N_TERMS + 1 + MAXIMUM_LOAD_TERMS
+ACTUATION_STAGE = STAGES.index('actuation')
+_MAXIMUM_PARAMETERS = 64
+
+
+@effect_function
+def _nothing(parameters: Array, state: Array, sample: Array) -> float:
+    return 0.0
+
+
+@dataclass(frozen=True)
+class Physics:
+    """A model made ready for the kernels.
+
+    Attributes:
+        nominal: (NOMINAL_SIZE,) the nominal numbers.
+        cogging: (k, 3) order, amplitude, phase of the model's own cogging terms.
+        functions: tuple of FUNCTION_SLOTS compiled effect functions, in order of stage.
+        bounds: (7,) where each stage begins in `functions`; the last entry is their number.
+        owner: (FUNCTION_SLOTS,) which effect a function belongs to.
+        parameters: (effects, 64) parameters and constants.
+        lead: seconds by which measured effort runs ahead of torque (inverse dynamics).
+    """
+
+    nominal: Array
+    cogging: Array
+    functions: tuple
+    bounds: NDArray[np.int64]
+    owner: NDArray[np.int64]
+    parameters: Array
+    lead: float
+
+    def fresh_state(self) -> Array:
+        """Return the effects' states at the start of a run, (effects, STATE_SIZE)."""
+        return np.zeros((self.parameters.shape[0], STATE_SIZE))
+
+
+def nominal_vector(model: Model) -> Array:
+    """Return the model's nominal numbers as the kernels read them, (NOMINAL_SIZE,)."""
+    vector = np.zeros(NOMINAL_SIZE)
+    load = model.load_torque
+    vector[N_INERTIA] = model.motor.inertia
+    vector[N_VISCOUS] = model.motor.viscous_friction
+    vector[N_COULOMB] = model.friction.coulomb
+    vector[N_LOAD_GAIN] = model.friction.load_gain
+    vector[N_SATURATION] = model.friction.saturation_velocity
+    vector[N_CONTACT] = math.nan if load.contact_angle is None else load.contact_angle
+    vector[N_FORM] = float(load.form == 'sinusoid')
+    vector[N_AMPLITUDE] = load.amplitude
+    vector[N_PHASE] = load.phase
+    vector[N_TERMS] = len(load.coefficients)
+    vector[N_TERMS + 1:N_TERMS + 1 + len(load.coefficients)] = load.coefficients
+    return vector
+
+
+def setting_values(effect: Effect, setting: EffectSetting) -> list[float]:
+    """Return a setting's numbers in the order of `effect.names`.
+
+    Raises:
+        InputError: a parameter is missing or unknown.
+    """
+    known = set(effect.names)
+    for name in setting.parameters:
+        if name not in known:
+            raise InputError(f'effects: {effect.id} has no parameter {name!r}; '
+                             f'it has {", ".join(effect.names)}')
+    values = []
+    for name in effect.names:
+        value = setting.parameters.get(name)
+        if value is None:
+            default = default_value(effect, name)
+            if default is None:
+                raise InputError(f'effects: {effect.id} needs the parameter {name}')
+            value = default
+        if isinstance(value, list):
+            raise InputError(f'effects: {effect.id}.{name} must be one number')
+        values.append(float(value))
+    return values
+
+
+def default_value(effect: Effect, name: str) -> float | None:
+    """Return what stands for a parameter that a setting leaves out; None where it must be given.
+
+    A shape that the contract does not name may be left out; the sizing parameter may not.
+    """
+    for index, parameter in enumerate(effect.parameters):
+        if parameter.name == name and index > 0 and parameter.starts:
+            return parameter.starts[len(parameter.starts) // 2]
+    constants = {'duration': 60.0, 'largest_effort': 0.5, 'peak_load': 0.35, 'load_exponent': 0.0,
+                 'by_temperature': 0.0, 'speed_from': 0.0, 'speed_to': 90.0,
+                 'temperature_from': 20.0, 'temperature_to': 400.0}
+    return constants.get(name)
+
+
+def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] | None = None,
+               ) -> Physics:
+    """Make a model ready for the kernels.
+
+    Args:
+        model: the numbers.
+        effects: (effect, values in the order of its `names`); None: those of the model file.
+
+    Raises:
+        InputError: an unknown effect or parameter, or more effects than there are slots.
+    """
+    if effects is None:
+        settings = [(get_effect(entry.effect), entry) for entry in model.effects]
+        effects = [(effect, setting_values(effect, entry)) for effect, entry in settings]
+    chosen = [(effect, list(values)) for effect, values in effects]
+    functions: list = []
+    owner: list[int] = []
+    bounds = [0]
+    for stage in STAGES:
+        for index, (effect, _) in enumerate(chosen):
+            if stage in effect.stages and not (stage == 'actuation' and effect.lead):
+                functions.append(effect.stages[stage])
+                owner.append(index)
+        bounds.append(len(functions))
+    if len(functions) > FUNCTION_SLOTS:
+        raise InputError(f'effects: the model holds more than {FUNCTION_SLOTS} effect functions; '
+                         'leave some out')
+    parameters = np.zeros((max(len(chosen), 1), _MAXIMUM_PARAMETERS))
+    lead = 0.0
+    for index, (effect, values) in enumerate(chosen):
+        parameters[index, :len(values)] = values
+        if effect.lead is not None:
+            lead += effect.lead(dict(zip(effect.names, values, strict=True)))
+    cogging = np.array([[term.order, term.amplitude, term.phase] for term in model.cogging],
+                       float).reshape(-1, 3)
+    padding = FUNCTION_SLOTS - len(functions)
+    return Physics(nominal_vector(model), cogging, (*functions, *[_nothing] * padding),
+                   np.array(bounds, np.int64), np.array(owner + [0] * padding, np.int64),
+                   parameters, lead)
+
+
+@compiled
+def load_torque(nominal: Array, position: float) -> float:
+    """Return T_L(θ) of the nominal model [N·m]."""
+    if nominal[N_FORM] > 0.5:
+        return nominal[N_AMPLITUDE] * math.sin(position + nominal[N_PHASE])
+    travel = position
+    if not math.isnan(nominal[N_CONTACT]):
+        travel = position - nominal[N_CONTACT]
+        if travel < 0.0:
+            return 0.0
+    total = 0.0
+    for index in range(int(nominal[N_TERMS]) - 1, -1, -1):
+        total = total * travel + nominal[N_TERMS + 1 + index]
+    return total
+
+
+@compiled
+def torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters, state, sample):
+    """Return the torque that the motor must give beside J·ω̇ [N·m]; fills in the sample's stages.
+
+    `sample` comes with time, motion and disc; VELOCITY decides the nominal direction unless
+    sample[DIRECTION] is overridden by an effect of that stage.
+    """
+    sample[INERTIA] = nominal[N_INERTIA]
+    sample[VISCOUS] = nominal[N_VISCOUS]
+    sample[COULOMB] = nominal[N_COULOMB]
+    sample[LOAD_GAIN] = nominal[N_LOAD_GAIN]
+    shift = 0.0
+    for index in range(bounds[0], bounds[1]):
+        effect = owner[index]
+        shift += functions[index](parameters[effect], state[effect], sample)
+    sample[SHIFT] = shift
+    sample[LOAD] = load_torque(nominal, sample[POSITION] + shift)
+    for index in range(bounds[1], bounds[2]):
+        effect = owner[index]
+        sample[LOAD] = functions[index](parameters[effect], state[effect], sample)
+    sample[DIRECTION] = min(1.0, max(-1.0, sample[VELOCITY] / nominal[N_SATURATION]))
+    sample[LEVEL] = nominal[N_COULOMB] + nominal[N_LOAD_GAIN] * abs(sample[LOAD])
+    for index in range(bounds[2], bounds[3]):
+        effect = owner[index]
+        sample[LEVEL] = functions[index](parameters[effect], state[effect], sample)
+    for index in range(bounds[3], bounds[4]):
+        effect = owner[index]
+        sample[DIRECTION] = functions[index](parameters[effect], state[effect], sample)
+    total = (nominal[N_VISCOUS] * sample[VELOCITY] + sample[LOAD]
+             + sample[LEVEL] * sample[DIRECTION])
+    for index in range(cogging.shape[0]):
+        total += cogging[index, 1] * math.sin(cogging[index, 0] * sample[POSITION]
+                                              + cogging[index, 2])
+    for index in range(bounds[4], bounds[5]):
+        effect = owner[index]
+        total += functions[index](parameters[effect], state[effect], sample)
+    return total
