@@ -9,6 +9,10 @@ from engb_core.errors import InputError
 
 __all__ = ['ANTIWINDUP_STRATEGIES', 'Pid', 'PidGains']
 
+# Beyond these a number is not a measurement but a fault (and could overflow).
+LARGEST = 1e9
+LONGEST_STEP = 1.0
+
 ANTIWINDUP_STRATEGIES = ('none', 'back_calculation', 'conditional_integration')
 
 
@@ -68,7 +72,8 @@ class Pid:
     follows di/dt = i·e + (u_clamped − u)/tracking_time_constant. The integral part is kept in
     N·m, and a change of gains is absorbed in it: the output doesn't jump.
 
-    A value that is not finite, or a dt not above 0, changes no state; the output is held.
+    A value that is not finite or beyond LARGEST, or a dt not within 0 and LONGEST_STEP, changes
+    no state; the output is held.
     """
 
     def __init__(self, gains: PidGains) -> None:
@@ -116,8 +121,8 @@ class Pid:
             velocity_setpoint: ω_d [rad/s].
             feedforward: u_ff [N·m], limited together with the feedback.
         """
-        if not (math.isfinite(error + velocity + velocity_setpoint + feedforward)
-                and 0.0 < dt < math.inf):
+        if not (abs(error) + abs(velocity) + abs(velocity_setpoint) + abs(feedforward) < LARGEST
+                and 0.0 < dt <= LONGEST_STEP):
             self.rejected += 1
             return self.output
         gains = self._gains

@@ -55,11 +55,18 @@ class BagWriter:
         return True
 
     def write(self, name: str, time: int, message: bytes) -> None:
-        """Write one serialised message of a topic; `time` is the log time [ns]."""
+        """Write one serialised message of a topic; `time` is the log time [ns].
+
+        Raises:
+            InputError: the disk takes no more.
+        """
         connection = self._connections.get(name)
         if connection is None or not self.is_open:
             return
-        self._writer.write(connection, time, message)
+        try:
+            self._writer.write(connection, time, message)
+        except OSError as error:
+            raise self._unwritable(error) from error
         self._count += 1
         self._since_chunk += 1
 
@@ -67,13 +74,19 @@ class BagWriter:
         """Put what was written so far into the file, whole: a kill can't take it any more.
 
         rosbags itself finishes a chunk only at a mebibyte.
+
+        Raises:
+            InputError: the disk takes no more.
         """
         storage = self._writer.storage
         if not self.is_open or storage is None:
             return
-        if storage.chunk.msgs:
-            storage.close_chunk()
-        storage.bio.flush()
+        try:
+            if storage.chunk.msgs:
+                storage.close_chunk()
+            storage.bio.flush()
+        except OSError as error:
+            raise self._unwritable(error) from error
 
     def close(self) -> int:
         """Write index and metadata; return the number of messages."""
@@ -81,3 +94,7 @@ class BagWriter:
             self.is_open = False
             self._writer.close()
         return self._count
+
+    def _unwritable(self, error: OSError) -> InputError:
+        return InputError(f'{self.path}: cannot be written ({error.strerror}); free space or '
+                          'choose another folder')

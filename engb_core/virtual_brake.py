@@ -1,0 +1,166 @@
+"""The simulated brake behind its drive: plant, drive limits and sensor chain, sample by sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+from typing import NamedTuple
+
+import yaml
+
+from engb_core.errors import InputError
+from engb_core.model import EffectSetting, Model
+from engb_core.sensors import SensorChain, SensorSettings
+from engb_core.simulation import BrakePlant
+
+__all__ = ['DriveSettings', 'Measurement', 'Profile', 'VirtualBrake', 'parse_effects']
+
+
+class Measurement(NamedTuple):
+    """What the drive reports at `time` [s]: position [rad], velocity [rad/s], effort [N·m], and
+    what the vehicle does: disc speed [rad/s], pad temperature [°C]."""
+
+    time: float
+    position: float
+    velocity: float
+    effort: float
+    disc_speed: float
+    pad_temperature: float
+
+
+class Profile:
+    """A signal given by points, linear between them and held at both ends.
+
+    Args:
+        times: increasing [s].
+        values: as many.
+        name: for messages.
+
+    Raises:
+        InputError: lengths differ, nothing given, or times not increasing.
+    """
+
+    def __init__(self, times: Sequence[float], values: Sequence[float], name: str) -> None:
+        if len(times) != len(values) or not times:
+            raise InputError(f'{name}: {len(times)} times and {len(values)} values; give as many '
+                             'of each, at least one')
+        if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+            raise InputError(f'{name}: times must increase')
+        self._times = [float(time) for time in times]
+        self._values = [float(value) for value in values]
+
+    def at(self, time: float) -> float:
+        """Return the value at `time` [s]."""
+        times, values = self._times, self._values
+        if time <= times[0]:
+            return values[0]
+        for index in range(1, len(times)):
+            if time < times[index]:
+                part = (time - times[index - 1]) / (times[index] - times[index - 1])
+                return values[index - 1] + part * (values[index] - values[index - 1])
+        return values[-1]
+
+
+@dataclass(frozen=True)
+class DriveSettings:
+    """The drive's numbers.
+
+    Attributes:
+        rate: samples and commands per second [Hz].
+        effort_limit: the drive gives no more [N·m].
+        command_timeout: without a command for so long the drive lets go [s].
+        physics_step: of the integration [s].
+    """
+
+    rate: float = 1000.0
+    effort_limit: float = 0.75
+    command_timeout: float = 0.1
+    physics_step: float = 5e-5
+
+
+class VirtualBrake:
+    """A brake to command and to measure, in steps of one sample.
+
+    Args:
+        model: the true numbers, effects included.
+        drive: the drive's numbers.
+        sensors: the sensor chain's numbers.
+        disc_speed, pad_temperature: over time, [rad/s] and [°C].
+    """
+
+    def __init__(self, model: Model, drive: DriveSettings | None = None,
+                 sensors: SensorSettings | None = None, disc_speed: Profile | None = None,
+                 pad_temperature: Profile | None = None) -> None:
+        self.drive = drive or DriveSettings()
+        self.period = 1.0 / self.drive.rate
+        self.samples = 0
+        self.torque = 0.0
+        self.rejected = 0
+        self._plant = BrakePlant(model, step=self.drive.physics_step)
+        self._sensors = SensorChain(sensors or SensorSettings())
+        self._disc_speed = disc_speed or Profile([0.0], [0.0], 'disc_speed')
+        self._pad_temperature = pad_temperature or Profile([0.0], [20.0], 'pad_temperature')
+        self._command_age = math.inf
+
+    @property
+    def plant(self) -> BrakePlant:
+        """The brake itself, whose true state no drive would show."""
+        return self._plant
+
+    def command(self, torque: float) -> None:
+        """Demand `torque` [N·m]; what is not finite is dropped, what is too much is cut."""
+        if not math.isfinite(torque):
+            self.rejected += 1
+            return
+        limit = self.drive.effort_limit
+        self.torque = min(max(float(torque), -limit), limit)
+        self._command_age = 0.0
+
+    def advance(self) -> Measurement:
+        """Go on by one sample and return what the drive reports then."""
+        time = self.samples * self.period
+        if self._command_age > self.drive.command_timeout:
+            self.torque = 0.0
+        self._command_age += self.period
+        disc_speed = self._disc_speed.at(time)
+        temperature = self._pad_temperature.at(time)
+        self._plant.advance(self.torque, self.period, disc_speed, temperature)
+        self.samples += 1
+        time = self.samples * self.period
+        position, velocity, effort = self._sensors.measure(
+            time, self._plant.position, self.torque)
+        return Measurement(time, position, velocity, effort, disc_speed, temperature)
+
+
+def parse_effects(text: str) -> tuple[EffectSetting, ...]:
+    """Read effects written as YAML: 'stribeck_friction: {breakaway_ratio: 1.4, …}'.
+
+    Raises:
+        InputError: not such a mapping.
+    """
+    if not text.strip():
+        return ()
+    try:
+        data = yaml.safe_load(text)
+    except yaml.YAMLError:
+        raise InputError(f'effects {text!r}: not valid YAML; write '
+                         '"stribeck_friction: {breakaway_ratio: 1.4}"') from None
+    if not isinstance(data, dict):
+        raise InputError(f'effects {text!r}: write "name: {{parameter: value}}"')
+    settings = []
+    for name, parameters in data.items():
+        parameters = parameters or {}
+        if not isinstance(parameters, dict):
+            raise InputError(f'effects: {name} needs {{parameter: value}}')
+        values = {}
+        for key, value in parameters.items():
+            try:
+                values[str(key)] = float(value)
+            except (TypeError, ValueError):
+                raise InputError(f'effects: {name}.{key} is {value!r}; it must be a number'
+                                 ) from None
+            if not math.isfinite(values[str(key)]):
+                raise InputError(f'effects: {name}.{key} is {value}; it must be finite')
+        settings.append(EffectSetting(str(name), values))
+    return tuple(settings)

@@ -1,0 +1,73 @@
+"""Node `disturbance_observer`: publishes d̂ of equation (30) for every motor sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import sys
+from typing import Any
+
+from sensor_msgs.msg import JointState
+
+from engb_core.control.disturbance_observer import DisturbanceObserver
+from engb_core.control.loop import VELOCITY_CUTOFF
+from engb_core.model import Model
+from engb_core.sensors import VelocityFromPosition
+from engb_ros import interface
+from engb_ros.nodes.base import ManagedNode, run
+from engb_ros.nodes.messages import joint_sample, Scalar, StampClock
+from engb_ros.nodes.parameters import ParameterSpec
+
+__all__ = ['DisturbanceObserverNode', 'main']
+
+
+class DisturbanceObserverNode(ManagedNode):
+    """d̂ = q ∗ (J·ω̇ + B·ω − u), with u the measured effort."""
+
+    node_name = 'disturbance_observer'
+    parameters = (
+        ParameterSpec('model', '', 'model file, for J and B; empty: the paper\'s nominal motor'),
+        ParameterSpec('cutoff', 20.0, 'q\'s −3 dB frequency', 'Hz', 0.1, 1e4),
+        ParameterSpec('order', 2, 'q\'s order', '', 1, 2),
+        ParameterSpec('publish_every', 1, 'publish every n-th estimate', '', 1, 1000),
+    )
+
+    def configure(self, values: dict[str, Any]) -> None:
+        """Build the observer."""
+        model = Model.read(values['model']) if values['model'] else Model()
+        self._joint = model.joint.name
+        self._observer = DisturbanceObserver(model.motor, values['cutoff'], values['order'])
+        self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
+        self._clock = StampClock()
+        self._estimate = Scalar()
+        self._every = values['publish_every']
+        self._count = 0
+        self._publish = self.advertise(interface.DISTURBANCE).publish
+        self.listen(interface.JOINT_STATES, self._on_joint_states)
+
+    def start(self) -> None:
+        """Begin without a past."""
+        self._observer.reset()
+
+    def _on_joint_states(self, message: JointState) -> None:
+        if not self.active:
+            return
+        sample = joint_sample(message, self._joint)
+        if sample is None:
+            return
+        position, velocity, effort = sample
+        time = self._clock.seconds(message.header.stamp)
+        if velocity != velocity:
+            velocity = self._derived.step(time, position)
+        estimate = self._observer.step(time, velocity, effort)
+        self._count += 1
+        if self._count % self._every == 0:
+            self._publish(self._estimate.fill(estimate))
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node."""
+    return run(DisturbanceObserverNode, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,153 @@
+"""Node `identifier`: collects the strokes live and publishes what it identified from them."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Sequence
+import math
+from pathlib import Path
+import sys
+import threading
+from typing import Any
+
+import numpy as np
+from sensor_msgs.msg import JointState
+import yaml
+
+from engb_core.control.feedforward import Feedforward
+from engb_core.errors import InputError
+from engb_core.model import Model
+from engb_core.recording import Recording
+from engb_ros import interface
+from engb_ros.nodes.base import ManagedNode, run
+from engb_ros.nodes.messages import joint_sample, Scalar, StampClock
+from engb_ros.nodes.parameters import ParameterSpec
+
+__all__ = ['IdentifierNode', 'main']
+
+
+class IdentifierNode(ManagedNode):
+    """Steps 2 to 6 on the samples of the running brake.
+
+    The identification runs in a thread of its own; the samples go on being collected. Once it
+    is done, `load_torque` and `friction_torque` follow the measured angle and velocity.
+    """
+
+    node_name = 'identifier'
+    parameters = (
+        ParameterSpec('model', '', 'start model file; empty: the paper\'s nominal motor'),
+        ParameterSpec('model_out', '', 'where service ~/write_model writes; empty: it answers '
+                      'with the YAML'),
+        ParameterSpec('longest', 300.0, 'how much is collected; then the oldest half is dropped',
+                      's', 1.0, 36000.0),
+        ParameterSpec('period', 0.0, 'identify anew this often; 0: on request only', 's', 0.0,
+                      36000.0),
+        ParameterSpec('publish_every', 4, 'publish the torques every n-th sample', '', 1, 1000),
+    )
+
+    def configure(self, values: dict[str, Any]) -> None:
+        """Get ready to collect."""
+        self._start_model = Model.read(values['model']) if values['model'] else Model()
+        self._joint = self._start_model.joint.name
+        self._samples = [array('d') for _ in range(4)]
+        self._clock = StampClock()
+        self._identified: Model | None = None
+        self._torques: Feedforward | None = None
+        self._worker: threading.Thread | None = None
+        self._load, self._friction = Scalar(), Scalar()
+        self._count = 0
+        self._every = values['publish_every']
+        self._publish_load = self.advertise(interface.LOAD_TORQUE).publish
+        self._publish_friction = self.advertise(interface.FRICTION_TORQUE).publish
+        self.listen(interface.JOINT_STATES, self._on_joint_states)
+        self.serve(interface.IDENTIFY, self._identify)
+        self.serve(interface.WRITE_MODEL, self._write_model)
+        self.serve(interface.CLEAR, self._clear)
+        if values['period'] > 0.0:
+            self.every(values['period'], self._identify_again)
+
+    def close(self) -> None:
+        """Wait for an identification under way."""
+        worker = getattr(self, '_worker', None)
+        if worker is not None:
+            worker.join(timeout=20.0)
+
+    def _on_joint_states(self, message: JointState) -> None:
+        if not self.active:
+            return
+        sample = joint_sample(message, self._joint)
+        if sample is None:
+            return
+        time = self._clock.seconds(message.header.stamp)
+        for column, value in zip(self._samples, (time, *sample), strict=True):
+            column.append(value)
+        if time - self._samples[0][0] > self.values['longest']:
+            for column in self._samples:
+                del column[:len(column) // 2]
+        self._count += 1
+        torques = self._torques
+        if torques is not None and self._count % self._every == 0:
+            load = torques.load_torque(sample.position)
+            velocity = sample.velocity if math.isfinite(sample.velocity) else 0.0
+            self._publish_load(self._load.fill(load))
+            self._publish_friction(self._friction.fill(torques.friction_torque(load, velocity)))
+
+    def _identify(self) -> str:
+        if self._worker is not None and self._worker.is_alive():
+            raise InputError('an identification is under way; ask again when it is done')
+        time, position, velocity, effort = (np.array(column) for column in self._samples)
+        known = bool(velocity.size) and bool(np.isfinite(velocity).mean() > 0.5)
+        recording = Recording.from_samples('live', time, position, effort,
+                                           velocity if known else None, joint=self._joint)
+        self._worker = threading.Thread(target=self._work, args=(recording,), daemon=True)
+        self._worker.start()
+        return f'identifying from {recording.time.size} samples, {recording.duration:.1f} s'
+
+    def _identify_again(self) -> None:
+        try:
+            self._identify()
+        except InputError as error:
+            self.get_logger().info(str(error))
+
+    def _work(self, recording: Recording) -> None:
+        from engb_core.identify.procedure import identify  # here: the node starts faster
+        try:
+            found = identify([recording], self._start_model)
+        except InputError as error:
+            self.get_logger().error(f'not identified: {error}')
+            return
+        except Exception as error:   # the node lives on; the cause is told in full
+            self.get_logger().error(f'not identified: {type(error).__name__}: {error}')
+            return
+        self._identified = found.model
+        self._torques = Feedforward(found.model)
+        self.get_logger().info('identified:\n' + found.summary())
+
+    def _write_model(self) -> str:
+        model = self._identified
+        if model is None:
+            raise InputError('nothing is identified yet; drive strokes, then call ~/identify')
+        path = self.values['model_out']
+        if not path:
+            return yaml.safe_dump(model.to_mapping(), sort_keys=False, allow_unicode=True)
+        try:
+            model.write(path)
+        except OSError as error:
+            raise InputError(f'{path}: cannot be written ({error.strerror}); set parameter '
+                             f'model_out to a writable path') from error
+        return str(Path(path).absolute())
+
+    def _clear(self) -> str:
+        count = len(self._samples[0])
+        for column in self._samples:
+            del column[:]
+        return f'{count} samples forgotten'
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node."""
+    return run(IdentifierNode, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,130 @@
+"""Node `recorder`: writes a rosbag2 MCAP bag of the graph, from raw messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+import sys
+from typing import Any
+
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+from engb_ros import interface
+from engb_ros.bags.writing import BagWriter
+from engb_ros.nodes.base import ManagedNode, run
+from engb_ros.nodes.messages import message_class
+from engb_ros.nodes.parameters import ParameterSpec
+
+__all__ = ['RecorderNode', 'main']
+
+
+class RecorderNode(ManagedNode):
+    """Records the topics of its namespace, or those named, as they are sent.
+
+    Topics are subscribed as they appear. Publishers that are best effort are read so; what is
+    transient local is read so. A chunk of the file is finished every `chunk_time` seconds: what
+    was recorded before is readable even if the recorder is killed.
+    """
+
+    node_name = 'recorder'
+    parameters = (
+        ParameterSpec('bag', '', 'folder of the bag, made anew; empty: engb_<time of day>'),
+        ParameterSpec('topics', [''], 'topics to record, relative to the namespace; empty: the '
+                      'package\'s own'),
+        ParameterSpec('all', False, 'record every topic of the graph'),
+        ParameterSpec('compression', 'none', 'none, or zstd (each chunk)',
+                      choices=('none', 'zstd')),
+        ParameterSpec('chunk_time', 0.5, 'a chunk is finished at least this often', 's', 0.05,
+                      60.0),
+        ParameterSpec('every', 1, 'keep every n-th message of each topic', '', 1, 1000),
+    )
+
+    def configure(self, values: dict[str, Any]) -> None:
+        """Open the bag."""
+        path = values['bag'] or self._default_path()
+        self._writer = BagWriter(Path(path), compressed=values['compression'] == 'zstd')
+        self._recorded: dict[str, Any] = {}
+        self._every = values['every']
+        names = [name for name in values['topics'] if name] or [
+            topic.name for topic in interface.TOPICS]
+        self._wanted = {self.resolve_topic_name(name) for name in names}
+        for topic in interface.TOPICS:
+            name = self.resolve_topic_name(topic.name)
+            if name in self._wanted:
+                self._subscribe(name, topic.type)
+        self.every(0.2, self._look_around)
+        self.every(values['chunk_time'], self._writer.finish_chunk)
+        self._look_around()
+        self.get_logger().info(f'recording to {path}')
+
+    def close(self) -> None:
+        """Close the bag: index and metadata are written."""
+        for subscription in getattr(self, '_recorded', {}).values():
+            if subscription is not None:
+                self.destroy_subscription(subscription)
+        self._recorded = {}
+        writer = getattr(self, '_writer', None)
+        if writer is not None and writer.is_open:
+            count = writer.close()
+            self.get_logger().info(f'{count} messages in {writer.path}')
+
+    def _default_path(self) -> str:
+        seconds, _ = divmod(self.get_clock().now().nanoseconds, 1_000_000_000)
+        return f'engb_{seconds}'
+
+    def _look_around(self) -> None:
+        for name, types in self.get_topic_names_and_types():
+            if self.values['all'] or name in self._wanted:
+                self._subscribe(name, types[0])
+
+    def _subscribe(self, name: str, type_name: str) -> None:
+        offered = [info.qos_profile for info in self.get_publishers_info_by_topic(name)]
+        best_effort = any(entry.reliability == ReliabilityPolicy.BEST_EFFORT for entry in offered)
+        durable = bool(offered) and all(entry.durability == DurabilityPolicy.TRANSIENT_LOCAL
+                                        for entry in offered)
+        before = self._recorded.get(name)
+        if name in self._recorded and (before is None or before.qos_profile.reliability
+                                       == ReliabilityPolicy.BEST_EFFORT or not best_effort):
+            return
+        try:
+            kind = message_class(type_name)
+        except (ImportError, AttributeError, ValueError):
+            self.get_logger().warning(f'{name}: its type {type_name} is not installed here; '
+                                      'not recorded')
+            self._recorded[name] = None
+            return
+        if not self._writer.add_topic(name, type_name):
+            self.get_logger().warning(f'{name}: rosbags does not know {type_name}; not recorded')
+            self._recorded[name] = None
+            return
+        # A best-effort reader hears both kinds of publisher, a reliable one only its own.
+        qos = QoSProfile(
+            history=HistoryPolicy.KEEP_LAST, depth=1000,
+            reliability=(ReliabilityPolicy.BEST_EFFORT if best_effort
+                         else ReliabilityPolicy.RELIABLE),
+            durability=(DurabilityPolicy.TRANSIENT_LOCAL if durable
+                        else DurabilityPolicy.VOLATILE))
+        subscription = self.create_subscription(kind, name, self._recording(name), qos, raw=True)
+        if before is not None:
+            self.destroy_subscription(before)
+        self._recorded[name] = subscription
+
+    def _recording(self, name: str) -> Callable[[bytes], None]:
+        clock, write, every, count = self.get_clock(), self._writer.write, self._every, 0
+
+        def on_message(raw: bytes) -> None:
+            nonlocal count
+            count += 1
+            if self.active and count % every == 0:
+                write(name, clock.now().nanoseconds, raw)
+
+        return on_message
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node."""
+    return run(RecorderNode, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
