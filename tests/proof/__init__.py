@@ -1,0 +1,1 @@
+"""Sealed cases: a truth plant of its own making, and the scores of a diagnosis against it."""

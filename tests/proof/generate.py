@@ -1,0 +1,137 @@
+"""Draw and seal a set of cases: `python -m tests.proof.generate --cases 120 --seed 1 ...`.
+
+Cases go to `--out`/case_0001 …, their truth to `--truth`/case_0001.npz; what each holds is
+known from the truth alone. Interrupted, it goes on where it stopped.
+"""
+from __future__ import annotations
+
+import argparse
+from multiprocessing import get_context
+from pathlib import Path
+import secrets
+import shutil
+import sys
+
+import numpy as np
+
+from .cases import draw_case, Request
+from .catalogue import known
+from .sealing import digest_of, open_truth, write_case
+
+__all__ = ['DEFAULT_STRATA', 'generate', 'parse_strata', 'plan']
+
+DEFAULT_STRATA = {'clean': 0.16, 'strong': 0.3, 'subtle': 0.3, 'pair': 0.12, 'outside': 0.12}
+ROUTINE = 0.35
+
+
+def _singles() -> list[str]:
+    return [name for name, draw in known().items() if not name.startswith('outside_')]
+
+
+def _pairs(rng: np.random.Generator) -> tuple[str, str]:
+    names = _singles()
+    trains = {'backlash', 'drivetrain_resonance'}
+    while True:
+        a, b = (str(x) for x in rng.choice(names, 2, replace=False))
+        both = {a, b}
+        clash = (both <= trains or both == {'self_energizing', 'pad_friction_fade'}
+                 or both == {'load_stiffness_error', 'contact_shift'}
+                 or (both & trains and 'presliding_friction' in both))
+        if not clash:
+            return a, b
+
+
+def plan(count: int, strata: dict[str, float], rng: np.random.Generator,
+         effects: list[str] | None = None) -> list[Request]:
+    """Requests in random order; effects come in turn, so that each is met equally often."""
+    shares = np.array(list(strata.values()))
+    sizes = np.floor(shares / shares.sum() * count).astype(int)
+    sizes[int(np.argmax(sizes))] += count - sizes.sum()
+    requests = []
+    for stratum, size in zip(strata, sizes, strict=True):
+        names = effects or _singles()
+        if stratum == 'outside':
+            names = [name for name in known() if name.startswith('outside_')]
+        deck: list[str] = []
+        for _ in range(size):
+            if not deck:
+                deck = [str(x) for x in rng.permutation(names)]
+            held = {'clean': (), 'pair': _pairs(rng)}.get(stratum) if stratum in (
+                'clean', 'pair') else (deck.pop(),)
+            motion = 'routine' if rng.random() < ROUTINE else 'rich'
+            requests.append(Request(stratum, held, motion, bool(rng.random() < 0.6)))
+    return [requests[i] for i in rng.permutation(len(requests))]
+
+
+def _one(job: tuple[int, Request, np.random.SeedSequence, Path, Path]) -> str:
+    number, request, seeds, out, truth = job
+    name = f'case_{number:04d}'
+    sealed = truth / f'{name}.npz'
+    if sealed.exists():
+        return name
+    if (out / name).exists():
+        shutil.rmtree(out / name)
+    draw, write = (np.random.default_rng(s) for s in seeds.spawn(2))
+    case = draw_case(request, draw)
+    scratch = truth / f'.{name}.npz'
+    write_case(case, out / name, scratch, write)
+    scratch.rename(sealed)
+    return name
+
+
+def generate(count: int, seed: int, out: Path, truth: Path, strata: dict[str, float],
+             jobs: int = 1, effects: list[str] | None = None, first: int = 1) -> str:
+    """Draw, write and seal; returns the digest of the truth."""
+    root = np.random.SeedSequence(seed)
+    planner, *cases = root.spawn(count + 1)
+    requests = plan(count, strata, np.random.default_rng(planner), effects)
+    out.mkdir(parents=True, exist_ok=True)
+    truth.mkdir(parents=True, exist_ok=True)
+    work = [(first + i, request, cases[i], out, truth) for i, request in enumerate(requests)]
+    if jobs > 1:
+        with get_context('spawn').Pool(jobs) as pool:
+            for done, name in enumerate(pool.imap_unordered(_one, work), 1):
+                print(f'\r{done}/{count} {name}', end='', file=sys.stderr, flush=True)
+    else:
+        for done, job in enumerate(work, 1):
+            print(f'\r{done}/{count} {_one(job)}', end='', file=sys.stderr, flush=True)
+    print(file=sys.stderr)
+    return digest_of(truth)
+
+
+def parse_strata(text: str) -> dict[str, float]:
+    """`clean=1,strong=2` as a dictionary; the default mix for nothing."""
+    if not text:
+        return dict(DEFAULT_STRATA)
+    pairs = [part.partition('=') for part in text.split(',')]
+    return {name: float(value or 1.0) for name, _, value in pairs}
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--cases', type=int, default=100)
+    parser.add_argument('--seed', type=int, default=None, help='default: from the system')
+    parser.add_argument('--out', type=Path, required=True)
+    parser.add_argument('--truth', type=Path, required=True)
+    parser.add_argument('--strata', default='', help='e.g. clean=1,strong=2,subtle=2')
+    parser.add_argument('--effects', default='', help='only these, comma separated')
+    parser.add_argument('--jobs', type=int, default=1)
+    parser.add_argument('--plain', action='store_true',
+                        help='also write the truth as readable JSON (development only)')
+    args = parser.parse_args()
+    seed = secrets.randbits(64) if args.seed is None else args.seed
+    effects = args.effects.split(',') if args.effects else None
+    digest = generate(args.cases, seed, args.out, args.truth, parse_strata(args.strata), args.jobs,
+                      effects)
+    print(f'{args.cases} cases sealed, truth digest sha256 {digest}')
+    if args.plain:
+        import json
+        for path in sorted(args.truth.glob('case_*.npz')):
+            facts, _ = open_truth(path)
+            text = json.dumps(facts, indent=1)
+            path.with_suffix('.json').write_text(text, 'utf8')
+
+
+if __name__ == '__main__':
+    main()

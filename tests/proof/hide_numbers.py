@@ -1,0 +1,126 @@
+"""Hidden wrong numbers: no physics is missing, the nominal model holds a false value."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .catalogue import Context, drawer, Hidden
+from .nominal import Nominal
+
+__all__: list[str] = []
+
+_LOAD = ('p0', 'p1', 'p2', 'p3', 'contact')
+
+
+def _nothing(plant: np.ndarray, magnitude: float) -> None:
+    """Leave the plant as it is: the error is in the model."""
+
+
+def _sign(rng: np.random.Generator) -> float:
+    return 1.0 if rng.random() < 0.5 else -1.0
+
+
+@drawer('inertia_error')
+def _inertia(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
+    sign = _sign(rng)
+
+    def lack(model: Nominal, m: float) -> Nominal:
+        return replace(model, inertia=model.inertia * (1.0 + sign * m))
+
+    return Hidden('inertia_error', 'number', _nothing, (0.005, 0.7),
+                  lambda c: {'inertia': c.base.inertia}, lack, ('inertia',))
+
+
+@drawer('viscous_friction_error')
+def _viscous(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
+    sign = _sign(rng)
+
+    def lack(model: Nominal, m: float) -> Nominal:
+        return replace(model, viscous=model.viscous * (1.0 + sign * m))
+
+    return Hidden('viscous_friction_error', 'number', _nothing, (0.01, 0.95),
+                  lambda c: {'viscous_friction': c.base.viscous}, lack, ('viscous',))
+
+
+@drawer('coulomb_friction_error')
+def _coulomb(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
+    sign = _sign(rng)
+
+    def lack(model: Nominal, m: float) -> Nominal:
+        return replace(model, coulomb=model.coulomb * (1.0 + sign * m))
+
+    return Hidden('coulomb_friction_error', 'number', _nothing, (0.01, 0.95),
+                  lambda c: {'coulomb': c.base.coulomb}, lack, ('coulomb',))
+
+
+@drawer('load_stiffness_error')
+def _stiffness(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
+    sign = _sign(rng)
+
+    def lack(model: Nominal, m: float) -> Nominal:
+        scale = 1.0 + sign * m
+        a, b, c, d = (p / scale for p in model.load)
+        return replace(model, load=(a, b, c, d))
+
+    return Hidden('load_stiffness_error', 'number', _nothing, (0.003, 0.6),
+                  lambda c: {'scale': 1.0 + sign * c.magnitude}, lack, _LOAD)
+
+
+@drawer('contact_shift')
+def _contact(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
+    sign = _sign(rng)
+
+    def lack(model: Nominal, m: float) -> Nominal:
+        shift = sign * m  # truth(θ) = model(θ - shift), so model(θ) = truth(θ + shift)
+        if model.contact is not None:
+            return replace(model, contact=model.contact - shift)
+        p = np.polynomial.Polynomial(model.load)
+        a, b, c, d = p(np.polynomial.Polynomial([shift, 1.0])).coef
+        return replace(model, load=(float(a), float(b), float(c), float(d)))
+
+    return Hidden('contact_shift', 'number', _nothing, (0.02, 4.0),
+                  lambda c: {'shift': sign * c.magnitude}, lack, _LOAD)
+
+
+@drawer('torque_offset')
+def _offset(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
+    sign = _sign(rng)
+
+    def put(plant: np.ndarray, m: float) -> None:
+        plant['offset'] = sign * m
+
+    def describe(context: Context) -> dict[str, float]:
+        return {'offset': float(context.plant['offset'][0])}
+
+    return Hidden('torque_offset', 'current sensor', put, (2e-4, 0.04), describe,
+                  locked=('p0',))
+
+
+@drawer('load_dependent_friction')
+def _load_friction(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
+    modelled = 0.0 if rng.random() < 0.6 else rng.uniform(0.01, 0.05)
+    power = 1.0 if rng.random() < 0.5 else rng.uniform(0.75, 1.3)
+
+    def put(plant: np.ndarray, m: float) -> None:
+        plant['gain'] = modelled + m
+        plant['gain_power'], plant['gain_scale'] = power, 0.2
+
+    def lack(model: Nominal, m: float) -> Nominal:
+        return replace(model, gain=modelled)
+
+    def describe(context: Context) -> dict[str, float]:
+        load = np.abs(_curve(context.base, context.run.position))
+        load = load[np.abs(context.run.velocity) > 0.3]
+        level = context.plant['gain'][0] * 0.2 * (load / 0.2) ** power
+        slope = np.polyfit(load, level, 1)[0]
+        return {'load_gain': float(slope)}
+
+    name = 'linear in load' if power == 1.0 else 'power of load'
+    return Hidden('load_dependent_friction', name, put, (0.002, 0.35), describe, lack, ('gain',))
+
+
+def _curve(model: Nominal, position: np.ndarray) -> np.ndarray:
+    s = position if model.contact is None else position - model.contact
+    value = np.polynomial.polynomial.polyval(s, model.load)
+    return value if model.contact is None else value * (s >= 0.0)
