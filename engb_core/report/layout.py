@@ -93,10 +93,11 @@ class Page:
                                                   for item in items) + '</ul>'))
 
     def table(self, columns: Sequence[Column], rows: Iterable[Sequence[Html | str]], *,
-              caption: str = '', chosen: Iterable[int] = (), kind: str = '') -> None:
+              caption: str = '', chosen: Iterable[int] = (), kind: str = 'stack') -> None:
         """Add a table; each row's first cell is its heading, rows in `chosen` are set in bold.
 
-        `kind` is a CSS class; 'compact' keeps columns together instead of over the full width.
+        `kind` is a CSS class: 'stack' turns rows into blocks where the screen is narrow,
+        'compact' keeps columns together instead of over the full width.
         """
         marked = set(chosen)
         head = join(Html(f'<th scope="col"{_class(column.kind)}>{escape(column.heading)}</th>')
@@ -104,13 +105,14 @@ class Page:
         body = []
         for index, row in enumerate(rows):
             cells = [Html(f'<th scope="row">{escape(row[0])}</th>')]
-            cells += [Html(f'<td{_class(column.kind)}>{escape(value)}</td>')
+            cells += [Html(f'<td{_class(column.kind)} data-label="{escape(column.heading)}">'
+                           f'{escape(value)}</td>')
                       for column, value in zip(columns[1:], row[1:], strict=True)]
             row_kind = ' class="chosen"' if index in marked else ''
             body.append(Html(f'<tr{row_kind}>{join(cells)}</tr>'))
-        title = f'<caption>{escape(caption)}</caption>' if caption else ''
-        self.add(Html(f'<div class="scroll"><table{_class(kind)}>{title}<thead><tr>{head}</tr>'
-                      f'</thead><tbody>{join(body)}</tbody></table></div>'))
+        note = paragraph(caption, 'caption') if caption else ''
+        self.add(Html(f'<div class="scroll"><table{_class(kind)}><thead><tr>{head}</tr></thead>'
+                      f'<tbody>{join(body)}</tbody></table>{note}</div>'))
 
     def shares(self, items: Iterable[tuple[str, float, str]], *, colour: str = 'after') -> None:
         """Add a bar chart made of text and boxes: (label, share 0…1, what stands at its end)."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from engb_core.report.figures import Band, Bars, decimate, Figure, Points, Series
 from engb_core.report.style import LIGHT
-from engb_core.report.text import clean, escape, Html, shorten
+from engb_core.report.text import escape, Html, shorten
 
 __all__ = ['matplotlib_svg']
 
@@ -39,7 +39,8 @@ def matplotlib_svg(figure: Figure, identifier: str, points: int) -> Html:
                                hspace=40 * len(heights) / sum(heights))
         for number, (axis, panel) in enumerate(zip(axes, figure.panels, strict=True)):
             _style(axis)
-            axis.set_title(_text(panel.y.title), loc='left', fontsize=11, color=LIGHT['ink'],
+            axis.set_title(_text(panel.y.title), loc='left', x=-0.06, fontsize=11,
+                           color=LIGHT['ink'],
                            pad=6 if number else 6 + above)
             if panel.zero:
                 axis.axhline(0, color=LIGHT['muted'], linewidth=0.8, zorder=1)
@@ -110,7 +111,7 @@ def _bars(axis, series: Bars, number: int, count: int) -> None:
 
 def _text(value: str) -> str:
     """Matplotlib reads '$' as the start of a formula; a recording's name is none."""
-    return clean(value).replace('$', r'\$')
+    return shorten(value, 72).replace('$', r'\$')
 
 
 def _inline(text: str, alt: str) -> Html:

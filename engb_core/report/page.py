@@ -122,7 +122,7 @@ def _lead(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.verdict == 'consistent':
         text = 'Nothing stands above the noise that a test at 1 % would call real.'
         if fit:
-            floor = (f', against a noise floor of {quantity(fit.noise_floor, fit.unit)}'
+            floor = (f', against a noise floor of {quantity(fit.noise_floor, fit.unit, 2)}'
                      if fit.noise_floor is not None else '')
             text += (f' On recordings that no fit has seen, the model misses the motor '
                      f'{_effort(fit)} by {quantity(fit.rms_before, fit.unit)} rms{floor}.')
@@ -131,8 +131,8 @@ def _lead(diagnosis: Diagnosis) -> list[str]:
         text = ('The mismatch is real, but no effect in the catalogue describes it well enough '
                 'to be named; a wrong name would be worse than none.')
         if fit and fit.rms_after < fit.rms_before:
-            gain = ('What is left can still be modelled as a function of what it depends on: '
-                    f'{gain[0].lower()}{gain[1:]}')
+            gain = ('It can be modelled all the same, as a function of what it depends on. '
+                    f'{gain}')
         return [text, gain] if gain else [text]
     lines = [entry.statement.strip() for entry in diagnosis.effects[:2] if entry.statement]
     lines = [line if line.endswith(('.', '!', '?')) else f'{line}.' for line in lines]
@@ -143,7 +143,7 @@ def _lead(diagnosis: Diagnosis) -> list[str]:
 
 def _gain(fit: QualityOfFit) -> str:
     verb = 'falls' if fit.rms_after < fit.rms_before else 'does not fall: it goes'
-    floor = (f'; the noise floor is {quantity(fit.noise_floor, fit.unit)}'
+    floor = (f'; the noise floor is {quantity(fit.noise_floor, fit.unit, 2)}'
              if fit.noise_floor is not None else '')
     return (f'On recordings that no fit has seen, the error of the modelled {_effort(fit)} {verb} '
             f'from {" to ".join(quantities((fit.rms_before, fit.rms_after), fit.unit))} '
@@ -164,15 +164,21 @@ def _key(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
                       else 'of the least certain effect'))
         total = min(sum(entry.share for entry in diagnosis.effects), 1.0)
         items.append(('Mismatch explained', percent(total), 'of its energy above the noise'))
-    for name, title in (('effort', 'Held-out effort error'), ('position', 'Closed-loop position')):
+    left = diagnosis.unexplained
+    if diagnosis.verdict == 'unexplained' and left is not None and left.depends_on:
+        parity = {'odd': 'odd', 'even': 'even'}.get(left.parity_in_velocity,
+                                                    'neither odd nor even')
+        items.append(('Depends on', ', '.join(coordinate(name) for name in left.depends_on),
+                      f'{parity} in velocity, {"with" if left.memory else "without"} memory'))
+    for name, title in (('effort', 'Held-out torque error'), ('position', 'Closed-loop position')):
         fit = _pooled(diagnosis, name)
         if fit is None:
             continue
         if diagnosis.verdict == 'consistent':
             value = quantity(fit.rms_before, fit.unit)
         else:
-            value = ' → '.join(quantities((fit.rms_before, fit.rms_after), fit.unit))
-        floor = (f'noise floor {quantity(fit.noise_floor, fit.unit)}'
+            value = '\u00a0→ '.join(quantities((fit.rms_before, fit.rms_after), fit.unit))
+        floor = (f'noise floor {quantity(fit.noise_floor, fit.unit, 2)}'
                  if fit.noise_floor is not None else 'rms error on held-out recordings')
         items.append((title, value, floor))
     return items
@@ -186,9 +192,9 @@ def _where(page: Page, diagnosis: Diagnosis, units: Units) -> None:
     page.section('What was compared' if consistent else 'Where it happens')
     if diagnosis.where and not consistent:
         first = max(diagnosis.where, key=lambda zone: zone.share)
-        page.text(f'{percent(first.share)} of the mismatch lies at {zone_range(first)}.'
-                  if zone_range(first) != coordinate(first.variable) else
-                  f'{percent(first.share)} of the mismatch goes with {zone_range(first)}.')
+        place = zone_range(first)
+        verb = 'lies at' if any(character.isdigit() for character in place) else 'comes while'
+        page.text(f'{percent(first.share)} of the mismatch {verb} {place}.')
         _zones(page, diagnosis.where)
     if traces:
         page.figure(overlay(traces[0], diagnosis.time, units), points=MAIN_POINTS)
@@ -231,16 +237,23 @@ def _intervals(page: Page, diagnosis: Diagnosis) -> None:
         entry = ranked[rank]
         place = f', {shorten(entry.recording, 32)}' if several else ''
         return f'{rank + 1}:  {entry.begin:.2f}–{entry.end:.2f} s{place}'
-    page.shares([(label(rank), entry.share, percent(entry.share))
-                 for rank, entry in enumerate(ranked[:INTERVALS])], colour='mark')
-    rest = ranked[INTERVALS:]
-    if rest:
-        page.begin_details(f'{len(rest)} more intervals with '
-                           f'{percent(sum(entry.share for entry in rest))} of the mismatch')
-        page.table([Column('Recording'), Column('From [s]', number=True),
-                    Column('To [s]', number=True), Column('Share', number=True)],
-                   [(shorten(entry.recording, 60), f'{entry.begin:.2f}', f'{entry.end:.2f}',
-                     percent(entry.share)) for entry in rest[:200]])
+    total = sum(entry.share for entry in ranked)
+    spread = sum(entry.share for entry in ranked[:INTERVALS]) < 0.35 and len(ranked) > INTERVALS
+    if spread:
+        page.text(f'It is spread over {len(ranked)} short intervals, which together hold '
+                  f'{percent(min(total, 1.0))} of the mismatch; no single one holds more than '
+                  f'{percent(ranked[0].share)}.')
+    else:
+        page.shares([(label(rank), entry.share, percent(entry.share))
+                     for rank, entry in enumerate(ranked[:INTERVALS])], colour='mark')
+    if len(ranked) > INTERVALS:
+        page.begin_details(f'All {len(ranked)} intervals')
+        page.table([Column('Rank'), Column('From [s]', number=True),
+                    Column('To [s]', number=True), Column('Share', number=True),
+                    Column('Recording')],
+                   [(str(rank), f'{entry.begin:.2f}', f'{entry.end:.2f}', percent(entry.share),
+                     breakable(shorten(entry.recording, 60)))
+                    for rank, entry in enumerate(ranked[:200], 1)], kind='compact')
         page.end_details()
 
 
@@ -287,7 +300,8 @@ def _effect(page: Page, finding: EffectFinding) -> None:
     if rivals:
         named = enumerate_words([f'{effect_name(name)} ({probability(value)})'
                                  for name, value in rivals[:4]], 'or')
-        page.text(f'These recordings cannot rule out {named}.')
+        page.text(f'These recordings cannot rule out {named}.' if rivals[0][1] > 0.1 else
+                  f'Hardly, but possibly: {named}.')
     if any(value.std is None for value in finding.parameters.values()):
         page.text('"Not determined" means that the recordings do not contain the motion that '
                   'would fix this number; take the value as a guess.', kind='caption')
@@ -347,12 +361,12 @@ def _fit_table(page: Page, rows: tuple[QualityOfFit, ...]) -> None:
                      bar(row.rms_after / largest, 'after', mark=mark)])
         change = (row.rms_after / row.rms_before - 1) if row.rms_before > 0 else math.nan
         name = {'effort': 'motor torque' if row.unit != 'N' else 'motor force'}.get(
-            row.quantity, f'closed-loop {row.quantity}')
-        factor, unit = scaled(largest, row.unit)
-        floor = '–' if row.noise_floor is None else number(factor * row.noise_floor)
-        table.append((breakable(shorten(row.recording, 44)), f'{name} [{unit}]',
-                      number(factor * row.rms_before), number(factor * row.rms_after), floor,
-                      _change(change), bars))
+            row.quantity, f'closed-loop {coordinate(row.quantity)}')
+        unit = scaled(largest, row.unit)[1]
+        figures = [row.rms_before, row.rms_after, *([] if mark is None else [row.noise_floor])]
+        texts = quantities([*figures, largest], row.unit)[:len(figures)] + ['–'] * (mark is None)
+        table.append((breakable(shorten(row.recording, 44)),
+                      f'{name} [{shorten(unit, 24)}]', *texts, _change(change), bars))
     page.table([Column('Recording'), Column('Quantity'), Column('As given', number=True),
                 Column('Corrected', number=True), Column('Noise floor', number=True),
                 Column('Change', number=True), Column('', kind='bars')], table[:40],
@@ -370,32 +384,41 @@ def _how_sure(page: Page, diagnosis: Diagnosis) -> None:
     candidates = sorted(diagnosis.evidence.candidates, key=lambda entry: -entry.probability)
     if not candidates:
         return
-    page.section('How sure, and why not something else' if diagnosis.verdict != 'consistent'
-                 else 'What else was tried')
+    page.section({'consistent': 'What was tried',
+                  'unexplained': 'Why none of the known effects'}.get(
+                      diagnosis.verdict, 'How sure, and why not something else'))
     held = [entry.held_out_rms for entry in candidates]
     page.text(f'{len(candidates)} hypotheses were fitted together with the nominal numbers and '
               'judged on data that the fit had not seen. The probabilities are calibrated: of '
               'claims made with 90 %, nine in ten hold.')
     unit = next((row.unit for row in diagnosis.held_out if row.quantity == 'effort'), 'N·m')
     best = min((value for value in held if np.isfinite(value)), default=math.nan)
-    named = {tuple(sorted(entry.effect for entry in diagnosis.effects))}
+    named = tuple(sorted(entry.effect for entry in diagnosis.effects))
     shown = candidates[:CANDIDATES]
+    rows = [(effect_names(entry.effects, start=True), probability(entry.probability),
+             bar(entry.probability), quantity(entry.held_out_rms, unit), percent(entry.share),
+             entry.remark or _why_not(entry.held_out_rms, best)) for entry in shown]
+    unknown = diagnosis.verdict == 'unexplained'
+    chosen = [index for index, entry in enumerate(shown)
+              if tuple(sorted(entry.effects)) == named and not unknown]
+    rest = 1 - sum(entry.probability for entry in candidates)
+    if rest >= 0.01:
+        rows.append(('None of these', probability(rest), bar(rest), '–', '–', ''))
+        chosen += [len(rows) - 1] if unknown else []
     page.table([Column('Hypothesis'), Column('Probability', number=True), Column('', kind='bars'),
                 Column('Held-out rms', number=True), Column('Explains', number=True),
                 Column('Remark', kind='wrap')],
-               [(effect_names(entry.effects, start=True), probability(entry.probability),
-                 bar(entry.probability), quantity(entry.held_out_rms, unit),
-                 percent(entry.share), entry.remark or _why_not(entry.held_out_rms, best))
-                for entry in shown],
-               chosen=[index for index, entry in enumerate(shown)
-                       if tuple(sorted(entry.effects)) in named])
+               rows, chosen=chosen)
 
 
 def _why_not(rms: float, best: float) -> str:
     if not (math.isfinite(rms) and math.isfinite(best) and best > 0):
         return ''
-    excess = rms / best - 1
-    return '' if excess < 0.005 else f'misses {percent(excess)} more'
+    ratio = rms / best
+    if ratio < 1.005:
+        return ''
+    return (f'held-out error {percent(ratio - 1)} above the best' if ratio < 2 else
+            f'held-out error {number(ratio, 2)} times the best')
 
 
 def _next(page: Page, diagnosis: Diagnosis, units: Units) -> None:

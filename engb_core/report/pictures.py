@@ -16,7 +16,7 @@ from engb_core.diagnose.diagnosis import (
 )
 from engb_core.report.figures import Axis, Band, Figure, Line, Panel, Span
 from engb_core.report.text import shorten
-from engb_core.report.wording import capital, coordinate, number, scaled
+from engb_core.report.wording import capital, coordinate, scaled
 
 __all__ = ['Units', 'close_up', 'closed_loop', 'experiment', 'numbered', 'overlay',
            'residual_over']
@@ -49,10 +49,8 @@ def overlay(trace: Trace, intervals: Sequence[Interval], units: Units) -> Figure
     """Recorded against predicted effort, their difference, and the motion, over time."""
     spans = tuple(Span(entry.begin, entry.end, str(rank) if rank <= LABELLED else '')
                   for rank, entry in numbered(intervals, trace.recording)[:SHADED])
-    kept = ' (held out of every fit)' if trace.held_out else ''
     return Figure(
-        f'{capital(units.effort_name)} that the motion needs: recorded and modelled – '
-        f'{shorten(trace.recording, 60)}{kept}',
+        f'Recorded and modelled {units.effort_name}, {shorten(trace.recording, 60)}',
         Axis('Time', 's'),
         (*_effort_panels(trace, units, np.isfinite(trace.time)),
          Panel(Axis('Position', units.position),
@@ -60,7 +58,7 @@ def overlay(trace: Trace, intervals: Sequence[Interval], units: Units) -> Figure
         alt=f'Recorded and modelled motor {units.effort_name} of {trace.recording} over time; '
             f'below it their difference before and after the correction, and the position. '
             f'{len(spans)} intervals with mismatch are marked.',
-        caption=_overlay_caption(spans),
+        caption=_overlay_caption(trace, spans),
         spans=spans)
 
 
@@ -75,8 +73,8 @@ def close_up(trace: Trace, interval: Interval, units: Units) -> Figure | None:
     if np.count_nonzero(inside) < 10:
         return None
     return Figure(
-        f'Close-up of the strongest mismatch, {number(interval.begin, 4)} to '
-        f'{number(interval.end, 4)} s', Axis('Time', 's'),
+        f'Close-up of the strongest mismatch, {interval.begin:.2f} to {interval.end:.2f} s',
+        Axis('Time', 's'),
         (*_effort_panels(trace, units, inside),
          Panel(Axis('Velocity', units.velocity),
                (Line('', trace.time[inside], trace.velocity[inside], 'muted', width=1.3),), 80,
@@ -91,7 +89,7 @@ def closed_loop(loop: ClosedLoop, units: Units) -> Figure:
     before, after = loop.simulated_before - loop.recorded, loop.simulated_after - loop.recorded
     factor, unit = scaled(_largest(before, after), units.position)
     return Figure(
-        f'Closed loop, simulated against recorded – {shorten(loop.recording, 60)}',
+        f'Closed loop, simulated and recorded, {shorten(loop.recording, 60)}',
         Axis('Time', 's'),
         (Panel(Axis('Position', units.position), (
             Line('recorded', loop.time, loop.recorded, 'recorded', width=2.2),
@@ -156,21 +154,19 @@ def _effort_panels(trace: Trace, units: Units, chosen: np.ndarray) -> tuple[Pane
         Line('recorded', time, total * trace.effort[chosen], 'recorded', width=2.2),
         Line(BEFORE, time, total * trace.predicted_before[chosen], 'before', width=1.3),
         Line(AFTER, time, total * trace.predicted_after[chosen], 'after', width=1.3)), 190)
-    residual = Panel(Axis('Recorded − modelled, where the shaft moves', unit), (
+    residual = Panel(Axis('Recorded − modelled, in motion', unit), (
         Band('noise floor, ±2σ', edges, -floor, floor),
         Line(BEFORE, time, factor * before, 'before', width=1.1),
         Line(AFTER, time, factor * after, 'after', width=1.1)), 150, zero=True)
     return effort, residual
 
 
-def _overlay_caption(spans: Sequence[Span]) -> str:
-    if not spans:
-        return ''
-    labelled = sum(1 for span in spans if span.label)
-    if not labelled:
-        return 'Shaded: the intervals that hold the mismatch.'
-    return ('Shaded: the intervals that hold the mismatch; numbers rank the strongest, as in the '
-            'list below.')
+def _overlay_caption(trace: Trace, spans: Sequence[Span]) -> str:
+    text = 'No fit has seen this recording.' if trace.held_out else ''
+    if spans:
+        text += ' Shaded: the intervals that hold the mismatch'
+        text += ('; the strongest are numbered.' if any(span.label for span in spans) else '.')
+    return text.strip()
 
 
 def _largest(*arrays: np.ndarray) -> float:

@@ -6,6 +6,7 @@ plotly package, and what is written works with plotly.js 2 and 3.
 
 from __future__ import annotations
 
+import html
 import json
 from typing import Any
 
@@ -40,7 +41,7 @@ def plotly_div(figure: Figure, identifier: str, points: int) -> Html:
     # A data block ends at any "</script" or may open a comment: no "<" may stand in it.
     text = text.replace('<', '\\u003c').replace('>', '\\u003e').replace('&', '\\u0026')
     height = spec['layout']['height']
-    return Html(f'<div class="drawing" role="img" style="height:{height}px" '
+    return Html(f'<div class="drawing" role="group" style="height:{height}px" '
                 f'aria-label="{escape(figure.alt or figure.title)}"></div>'
                 f'<script type="application/json" data-plot="{escape(identifier)}">{text}'
                 '</script>')
@@ -69,7 +70,7 @@ def plotly_spec(figure: Figure, points: int) -> dict[str, Any]:
         suffix = '' if number == 1 else str(number)
         axis = {'domain': [bottom, top], 'anchor': 'x', 'gridcolor': ROLE + 'grid',
                 'linecolor': ROLE + 'rule', 'zeroline': panel.zero, 'zerolinewidth': 1,
-                'zerolinecolor': ROLE + 'muted', 'nticks': max(panel.height // 38, 3),
+                'zerolinecolor': ROLE + 'muted', 'nticks': max(panel.height // 26, 4),
                 'automargin': True, 'fixedrange': False}
         if panel.y.log:
             axis['type'] = 'log'
@@ -79,7 +80,7 @@ def plotly_spec(figure: Figure, points: int) -> dict[str, Any]:
         layout['annotations'].append({
             'text': _text(panel.y.title), 'xref': 'paper', 'yref': 'paper', 'x': 0, 'y': top,
             'xanchor': 'left', 'yanchor': 'bottom', 'showarrow': False,
-            'yshift': 5 + (above if number == 1 else 0),
+            'xshift': -LEFT + 12, 'yshift': 5 + (above if number == 1 else 0),
             'font': {'color': ROLE + 'ink', 'size': 12}})
         for span in figure.spans:
             layout['shapes'].append({
@@ -140,7 +141,7 @@ def _traces(series: Series, axis: str, points: int) -> list[dict[str, Any]]:
                       'line': {'color': colour, 'width': series.width, 'dash': series.dash}}
     if series.marker:
         trace['marker'] = {'color': colour, 'size': 7, 'symbol': SYMBOLS[series.marker],
-                           'line': {'width': 1.4}}
+                           'line': {'width': 1.4, 'color': colour}}
     return [trace]
 
 
@@ -153,7 +154,7 @@ def _thinned(series: Line | Points, points: int) -> tuple[np.ndarray, np.ndarray
 
 def _text(value: str) -> str:
     """Plotly reads text as HTML of its own kind: give it entities, so that it stays text."""
-    return str(escape(value))
+    return html.escape(shorten(value, 72), quote=False)
 
 
 def _limits(limits: tuple[float, float], log: bool) -> list[float]:

@@ -41,20 +41,20 @@ h1{font-size:2.05rem;margin:.35rem 0 .9rem;max-width:30ch;overflow-wrap:anywhere
 h2{font-size:1.32rem;margin:3.1rem 0 .7rem;padding-top:.95rem;border-top:1px solid var(--rule)}
 h3{font-size:1.06rem;margin:2rem 0 .35rem}
 p,ul.notes{margin:.55rem 0;max-width:43rem}
-p.lead{font-size:1.14rem;line-height:1.5}
+p.lead{font-size:1.12rem;line-height:1.5}
 .eyebrow{color:var(--muted);font-size:.86rem;margin:0;overflow-wrap:anywhere;max-width:none}
 .eyebrow b{font-weight:650;color:var(--tone,var(--ink))}
 .muted,.caption,.alt{color:var(--muted)}
-.caption{font-size:.88rem;margin:.15rem 0 0}
+.caption{font-size:.88rem;margin:.4rem 0 0}
 .tone-good{--tone:var(--good)}.tone-warn{--tone:var(--before)}.tone-info{--tone:var(--after)}
 header.verdict{border-left:5px solid var(--tone);padding-left:1.3rem}
 dl.key{display:grid;grid-template-columns:repeat(auto-fit,minmax(10.5rem,1fr));gap:1.1rem 1.6rem;
   margin:1.7rem 0 0}
 dl.key div{border-top:1px solid var(--rule);padding-top:.45rem}
 dl.key dt{font-size:.82rem;color:var(--muted);line-height:1.3}
-dl.key dd{margin:.1rem 0 0;font-size:1.36rem;font-weight:600;line-height:1.25}
+dl.key dd{margin:.1rem 0 0;font-size:1.22rem;font-weight:600;line-height:1.25}
 dl.key dd small{display:block;font-size:.8rem;font-weight:400;color:var(--muted);line-height:1.35}
-figure.plot{margin:1.5rem 0 1.7rem;break-inside:avoid}
+figure.plot{margin:1.6rem 0 2rem;break-inside:avoid}
 figcaption{display:flex;flex-wrap:wrap;gap:.2rem 1.2rem;align-items:baseline;
   justify-content:space-between;margin-bottom:.15rem}
 .figure-title{font-weight:600;font-size:.98rem;overflow-wrap:anywhere}
@@ -127,6 +127,15 @@ footer{margin-top:3rem;color:var(--muted);font-size:.84rem}
   .shares{grid-template-columns:1fr 3.2rem;gap:.15rem .7rem}
   .shares .what{grid-column:1/-1;margin-top:.35rem}
   th,td{padding-right:.7rem}
+  table.stack,table.stack tbody{display:block}
+  table.stack thead{position:absolute;clip-path:inset(50%);width:1px;height:1px;overflow:hidden}
+  table.stack tr{display:block;padding:.45rem 0;border-bottom:1px solid var(--grid)}
+  table.stack th,table.stack td{display:flex;justify-content:space-between;gap:1.2rem;border:0;
+    padding:.12rem 0;width:auto;min-width:0;white-space:normal;text-align:right}
+  table.stack th{text-align:left;font-weight:600}
+  table.stack td::before{content:attr(data-label);color:var(--muted);text-align:left;flex:none}
+  table.stack td:empty{display:none}
+  table.stack td.bars{display:block;padding:.3rem 0}
 }
 html[data-print] main{width:43rem;max-width:none;margin:0;padding:0}
 @media print{
@@ -164,8 +173,11 @@ function dye(value) {
     return Object.fromEntries(Object.entries(value).map(([key, item]) => [key, dye(item)]));
   return value;
 }
+// Newer plotly offers to upload a chart to its cloud: a recording is nobody else's business.
 const config = {displaylogo: false, responsive: true, displayModeBar: 'hover',
-  modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d'],
+  showSendToCloud: false, plotlyServerURL: '', typesetMath: false,
+  modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d', 'sendChartToCloud',
+    'sendDataToCloud'],
   toImageButtonOptions: {format: 'svg', filename: 'engb'}};
 
 function draw(id) {
@@ -174,7 +186,13 @@ function draw(id) {
   const layout = dye(plot.spec.layout);
   layout.font.family = getComputedStyle(document.body).fontFamily;
   layout.width = plot.box.clientWidth;
-  if (layout.width < 520) { layout.margin.l = 44; layout.xaxis.nticks = 6; }
+  if (layout.width < 520) {
+    layout.margin.l = 44;
+    layout.xaxis.nticks = 6;
+    layout.margin.t += 24;   // else the toolbar would lie on the first panel's title
+    layout.height += 24;
+  }
+  plot.box.style.height = `${layout.height}px`;
   // On a touch screen a drag scrolls the page; zooming stays in the toolbar.
   layout.dragmode = matchMedia('(pointer: coarse)').matches ? false : 'zoom';
   delete layout.width;

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 import math
 
 from engb_core.diagnose.diagnosis import Diagnosis, ParameterEstimate, Zone
+from engb_core.report.text import shorten
 
 __all__ = ['capital', 'coordinate', 'effect_name', 'effect_names', 'enumerate_words', 'estimate',
            'headline', 'number', 'parameter_name', 'percent', 'probability', 'quantities',
@@ -16,6 +17,11 @@ MINUS = '\N{MINUS SIGN}'
 
 # Units that take a "milli" where the number is small; the others keep the base unit.
 PREFIXED = ('N·m', 'N', 'rad', 'm', 's', 'A')
+
+HYPHENS = {'load dependent': 'load-dependent', 'self energizing': 'self-energizing'}
+
+# Names longer than this are shortened in their middle.
+LONGEST = 56
 
 PROPER = ('stribeck', 'coulomb', 'dahl', 'hertz', 'masing')
 
@@ -55,10 +61,20 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 
 
 def quantities(values: Sequence[float], unit: str, digits: int = 3) -> list[str]:
-    """Return numbers in one common unit, the unit only at the last: ['21.3', '4.90 mN·m']."""
-    finite = [abs(value) for value in values if math.isfinite(value)]
-    factor, name = scaled(max(finite, default=0.0), unit)
-    texts = [number(value * factor, digits) for value in values]
+    """Return numbers that are compared, in one unit (written at the last) and equally fine.
+
+    The largest has `digits` significant digits, the others as many decimals, yet two digits at
+    least: ['21.3', '4.9 mN·m'].
+    """
+    sizes = [abs(value) for value in values if math.isfinite(value) and value]
+    factor, name = scaled(max(sizes, default=0.0), unit)
+    exponents = [math.floor(math.log10(size * factor)) for size in sizes] or [0]
+    if not -3 <= max(exponents) <= 5:
+        texts = [number(value * factor, digits) for value in values]
+    else:
+        decimals = min(max(digits - 1 - max(exponents), 1 - min(exponents), 0), 6)
+        texts = [_signed(f'{value * factor:.{decimals}f}') if math.isfinite(value) else '–'
+                 for value in values]
     return [*texts[:-1], f'{texts[-1]}{_unit(name)}']
 
 
@@ -72,7 +88,9 @@ def estimate(parameter: ParameterEstimate) -> str:
     if std <= 0 or not math.isfinite(value):
         return f'{number(value, 4)}{_unit(unit)}'
     largest = math.floor(math.log10(max(abs(value), std)))
-    last = math.floor(math.log10(std)) - 1
+    # Two digits of the deviation where it begins with 1, 2 or 3, else one, as usual in physics.
+    exponent = math.floor(math.log10(std))
+    last = exponent - (1 if std / 10.0**exponent < 3.55 else 0)
     if largest < -3 or largest > 5:
         scale = 10.0**-largest
         decimals = min(max(largest - last, 0), 6)
@@ -105,6 +123,9 @@ def effect_name(effect: str, *, start: bool = False) -> str:
     if words and words[-1] == 'error':
         words = ['wrong', *words[:-1]]
     name = ' '.join(words) or 'unnamed effect'
+    for apart, joined in HYPHENS.items():
+        name = name.replace(apart, joined)
+    name = shorten(name, LONGEST)
     return capital(name) if start else name
 
 
@@ -118,17 +139,20 @@ def effect_names(effects: Sequence[str], *, start: bool = False) -> str:
 
 def parameter_name(name: str) -> str:
     """Return a readable name of a parameter."""
-    return capital(' '.join(word.capitalize() if word in PROPER else word
-                            for word in str(name).replace('_', ' ').replace('.', ' ').split()))
+    words = str(name).replace('_', ' ').replace('.', ' ').split()
+    return capital(shorten(' '.join(word.capitalize() if word in PROPER else word
+                                    for word in words), LONGEST))
 
 
 def coordinate(name: str) -> str:
     """Return a readable name of a coordinate."""
-    return COORDINATES.get(name, str(name).replace('_', ' '))
+    return COORDINATES.get(name, shorten(str(name).replace('_', ' '), LONGEST))
 
 
 def zone_range(zone: Zone) -> str:
-    """Return 'velocity −2 to 2 rad/s'."""
+    """Return 'velocity −2 to 2 rad/s'; directions are named."""
+    if zone.variable == 'direction' and (zone.begin >= 0) != (zone.end <= 0):
+        return 'applying' if zone.begin >= 0 else 'releasing'
     unit = _unit(zone.unit)
     name = coordinate(zone.variable)
     if math.isfinite(zone.begin) and math.isfinite(zone.end):
@@ -160,7 +184,7 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == 'consistent':
         return 'The model agrees with the recordings'
     if diagnosis.verdict == 'unexplained' or not effects:
-        return "I don't know what this is" + _dependence(diagnosis)
+        return 'I don’t know what this is' + _dependence(diagnosis)
     names = enumerate_words([effect_name(entry.effect) for entry in effects])
     verb = 'explains' if len(effects) == 1 else 'explain'
     rivals = [entry.alternatives[0][0] for entry in effects
@@ -171,18 +195,20 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == 'explained':
         return f'{start} {verb} the mismatch'
     share = min(sum(entry.share for entry in effects), 1.0)
+    if share > 0.995:
+        return f'{start} {verb} most of the mismatch; something else remains'
     return f'{start} {verb} {percent(share)} of the mismatch; the rest has another cause'
 
 
 def _dependence(diagnosis: Diagnosis) -> str:
     left = diagnosis.unexplained
     if left is None or not left.depends_on:
-        return ': the mismatch is real, and nothing I know fits it'
-    return f': it depends on {enumerate_words(coordinate(name) for name in left.depends_on)}'
+        return '; the mismatch is real, but nothing I know fits it'
+    return f'; it depends on {enumerate_words(coordinate(name) for name in left.depends_on)}'
 
 
 def _unit(unit: str) -> str:
-    return '' if unit in ('', '-') else f'{NARROW}{unit}'
+    return '' if unit in ('', '-') else f'{NARROW}{shorten(unit, 24)}'
 
 
 def _signed(text: str) -> str:

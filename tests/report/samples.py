@@ -147,7 +147,7 @@ def partly() -> Diagnosis:
     def miss(position, velocity, load, time):
         return (0.011 * np.sin(7 * position) + 0.3 * load * np.tanh(velocity / 0.2) * 0.2
                 + 0.005 * np.sin(2 * np.pi * time / 7.3))
-    traces = tuple(_trace(f'stroke_{index}', index, 25.0, index > 3, miss, 0.72)
+    traces = tuple(_trace(f'stroke_{index}', index, 25.0, index > 3, miss, 0.28)
                    for index in range(1, 6))
     time = np.linspace(0, 12, 600)
     return Diagnosis(
@@ -162,7 +162,8 @@ def partly() -> Diagnosis:
             0.24, (('load_dependent_friction', 0.22), ('asymmetric_friction', 0.04)),
             'The caliper gives back less than it took: the loop is 4.3 % of the peak load wide '
             'to each side.')),
-        tuple(entry for trace in traces for entry in _intervals(trace, 0.0105)),
+        tuple(replace(entry, share=entry.share / 5) for trace in traces
+              for entry in _intervals(trace, 0.0105)),
         (Zone('load', 0.1, 0.2, 'N·m', 0.52), Zone('direction', -1.0, 0.0, '-', 0.4)),
         Unexplained(0.28, ('time', 'load'), 'even', False,
                     (Zone('load', 0.12, 0.2, 'N·m', 0.6),),
