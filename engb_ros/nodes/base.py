@@ -41,7 +41,7 @@ class ManagedNode(LifecycleNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(self.node_name, **options)
-        self.active = False
+        self.active = self._starting = False
         self.failure: InputError | None = None
         self._owned: list[tuple[Callable[[Any], Any], Any]] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -54,9 +54,11 @@ class ManagedNode(LifecycleNode):
         """Configure and activate, if the parameter says so; InputError where that fails."""
         if not self.values['autostart']:
             return
+        self._starting = True
         for transition in (self.trigger_configure, self.trigger_activate):
             if transition() != TransitionCallbackReturn.SUCCESS:
-                raise self.failure or InputError(f'{self.get_name()}: could not be started')
+                raise self.failure or InputError('could not be started; its log says why')
+        self._starting = False
 
     # What a node fills in.
 
@@ -123,7 +125,8 @@ class ManagedNode(LifecycleNode):
             self.configure(self.values)
         except InputError as error:
             self.failure = error
-            self.get_logger().error(str(error))
+            if not self._starting:   # at the start `run` prints it
+                self.get_logger().error(str(error))
             return TransitionCallbackReturn.FAILURE
         return super().on_configure(state)
 

@@ -1,0 +1,112 @@
+"""A node inside this process: looks at the graph, calls services, listens (for the runner)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import os
+import time
+from typing import Any
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+from engb_ros.interface import DEFAULT_NAMESPACE, Service, Topic
+from engb_ros.nodes.messages import message_class, publisher_qos
+
+__all__ = ['Probe']
+
+
+class Probe:
+    """Listens to and speaks with the nodes that a `Runner` has started.
+
+    It has a context of its own, so several can live in one process, each in its ROS domain.
+
+    Args:
+        domain: ROS_DOMAIN_ID; None: the environment's.
+        namespace: of the brake.
+    """
+
+    def __init__(self, domain: int | None = None, namespace: str = DEFAULT_NAMESPACE) -> None:
+        os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        self._context = rclpy.Context()
+        self._context.init(domain_id=domain)
+        self.node = rclpy.create_node('probe', context=self._context, namespace=namespace)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._clients: dict[str, Any] = {}
+        self._publishers: dict[str, Any] = {}
+
+    def __enter__(self) -> Probe:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
+
+    def spin(self, timeout: float = 0.02) -> None:
+        """Handle what has come, waiting no longer than `timeout` [s]."""
+        self._executor.spin_once(timeout_sec=timeout)
+
+    def listen(self, topic: Topic, callback: Callable[[Any], None] | None = None,
+               depth: int = 10000) -> list[Any]:
+        """Subscribe and return the list in which messages gather (or call `callback`)."""
+        messages: list[Any] = []
+        qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
+                         reliability=ReliabilityPolicy.RELIABLE)
+        if topic.kind == 'status':
+            qos = publisher_qos(topic)
+        self.node.create_subscription(message_class(topic.type), topic.name,
+                                      callback or messages.append, qos)
+        return messages
+
+    def publish(self, topic: Topic, value: Any) -> None:
+        """Publish a message, or a Float64 of a number."""
+        if topic.name not in self._publishers:
+            self._publishers[topic.name] = self.node.create_publisher(
+                message_class(topic.type), topic.name, publisher_qos(topic))
+        kind = message_class(topic.type)
+        self._publishers[topic.name].publish(
+            value if isinstance(value, kind) else kind(data=float(value)))
+
+    def publishers(self, topic: Topic) -> int:
+        """Return how many publish `topic`."""
+        return self.node.count_publishers(topic.name)
+
+    def subscribers(self, topic: Topic) -> int:
+        """Return how many listen to `topic`."""
+        return self.node.count_subscribers(topic.name)
+
+    def ready(self, node: str, service: Service) -> bool:
+        """Whether `node` offers `service`."""
+        return self._client(node, service).service_is_ready()
+
+    def call(self, node: str, service: Service, timeout: float = 20.0, request: Any = None) -> Any:
+        """Call a node's service and return the response.
+
+        Raises:
+            TimeoutError: no answer within `timeout` [s].
+        """
+        client = self._client(node, service)
+        end = time.monotonic() + timeout
+        while not client.service_is_ready():
+            self.spin()
+            if time.monotonic() > end:
+                raise TimeoutError(f'{client.srv_name} is not there')
+        future = client.call_async(request or message_class(service.type).Request())
+        while not future.done():
+            self.spin()
+            if time.monotonic() > end:
+                raise TimeoutError(f'{client.srv_name} did not answer')
+        return future.result()
+
+    def _client(self, node: str, service: Service) -> Any:
+        name = service.name.replace('~', node)
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(message_class(service.type), name)
+        return self._clients[name]
