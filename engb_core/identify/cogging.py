@@ -24,7 +24,8 @@ LEAST_PROMINENCE = 24.0
 def order_spectrum(pieces: Sequence[Motion], residual: Array, orders: Array) -> Array:
     """Return how much of Σ residual² a wave of each order explains (k,) [(N·m)²].
 
-    The wave passes the same kernel as the residual: what fast motion blurs can't count.
+    The wave is weakened as the residual's kernel weakens it: a wave of order k at speed ω has the
+    frequency k·ω, of which a Gaussian of width w lets exp(−(k·ω·w)²/2) pass.
 
     Args:
         pieces: the motions.
@@ -32,10 +33,12 @@ def order_spectrum(pieces: Sequence[Motion], residual: Array, orders: Array) -> 
         orders: (k,) [cycles per motor revolution].
     """
     used = [piece for piece in pieces if piece.rows.size]
+    angle = np.concatenate([piece.position[piece.rows] for piece in used])
+    blur = np.concatenate([piece.kernel.width * piece.smooth_velocity[piece.rows]
+                           for piece in used])
     power = np.zeros(orders.size)
     for number, order in enumerate(orders):
-        waves = np.concatenate([piece.smooth(np.column_stack(
-            [np.sin(order * piece.position), np.cos(order * piece.position)])) for piece in used])
+        waves = _waves(order, angle, blur)
         gram = waves.T @ waves
         # Too little of the wave passes the kernel: it can't be told from nothing.
         if np.linalg.eigvalsh(gram)[0] < 1e-3 * residual.size:
@@ -43,6 +46,11 @@ def order_spectrum(pieces: Sequence[Motion], residual: Array, orders: Array) -> 
         side = waves.T @ residual
         power[number] = side @ np.linalg.solve(gram, side)
     return power
+
+
+def _waves(order: float, angle: Array, blur: Array) -> Array:
+    passed = np.exp(-0.5 * (order * blur)**2)
+    return np.column_stack([passed * np.sin(order * angle), passed * np.cos(order * angle)])
 
 
 def find_orders(pieces: Sequence[Motion], residual: Array, at_most: int = 6) -> tuple[float, ...]:

@@ -10,35 +10,17 @@ from numpy.typing import NDArray
 
 from engb_core.errors import InputError
 from engb_core.identify.cogging import find_orders
-from engb_core.identify.even_odd import decompose, EvenOdd, join
-from engb_core.identify.load_and_friction import (
-    disturbance,
-    fit_friction,
-    fit_load,
-    FrictionFit,
-    LoadFit,
-)
+from engb_core.identify.paper_way import load_degree, paper_way, PaperResult
 from engb_core.identify.regression import Fit, fit, Form
-from engb_core.identify.resampling import (
-    by_interpolation,
-    by_nearest_neighbour,
-    by_sample_number,
-    reference_grid,
-    Resampled,
-)
 from engb_core.identify.smoothing import Motion, motions
-from engb_core.identify.strokes import find_strokes, Stroke
 from engb_core.identify.uncertainty import Estimate
-from engb_core.model import Friction, LoadTorque, Model
+from engb_core.model import Model
 from engb_core.recording import Recording
 
-__all__ = ['identify', 'IdentifiedModel', 'PaperResult', 'paper_way', 'stroke_data']
+__all__ = ['identify', 'IdentifiedModel']
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
-
-# M of equation (32): far fewer than a stroke's samples, far more than a cubic's wiggles.
-GRID_POINTS = 400
 
 # A number whose standard deviation is a larger part of it than this keeps the start's value.
 LEAST_PRECISION = 0.3
@@ -46,29 +28,6 @@ LEAST_PRECISION = 0.3
 # A contact angle is kept if it makes the fit this much better in BIC, and visibly (2 % in rms).
 CONTACT_EVIDENCE = 10.0
 CONTACT_GAIN = 0.02
-
-
-@dataclass(frozen=True)
-class PaperResult:
-    """Steps 2 to 6 as the paper has them; lists are one entry per stroke.
-
-    `sign_friction` is (42) as printed, `friction` with the saturation for the sign (Fig. 16).
-    """
-
-    strokes: list[Stroke]
-    disturbance: list[Array]
-    resampled: list[Resampled]
-    parts: EvenOdd
-    load: LoadFit
-    sign_friction: FrictionFit
-    friction: FrictionFit
-
-    def model(self, start: Model) -> Model:
-        """Return `start` with the paper's way's load and friction."""
-        velocity = self.friction.saturation_velocity
-        return replace(
-            start, load_torque=LoadTorque('polynomial', self.load.coefficients),
-            friction=Friction(self.friction.coulomb, self.friction.load_gain, velocity))
 
 
 @dataclass(frozen=True)
@@ -165,61 +124,9 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
     return IdentifiedModel(found.model(start), start, found.estimates, pieces, paper, found)
 
 
-def stroke_data(piece: Motion, stroke: Stroke, values: Array) -> tuple[
-        tuple[Array, Array, Array], tuple[Array, Array, Array]]:
-    """Return position, `values`, velocity of the stroke's clamp and of its release."""
-    def of(samples: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-        return piece.position[samples], values[samples], piece.smooth_velocity[samples]
-    return of(stroke.clamp), of(stroke.release)
-
-
-def paper_way(pieces: Sequence[Motion], start: Model, resampling: str = 'nearest',
-              points: int = GRID_POINTS) -> PaperResult:
-    """Do steps 2 to 6 as the paper has them.
-
-    Args:
-        pieces: the motions.
-        start: the nominal model, for J, B and known cogging.
-        resampling: 'nearest' (the paper), 'interpolated', or 'sample' (no step 3).
-        points: M, the size of a stroke's grid θ_R.
-
-    Raises:
-        InputError: no strokes.
-    """
-    strokes = find_strokes(pieces)
-    observed = [disturbance(piece, start.motor.inertia, start.motor.viscous_friction)
-                + _known_cogging(piece, start) for piece in pieces]
-    resampled = []
-    for stroke in strokes:
-        clamp, release = stroke_data(pieces[stroke.motion], stroke, observed[stroke.motion])
-        size = min(points, min(clamp[0].size, release[0].size) - 1)
-        if resampling == 'sample':
-            resampled.append(by_sample_number(size, clamp, release))
-            continue
-        grid = reference_grid(clamp[0], release[0], size)
-        way = by_interpolation if resampling == 'interpolated' else by_nearest_neighbour
-        resampled.append(way(grid, clamp, release))
-    parts = join([decompose(data) for data in resampled])
-    load = fit_load(parts, _degree(start))
-    return PaperResult(strokes, observed, resampled, parts, load,
-                       fit_friction(parts, load, saturated=False), fit_friction(parts, load))
-
-
-def _known_cogging(piece: Motion, start: Model) -> Array:
-    # d̂ holds −T_cog; what the start model knows of it is taken out before load and friction.
-    wave = np.zeros(piece.time.size)
-    for entry in start.cogging:
-        wave += entry.amplitude * np.sin(entry.order * piece.position + entry.phase)
-    return piece.kernel.apply(wave)
-
-
-def _degree(start: Model) -> int:
-    return min(max(3, len(start.load_torque.coefficients) - 1), 6)
-
-
 def _joint(pieces: list[Motion], start: Model, paper: PaperResult, tell: Progress) -> Fit:
     sinusoid = start.load_torque.form == 'sinusoid'
-    form = Form('sinusoid' if sinusoid else 'polynomial', _degree(start),
+    form = Form('sinusoid' if sinusoid else 'polynomial', load_degree(start),
                 orders=tuple(entry.order for entry in start.cogging))
     guess = _guess(start, paper, sinusoid)
     fastest = max(piece.top_speed for piece in pieces)
@@ -227,16 +134,27 @@ def _joint(pieces: list[Motion], start: Model, paper: PaperResult, tell: Progres
     best = min((fit(pieces, form, guess | {'saturation_velocity': width})
                 for width in sorted(widths)), key=lambda found: found.rms)
     tell(f'joint regression: residual {1e3 * best.rms:.2f} mN·m')
+    # Cogging can hide a contact and a missed contact can look like waves: each is looked for
+    # with the other taken out.
+    best = _with_cogging(pieces, best, tell)
     if not sinusoid:
-        best = _with_contact(pieces, best, paper, tell)
-    new = tuple(order for order in find_orders(pieces, best.residual)
-                if all(abs(order - known) > 0.05 for known in best.form.orders))
-    if new:
-        wider = replace(best.form, orders=best.form.orders + new)
-        best = fit(pieces, wider, best.values)
-        tell('cogging found at order ' + ', '.join(f'{order:g}' for order in new)
-             + f': residual {1e3 * best.rms:.2f} mN·m')
+        other = _with_contact(pieces, best, paper, tell)
+        if other is not best:
+            best = _with_cogging(pieces, other, tell)
     return _kept_where_unknown(pieces, best, start, tell)
+
+
+def _with_cogging(pieces: list[Motion], plain: Fit, tell: Progress) -> Fit:
+    """Return the fit with the cogging that stands out of the residual of `plain`."""
+    known = plain.form.orders
+    new = tuple(order for order in find_orders(pieces, plain.residual)
+                if all(abs(order - other) > 0.05 for other in known))
+    if not new:
+        return plain
+    found = fit(pieces, replace(plain.form, orders=known + new), plain.values)
+    tell('cogging found at order ' + ', '.join(f'{order:g}' for order in new)
+         + f': residual {1e3 * found.rms:.2f} mN·m')
+    return found
 
 
 def _guess(start: Model, paper: PaperResult, sinusoid: bool) -> dict[str, float]:

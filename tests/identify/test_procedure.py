@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from engb_core.control.feedforward import Feedforward
+from engb_core.control.reference import ReferenceSettings
 from engb_core.errors import InputError
 from engb_core.identify.procedure import identify
 from engb_core.model import Friction, Model
@@ -117,3 +119,30 @@ def test_recording_without_strokes_is_refused(motion):
 def test_no_recording_is_refused():
     with pytest.raises(InputError):
         identify([])
+
+
+def test_demo_like_recording_with_contact_and_cogging():
+    """Slow unloaded strokes, three amplitudes, contact, cogging: what the nodes record."""
+    truth = {'contact': 4.0, 'load': (0.0, 3e-3, 1.2e-4, 2e-6), 'coulomb': 0.014,
+             'saturation': 0.3, 'cogging': ((12, 4e-3, 0.7),)}
+    trajectory = ReferenceSettings(kind='strokes').trajectory()
+    reference = trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3))
+    found = identify([simulate(reference, truth, noise=2e-3, counts=8192, limit=0.75,
+                               gains=(0.4, 1.5, 0.006))])
+    theta = np.linspace(0.5, 35.0, 60)
+    assert np.abs(found.load_torque(theta) - true_load(theta, PAPER | truth)).max() < 1e-3
+    assert found.model.load_torque.contact_angle == pytest.approx(4.0, abs=0.15)
+    assert found.model.friction.load_gain == pytest.approx(0.11, rel=0.02)
+    assert found.model.friction.coulomb == pytest.approx(0.014, rel=0.02)
+    assert found.model.motor.inertia == pytest.approx(6.813e-5, rel=0.03)
+    wave, = found.model.cogging
+    assert (wave.order, wave.amplitude) == (12.0, pytest.approx(4e-3, rel=0.05))
+
+
+def test_torques_are_those_of_the_plant(found):
+    feedforward = Feedforward(found.model)
+    for theta, omega in ((3.0, 0.2), (15.0, -40.0), (19.0, 0.0)):
+        load = feedforward.load_torque(theta)
+        assert found.load_torque(theta) == pytest.approx(load)
+        assert found.friction_torque(theta, omega) == pytest.approx(
+            feedforward.friction_torque(load, omega))
