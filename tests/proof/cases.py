@@ -169,7 +169,7 @@ def draw_case(request: Request, rng: np.random.Generator) -> Case:
     """Draw a case as requested; draws again where the wanted size cannot be reached."""
     target = TARGETS[request.stratum] * float(np.exp(rng.normal(0.0, 0.08)))
     best: tuple[float, tuple] | None = None
-    for _attempt in range(6 if request.effects else 1):
+    for _ in range(6 if request.effects else 1):
         drawn = _attempt(request, target, rng)
         worst = max((abs(np.log(max(r, 1e-3) / target)) for r in drawn[6]), default=0.0)
         if best is None or worst < best[0]:
