@@ -37,26 +37,28 @@ class McapFile:
 
     Args:
         path: the file.
+        name: what notes and errors call it, where `path` is an unpacked copy.
 
     Raises:
         InputError: not readable, empty, or not MCAP.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, name: str = '') -> None:
+        self.path = Path(name or path)
         self.notes: list[str] = []
         try:
             self._file = os.open(path, os.O_RDONLY | getattr(os, 'O_BINARY', 0))
         except OSError as error:
-            raise InputError(f'{path}: cannot be read ({error.strerror})') from error
+            raise InputError(f'{self.path}: cannot be read ({error.strerror})') from error
         self._size = os.fstat(self._file).st_size
         if self._read(0, len(mcap.MAGIC)) != mcap.MAGIC:
             os.close(self._file)
-            raise InputError(f'{path}: not an MCAP file (its first bytes are wrong); '
+            raise InputError(f'{self.path}: not an MCAP file (its first bytes are wrong); '
                              'give a rosbag2 recording (.mcap or .db3)')
         self._directory = mcap.Directory()
         self._chunk_starts: list[int] = []
         self._complete = False      # the directory holds every channel of the file
+        self._closed = self._read(self._size - len(mcap.MAGIC), len(mcap.MAGIC)) == mcap.MAGIC
         self._read_summary()
 
     def __enter__(self) -> McapFile:
@@ -97,7 +99,7 @@ class McapFile:
     def _read_summary(self) -> None:
         """Take channels and the places of chunks from the end of the file, if it is there."""
         footer = self._read(self._size - _FOOTER_SIZE, _FOOTER_SIZE)
-        if len(footer) < _FOOTER_SIZE or not footer.endswith(mcap.MAGIC):
+        if len(footer) < _FOOTER_SIZE or not self._closed:
             return
         start = int.from_bytes(footer[_HEAD:_HEAD + 8], 'little')
         if footer[0] != mcap.FOOTER or not 0 < start < self._size:
@@ -131,6 +133,9 @@ class McapFile:
                 return
             opcode, length = mcap.record_head(head)
             if opcode in (mcap.DATA_END, mcap.FOOTER):
+                if not self._closed:
+                    self.notes.append(f'{self.path.name} has lost its end, where the index is; '
+                                      'all messages were read')
                 return
             following = position + _HEAD + length
             try:

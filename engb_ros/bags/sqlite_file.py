@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 import contextlib
 import itertools
+import os
 from pathlib import Path
+import shutil
 import sqlite3
+import tempfile
 from types import TracebackType
 from urllib.parse import quote
 
@@ -15,10 +18,11 @@ import numpy as np
 from engb_core.errors import InputError
 from engb_ros.bags.storage import as_batch, Batch, Channel
 
-__all__ = ['SQLITE_MAGIC', 'SqliteFile']
+__all__ = ['SQLITE_MAGIC', 'SqliteFile', 'whole_size']
 
 SQLITE_MAGIC = b'SQLite format 3\0'
 _ROWS = 20_000      # rows fetched at a time
+_GROWTH = 1000      # a cut-off file claims at most that many times its size
 _DAMAGE = (sqlite3.Error, OverflowError, ValueError, MemoryError)
 
 
@@ -27,13 +31,14 @@ class SqliteFile:
 
     Args:
         path: the file.
+        name: what notes and errors call it, where `path` is an unpacked copy.
 
     Raises:
         InputError: no SQLite database, or none that rosbag2 wrote.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, name: str = '') -> None:
+        self.path = Path(name or path)
         self.notes: list[str] = []
         # A recorder that was killed leaves its last rows in a log beside the file; without one
         # the file is opened as unchanging, which works on read-only disks too.
@@ -42,7 +47,7 @@ class SqliteFile:
         try:
             self._base = sqlite3.connect(f'file:{quote(str(path))}?{options}', uri=True)
         except sqlite3.Error as error:
-            raise InputError(f'{path}: cannot be opened ({error})') from error
+            raise InputError(f'{self.path}: cannot be opened ({error})') from error
         self._base.text_factory = lambda text: text.decode('utf-8', 'replace')
         try:
             with contextlib.suppress(sqlite3.DatabaseError):
@@ -50,7 +55,7 @@ class SqliteFile:
             self._topics = list(self._read_topics())
         except (sqlite3.Error, OverflowError, ValueError) as error:
             self._base.close()
-            raise InputError(f'{path}: not a rosbag2 database ({error}); give a recording '
+            raise InputError(f'{self.path}: not a rosbag2 database ({error}); give a recording '
                              '(.mcap or .db3) or record again') from error
 
     def __enter__(self) -> SqliteFile:
@@ -93,6 +98,31 @@ class SqliteFile:
                     rows.append(row)
             if rows:
                 yield from _batches(names, rows)
+
+
+@contextlib.contextmanager
+def whole_size(path: Path, notes: list[str]) -> Iterator[Path]:
+    """Give a file that SQLite is willing to open: a cut-off one as a copy, filled up with zeros.
+
+    SQLite refuses a file that is shorter than its header says, though the rows before the cut
+    are there.
+    """
+    with path.open('rb') as file:
+        head = file.read(100)
+        page = int.from_bytes(head[16:18], 'big')
+        size = os.fstat(file.fileno()).st_size
+        expected = (65536 if page == 1 else page) * int.from_bytes(head[28:32], 'big')
+        if not size < expected < _GROWTH * size:
+            yield path
+            return
+        with tempfile.NamedTemporaryFile(prefix='engb-', suffix='.db3') as copy:
+            file.seek(0)
+            shutil.copyfileobj(file, copy)
+            copy.truncate(expected)
+            copy.flush()
+            notes.append(f'{path.name} is cut off: read up to the cut at byte {size} of '
+                         f'{expected}')
+            yield Path(copy.name)
 
 
 def _batches(names: dict[int, str], rows: list[tuple]) -> Iterator[Batch]:
