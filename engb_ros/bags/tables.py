@@ -59,6 +59,8 @@ def read_table(path: str | os.PathLike, columns: Mapping[str, str]) -> dict[str,
     if len(set(sizes.values())) > 1:
         told = ', '.join(f'{name} {size}' for name, size in sizes.items())
         raise InputError(f'{path}: columns of different length ({told})')
+    if not any(sizes.values()):
+        raise InputError(f'{path}: holds no row of numbers')
     return found
 
 

@@ -18,10 +18,6 @@ from engb_ros.interface import FLOAT64, JOINT_STATE
 
 __all__ = ['FloatTable', 'JointTable', 'joint_state_rows', 'float64_rows', 'write_bag']
 
-STORAGES = ('mcap', 'sqlite3')
-COMPRESSIONS = ('none', 'chunk', 'message', 'file')
-
-
 @dataclass(frozen=True)
 class JointTable:
     """JointState messages of one joint.
@@ -50,7 +46,8 @@ class FloatTable:
 
 
 def write_bag(path: str | os.PathLike, topics: Mapping[str, JointTable | FloatTable],
-              storage: str = 'mcap', compression: str = 'chunk', replace: bool = False) -> None:
+              storage: str = 'mcap', compression: str | None = None,
+              replace: bool = False) -> None:
     """Write a recording.
 
     Args:
@@ -58,7 +55,8 @@ def write_bag(path: str | os.PathLike, topics: Mapping[str, JointTable | FloatTa
             file without metadata.
         topics: absolute topic name → its messages.
         storage: 'mcap' or 'sqlite3'.
-        compression: 'none', 'chunk' (mcap only), 'message' or 'file', all zstd.
+        compression: 'none', 'chunk' (mcap only), 'message' or 'file', all zstd; None: 'chunk'
+            where there are chunks.
         replace: whether a recording that is there already may be replaced.
 
     Raises:
@@ -72,7 +70,7 @@ def write_bag(path: str | os.PathLike, topics: Mapping[str, JointTable | FloatTa
         raise InputError(f'{path}: exists already; remove it or choose another name')
     with _scratch(path) as folder:
         made = folder / path.stem if single else folder / path.name
-        _write(made, topics, storage, compression)
+        _write(made, topics, storage, compression or ('chunk' if storage == 'mcap' else 'none'))
         if not single:
             if path.is_dir():
                 os.replace(path, folder / '.replaced')

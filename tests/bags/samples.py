@@ -9,6 +9,8 @@ import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
 
+from engb_ros.bags.write import joint_state_rows
+
 STORE = get_typestore(Stores.ROS2_JAZZY)
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 FLOAT64 = 'std_msgs/msg/Float64'
@@ -57,6 +59,13 @@ class Run:
             self.add(topic, JOINT_STATE, int(self.stamp[index]) + delay, joint_state(
                 int(stamps[index]), names, values[0], values[1] if velocity else (), values[2],
                 frame))
+        return self
+
+    def long(self):
+        """Add joint_states fast, with the package's own serialisation (test_write checks it)."""
+        rows = joint_state_rows(self.stamp, self.position, self.velocity, self.effort)
+        for time, row in zip(self.stamp.tolist(), rows, strict=True):
+            self.add('/engb/joint_states', JOINT_STATE, time, row.tobytes())
         return self
 
     def floats(self, topic, values, delay=300_000):

@@ -1,0 +1,83 @@
+"""Tables of other people's benches."""
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from engb_core.errors import InputError
+from engb_ros.bags.tables import read_table
+
+WANTED = {'time': 't', 'position': 'q'}
+TEXTS = {
+    'comma': 't,q\n0,1.5\n1,2.5\n2,-3e-2\n',
+    'semicolon': 't;q;x\n0;1.5;a\n1;2.5;b\n2;-0.03;c\n',
+    'decimal comma': 't;q\n0;1,5\n1;2,5\n2;-0,03\n',
+    'tab, other case': 'T\tQ\n0\t1.5\n1\t2.5\n2\t-0.03\n',
+    'spaces, comment': '# t q\n0   1.5\n 1   2.5\n2   -3e-2 \n',
+    'units and a remark': 'bench 7, day 3, run 1\nt,q\ns,rad\n0,1.5\n1,2.5\n2,-0.03\n',
+    'quotes, BOM, CRLF': '\ufeff"t","q"\r\n"0","1.5"\r\n\r\n1,2.5\r\n2,-0.03\r\n',
+}
+
+
+@pytest.mark.parametrize('name', TEXTS)
+def test_text(tmp_path, name):
+    path = tmp_path / 'a.csv'
+    path.write_text(TEXTS[name], encoding='utf-8', newline='')
+    table = read_table(path, WANTED)
+    assert table['time'].tolist() == [0, 1, 2]
+    assert table['position'].tolist() == [1.5, 2.5, -0.03]
+
+
+def test_text_by_number_and_with_holes(tmp_path):
+    path = tmp_path / 'a.txt'
+    path.write_text('0,1\n1,\n2,x\n3,nan\n4\n5,6\n')
+    table = read_table(path, {'time': '0', 'position': '1'})
+    np.testing.assert_array_equal(table['position'], [1, *[np.nan] * 4, 6])
+
+
+def test_npz_and_mat(tmp_path):
+    time, data = np.arange(3.0), np.arange(6.0).reshape(3, 2)
+    np.savez(tmp_path / 'a.npz', t=time, data=data)
+    savemat(tmp_path / 'a.mat', {'t': time[:, None], 'data': data, 'log': {'q': data[:, 1]}})
+    for name in ('a.npz', 'a.mat'):
+        table = read_table(tmp_path / name, {'time': 't', 'position': 'data.1',
+                                             'effort': 'data[:,0]'})
+        assert table['time'].tolist() == [0, 1, 2]
+        assert table['position'].tolist() == [1, 3, 5]
+        assert table['effort'].tolist() == [0, 2, 4]
+    assert read_table(tmp_path / 'a.mat', {'q': 'log.q'})['q'].tolist() == [1, 3, 5]
+
+
+@pytest.mark.parametrize(('name', 'content', 'columns', 'words'), [
+    ('a.csv', b't,q\n0,1\n', {'x': 'angle'}, ['angle', 't, q']),
+    ('a.csv', b'0,1\n', {'x': '2'}, ['0 to 1']),
+    ('a.csv', b't,t\n0,1\n', {'x': 't'}, ['several', 'number']),
+    ('a.csv', b't,q\n0,a\n1,b\n', {'x': 'q'}, ['no numbers', "'a'"]),
+    ('a.csv', b't,q\n', {'x': 'q'}, ['no row']),
+    ('a.csv', b'', {'x': 'q'}, ['empty']),
+    ('a.csv', bytes(range(256)), {'x': 'q'}, ['not a text']),
+    ('a.npz', b'PK\x03\x04junk', {'x': 'q'}, ['npz']),
+    ('a.mat', b'junk' * 100, {'x': 'q'}, ['mat']),
+    ('a.xlsx', b'junk', {'x': 'q'}, ['.csv, .npz or .mat']),
+])
+def test_errors(tmp_path, name, content, columns, words):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        read_table(path, columns)
+    for word in [name, *words]:
+        assert word in str(caught.value), str(caught.value)
+
+
+def test_npz_errors(tmp_path):
+    path = tmp_path / 'a.npz'
+    np.savez(path, t=np.arange(3.0), m=np.ones((3, 2)), s=np.array(['a']), short=np.ones(2))
+    for columns, word in (({'x': 'q'}, 't, m, s'), ({'x': 'm'}, 'm.0'), ({'x': 'm.2'}, '3 × 2'),
+                          ({'x': 's'}, 'no numbers'), ({'x': 't', 'y': 'short'}, 'y 2')):
+        with pytest.raises(InputError, match='a.npz') as caught:
+            read_table(path, columns)
+        assert word in str(caught.value)
+    with pytest.raises(InputError, match='no such file|cannot be read'):
+        read_table(tmp_path / 'none.csv', {'x': 'q'})
+    with pytest.raises(InputError, match='folder'):
+        read_table(tmp_path, {'x': 'q'})
