@@ -157,7 +157,7 @@ def float64_rows(value: NDArray[np.float64]) -> NDArray[np.uint8]:
     rows = np.zeros(value.size, [('head', 'u1', 4), ('data', '<f8')])
     rows['head'] = (0, 1, 0, 0)
     rows['data'] = value
-    return rows.view(np.uint8).reshape(value.size, -1)
+    return rows.view(np.uint8).reshape(value.size, rows.itemsize)
 
 
 def joint_state_rows(stamp: NDArray[np.int64], position: NDArray[np.float64] | None,
@@ -208,4 +208,4 @@ def joint_state_rows(stamp: NDArray[np.int64], position: NDArray[np.float64] | N
     for name, column in (('position', position), ('velocity', velocity), ('effort', effort)):
         if column is not None:
             rows[name] = column
-    return rows.view(np.uint8).reshape(stamp.size, -1)
+    return rows.view(np.uint8).reshape(stamp.size, rows.itemsize)
