@@ -30,7 +30,7 @@ ROWS = 200
 def add_details(page: Page, diagnosis: Diagnosis, units: Units) -> None:
     """Add the section of details."""
     evidence = diagnosis.evidence
-    page.section('Details')
+    page.section('Details', kind='folded')
     if evidence.nominal:
         page.begin_details('Nominal numbers before and after')
         page.text('The nominal numbers were refitted together with the effects, since they may '
@@ -54,7 +54,8 @@ def add_details(page: Page, diagnosis: Diagnosis, units: Units) -> None:
         page.begin_details(f'Notes on the input ({len(evidence.notes)})')
         page.notes(evidence.notes[:ROWS])
         page.end_details()
-    page.begin_details('Corrected model (model.yaml)')
+    page.begin_details('Corrected model (model.yaml)' if units.corrected else
+                       'Model (model.yaml), numbers refitted')
     page.code(yaml.safe_dump(diagnosis.model.to_mapping(), sort_keys=False, allow_unicode=True))
     page.end_details()
     page.begin_details('How to run it')
@@ -79,7 +80,8 @@ def _how_to_run(page: Page, diagnosis: Diagnosis, units: Units) -> None:
     outputs = f'the motor {units.effort_name} that the recorded motion needs'
     if diagnosis.model.controller is not None:
         outputs += ' and the simulated closed loop'
-    page.text(f'The corrected model predicts any other recording of this brake: {outputs}.')
+    model = 'The corrected model' if units.corrected else 'The model'
+    page.text(f'{model} predicts any other recording of this brake: {outputs}.')
     page.code('engb predict RECORDING --model model.yaml --out prediction.npz')
     page.text('It can be given to the next diagnosis, to see whether something is left:')
     page.code('engb diagnose RECORDING --model model.yaml --out again')

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-import importlib.util
+import importlib
 import math
 
 import numpy as np
@@ -143,12 +143,15 @@ class Figure:
 
 def best_backend() -> str:
     """Return the best renderer that is installed: plotly, matplotlib or table."""
-    for name in ('plotly', 'matplotlib'):
+    for name, module in (('plotly', 'plotly.offline'),
+                         ('matplotlib', 'matplotlib.backends.backend_svg')):
         try:
-            if importlib.util.find_spec(name) is not None:
-                return name
-        except (ImportError, ValueError):
+            importlib.import_module(module)
+        # An installation can be broken in many ways (a binary for another numpy, say), and no
+        # diagnosis shall be lost because its pictures can't be drawn.
+        except Exception:  # noqa: BLE001
             continue
+        return name
     return 'table'
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterable, Sequence
 import hashlib
+import math
 import os
 from pathlib import Path
 import tempfile
@@ -18,7 +19,17 @@ from engb_core.report.figures import BACKENDS, best_backend, Figure, POINTS, ren
 from engb_core.report.style import SCRIPT, style_sheet
 from engb_core.report.text import escape, Html, join
 
-__all__ = ['Column', 'Page', 'bar', 'paragraph', 'write_text']
+__all__ = ['Column', 'MAIN_POINTS', 'Page', 'bar', 'folded_points', 'paragraph', 'write_text']
+
+
+# Points of each curve of a page's main figures, and of all curves of its folded ones together:
+# the page without plotly.js stays well under 1.5 MB.
+MAIN_POINTS, FOLDED_POINTS = 1600, 60000
+
+_NO_FIGURES = Html(
+    '<p class="call">Figures need plotly (to zoom) or matplotlib (still pictures): '
+    '<code>pip install plotly</code>, then run the command again. Until then this page gives '
+    'their numbers as tables.</p>')
 
 
 class Column:
@@ -70,9 +81,12 @@ class Page:
                       f'{join(paragraphs)}</header>'
                       + (f'<dl class="key">{figures}</dl>' if figures else '')))
 
-    def section(self, heading: str) -> None:
-        """Begin a section; it lasts until the next one."""
-        self.add(Html(f'<h2>{escape(heading)}</h2>'))
+    def section(self, heading: str, *, kind: str = '') -> None:
+        """Begin a section; it lasts until the next one.
+
+        `kind` is a CSS class; 'folded' leaves the heading out on paper where all is folded.
+        """
+        self.add(Html(f'<h2{_class(kind)}>{escape(heading)}</h2>'))
 
     def subsection(self, heading: str) -> None:
         """Begin a part of a section."""
@@ -123,6 +137,8 @@ class Page:
 
     def figure(self, figure: Figure, *, points: int = POINTS) -> None:
         """Add a figure, each of its curves thinned to `points`."""
+        if not self._figures and self.backend == 'table':
+            self.add(_NO_FIGURES)
         self._figures += 1
         self.add(render(figure, self.backend, f'figure-{self._figures}', points))
 
@@ -184,9 +200,12 @@ class Page:
         if self.backend == 'matplotlib':
             return ('<p class="caption">Figures that can be zoomed need plotly: '
                     '<code>pip install plotly</code>, then run the command again.</p>\n')
-        return ('<p class="call">Figures need plotly (to zoom) or matplotlib (still pictures): '
-                '<code>pip install plotly</code>, then run the command again. Until then the '
-                'page gives their numbers as tables.</p>\n')
+        return ''
+
+
+def folded_points(curves: int) -> int:
+    """Return the points for each of `curves` curves in folded figures."""
+    return int(min(max(FOLDED_POINTS / max(curves, 1), 60), 700))
 
 
 def paragraph(content: Html | str, kind: str = '') -> Html:
@@ -199,8 +218,8 @@ def bar(share: float, colour: str = 'after', *, mark: float | None = None) -> Ht
 
     It is hidden from screen readers: the number must stand beside it as text.
     """
-    width = 100 * min(max(share, 0.0), 1.0)
-    tick = '' if mark is None else f'<u style="left:{100 * min(max(mark, 0.0), 1.0):.1f}%"></u>'
+    width = _per_cent(share)
+    tick = '' if mark is None else f'<u style="left:{_per_cent(mark):.1f}%"></u>'
     return Html(f'<span class="bar" aria-hidden="true"><i style="width:{width:.1f}%;'
                 f'--fill:var(--{escape(colour)})"></i>{tick}</span>')
 
@@ -217,6 +236,10 @@ def write_text(path: str | os.PathLike, text: str) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def _per_cent(share: float) -> float:
+    return 100 * min(max(share, 0.0), 1.0) if math.isfinite(share) else 0.0
 
 
 def _class(kind: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from engb_core.report.wording import capital, coordinate, scaled
 __all__ = ['Units', 'close_up', 'closed_loop', 'experiment', 'numbered', 'overlay',
            'residual_over']
 
+T = TypeVar('T')
+
 # Labels on more intervals than these would overlap; shading of more would hide the curves.
 LABELLED, SHADED = 6, 40
 
@@ -28,7 +31,8 @@ BEFORE, AFTER = 'model as given', 'corrected model'
 
 
 class Units:
-    """Units and words of the joint: rad and N·m, or m and N where the axis is linear."""
+    """What all pictures share: units (rad and N·m, or m and N where the axis is linear), whether
+    there is a corrected model to draw, and the noise floor of the effort (None: unknown)."""
 
     def __init__(self, diagnosis: Diagnosis) -> None:
         linear = diagnosis.model.joint.type == 'prismatic'
@@ -36,6 +40,10 @@ class Units:
         self.velocity = 'm/s' if linear else 'rad/s'
         self.effort = 'N' if linear else 'N·m'
         self.effort_name = 'force' if linear else 'torque'
+        self.corrected = diagnosis.verdict != 'consistent'
+        floors = [trace.noise_floor for trace in diagnosis.evidence.traces
+                  if np.isfinite(trace.noise_floor)]
+        self.noise: float | None = float(np.median(floors)) if floors else None
 
 
 def numbered(intervals: Sequence[Interval], recording: str) -> list[tuple[int, Interval]]:
@@ -56,8 +64,8 @@ def overlay(trace: Trace, intervals: Sequence[Interval], units: Units) -> Figure
          Panel(Axis('Position', units.position),
                (Line('', trace.time, trace.position, 'muted', width=1.3),), 80)),
         alt=f'Recorded and modelled motor {units.effort_name} of {trace.recording} over time; '
-            f'below it their difference before and after the correction, and the position. '
-            f'{len(spans)} intervals with mismatch are marked.',
+            'below it their difference, and the position.'
+            + (f' {len(spans)} intervals with mismatch are marked.' if spans else ''),
         caption=_overlay_caption(trace, spans),
         spans=spans)
 
@@ -93,13 +101,15 @@ def closed_loop(loop: ClosedLoop, units: Units) -> Figure:
         Axis('Time', 's'),
         (Panel(Axis('Position', units.position), (
             Line('recorded', loop.time, loop.recorded, 'recorded', width=2.2),
-            Line(BEFORE, loop.time, loop.simulated_before, 'before', dash='dash'),
-            Line(AFTER, loop.time, loop.simulated_after, 'after')), 170),
-         Panel(Axis('Simulated − recorded', unit), (
-             Line(BEFORE, loop.time, factor * before, 'before', width=1.2),
-             Line(AFTER, loop.time, factor * after, 'after', width=1.2)), 130, zero=True)),
-        alt=f'Position of {loop.recording}, recorded and simulated in closed loop with the model '
-            'as given and the corrected model, and the errors of both simulations.')
+            *_states(units, Line(BEFORE, loop.time, loop.simulated_before, 'before', dash='dash'),
+                     Line(AFTER, loop.time, loop.simulated_after, 'after'))), 170),
+         Panel(Axis('Simulated − recorded', unit),
+               _states(units, Line(BEFORE, loop.time, factor * before, 'before', width=1.2),
+                       Line(AFTER, loop.time, factor * after, 'after', width=1.2)), 130,
+               zero=True)),
+        alt=f'Position of {loop.recording}, recorded and simulated in closed loop, and the error '
+            'of the simulation' + (', with the model as given and the corrected model.'
+                                   if units.corrected else '.'))
 
 
 def residual_over(picture: ResidualOver, units: Units) -> Figure:
@@ -107,9 +117,12 @@ def residual_over(picture: ResidualOver, units: Units) -> Figure:
     factor, unit = scaled(_largest(picture.applying_before, picture.releasing_before,
                                    picture.applying_after, picture.releasing_after), units.effort)
     name = coordinate(picture.coordinate)
-    curves = []
-    for state, colour, applying, releasing in (
-            (BEFORE, 'before', picture.applying_before, picture.releasing_before),
+    curves: list[Band | Line] = []
+    if units.noise is not None and picture.centre.size:
+        floor = np.full(2, 2 * factor * units.noise)
+        curves.append(Band('noise floor, ±2σ', picture.centre[[0, -1]], -floor, floor))
+    for state, colour, applying, releasing in _states(
+            units, (BEFORE, 'before', picture.applying_before, picture.releasing_before),
             (AFTER, 'after', picture.applying_after, picture.releasing_after)):
         if np.array_equal(applying, releasing, equal_nan=True):
             curves.append(Line(state, picture.centre, factor * applying, colour, marker='circle'))
@@ -125,7 +138,8 @@ def residual_over(picture: ResidualOver, units: Units) -> Figure:
         (Panel(Axis(f'Recorded − modelled {units.effort_name}, mean', unit), tuple(curves), 260,
                zero=True),),
         alt=f'Mean difference between recorded and modelled {units.effort_name} over {name}, '
-            'before and after the correction, applying and releasing.',
+            + ('before and after the correction, ' if units.corrected else '')
+            + 'applying and releasing.',
         caption=picture.why)
 
 
@@ -152,13 +166,20 @@ def _effort_panels(trace: Trace, units: Units, chosen: np.ndarray) -> tuple[Pane
     edges = time[[0, -1]] if time.size else np.zeros(2)
     effort = Panel(Axis(f'Motor {units.effort_name}', total_unit), (
         Line('recorded', time, total * trace.effort[chosen], 'recorded', width=2.2),
-        Line(BEFORE, time, total * trace.predicted_before[chosen], 'before', width=1.3),
-        Line(AFTER, time, total * trace.predicted_after[chosen], 'after', width=1.3)), 190)
+        *_states(units,
+                 Line(BEFORE, time, total * trace.predicted_before[chosen], 'before', width=1.3),
+                 Line(AFTER, time, total * trace.predicted_after[chosen], 'after', width=1.3))),
+        190)
     residual = Panel(Axis('Recorded − modelled, in motion', unit), (
         Band('noise floor, ±2σ', edges, -floor, floor),
-        Line(BEFORE, time, factor * before, 'before', width=1.1),
-        Line(AFTER, time, factor * after, 'after', width=1.1)), 150, zero=True)
+        *_states(units, Line(BEFORE, time, factor * before, 'before', width=1.1),
+                 Line(AFTER, time, factor * after, 'after', width=1.1))), 150, zero=True)
     return effort, residual
+
+
+def _states(units: Units, before: T, after: T) -> tuple[T, ...]:
+    """Before and after, or only before where nothing was corrected: they would coincide."""
+    return (before, after) if units.corrected else (before,)
 
 
 def _overlay_caption(trace: Trace, spans: Sequence[Span]) -> str:

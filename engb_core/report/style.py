@@ -137,18 +137,29 @@ footer{margin-top:3rem;color:var(--muted);font-size:.84rem}
   table.stack td:empty{display:none}
   table.stack td.bars{display:block;padding:.3rem 0}
 }
-html[data-print] main{width:43rem;max-width:none;margin:0;padding:0}
+/* The width of A4 within its margins: figures are drawn anew for it just before printing. */
+html[data-print] main{width:650px;max-width:none;margin:0;padding:0}
 @media print{
-  html{font-size:10.5pt}
+  html{font-size:9.4pt}
   body{background:none}
   main{max-width:none;padding:0}
-  h2{margin-top:1.6rem;break-after:avoid}
+  h1{font-size:1.6rem;max-width:none}
+  h2{margin-top:1.4rem;break-after:avoid}
+  figure.plot{margin:.8rem 0 .9rem}
   h3,figcaption{break-after:avoid}
   tr,.shares,dl.key{break-inside:avoid}
-  button.copy,details:not([open]){display:none}
+  button.copy,.modebar,details:not([open]),h2.folded:not(:has(~details[open])){
+    display:none!important}
+  .scroll,.static{overflow:visible}
+  .static svg{min-width:0}
+  th,td{padding:.25rem .6rem .25rem 0}
+  tbody th{min-width:7rem}
+  td.bars{min-width:5rem;width:18%}
+  dl.key{grid-template-columns:repeat(4,1fr);gap:1rem}
+  dl.key dd{font-size:1.05rem}
   pre{max-height:none;white-space:pre-wrap}
   .bar,.bar i,.call,pre{-webkit-print-color-adjust:exact;print-color-adjust:exact}
-  @page{margin:16mm}
+  @page{margin:13mm 16mm}
 }
 '''
 
@@ -174,7 +185,7 @@ function dye(value) {
   return value;
 }
 // Newer plotly offers to upload a chart to its cloud: a recording is nobody else's business.
-const config = {displaylogo: false, responsive: true, displayModeBar: 'hover',
+const config = {displaylogo: false, displayModeBar: 'hover',
   showSendToCloud: false, plotlyServerURL: '', typesetMath: false,
   modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d', 'sendChartToCloud',
     'sendDataToCloud'],
@@ -192,10 +203,10 @@ function draw(id) {
     layout.margin.t += 24;   // else the toolbar would lie on the first panel's title
     layout.height += 24;
   }
+  if (root.hasAttribute('data-print')) layout.height = Math.round(layout.height * 0.64);
   plot.box.style.height = `${layout.height}px`;
   // On a touch screen a drag scrolls the page; zooming stays in the toolbar.
   layout.dragmode = matchMedia('(pointer: coarse)').matches ? false : 'zoom';
-  delete layout.width;
   if (plot.drawn) Plotly.react(plot.box, dye(plot.spec.data), layout, config);
   else Plotly.newPlot(plot.box, dye(plot.spec.data), layout, config);
   plot.drawn = true;
@@ -213,9 +224,12 @@ if (plots.size && window.Plotly) {
   const paper = on => {
     root.toggleAttribute('data-print', on);
     drawAll();
-    for (const plot of plots.values()) if (plot.drawn && plot.box.offsetWidth)
-      Plotly.Plots.resize(plot.box);
   };
+  let waiting = 0;
+  addEventListener('resize', () => {
+    clearTimeout(waiting);
+    waiting = setTimeout(drawAll, 120);
+  });
   addEventListener('beforeprint', () => paper(true));
   addEventListener('afterprint', () => paper(false));
 }
