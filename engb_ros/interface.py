@@ -9,8 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ['DEFAULT_NAMESPACE', 'FLOAT64', 'JOINT_STATE', 'SERVICES', 'Service', 'TOPICS', 'Topic',
-           'TRIGGER']
+__all__ = ['CLAMP_FORCE', 'CLAMP_FORCE_COMMAND', 'CLEAR', 'CLOCK', 'DEFAULT_NAMESPACE',
+           'DISC_SPEED', 'DISTURBANCE', 'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY',
+           'JOINT_STATE', 'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND',
+           'REFERENCE', 'SERVICES', 'START_REFERENCE', 'Service', 'TOPICS', 'TRIGGER', 'Topic',
+           'WRITE_MODEL']
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 FLOAT64 = 'std_msgs/msg/Float64'
@@ -29,9 +32,9 @@ class Topic:
         type: 'package/msg/Name'.
         unit: of the value ('' where the type holds several).
         meaning: one line.
-        kind: 'state' (published reliable, depth 10; read reliable), 'command' (published reliable
-            depth 1, read best effort depth 1: only the newest counts), or 'status' (reliable
-            and transient local, for those who join late).
+        kind: 'state' (published reliable, depth 1000, for recorders; read reliable, depth 10),
+            'command' (published reliable, depth 1, read best effort, depth 1: only the newest
+            counts), or 'status' (reliable and transient local, for those who join late).
     """
 
     name: str

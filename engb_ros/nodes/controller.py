@@ -87,7 +87,7 @@ class ControllerNode(ManagedNode):
         self._joint = model.joint.name
         self._loop = PositionLoop(model, loop_settings(values))
         self._source = ReferenceSource(reference_settings(values))
-        self._clock = StampClock()
+        self._stamps = StampClock()
         self._effort = Scalar()
         self._reference = JointMessage(self._joint)
         self._every = values['reference_every']
@@ -131,7 +131,7 @@ class ControllerNode(ManagedNode):
         if sample is None:
             return
         position, velocity, effort = sample
-        time = self._clock.seconds(message.header.stamp)
+        time = self._stamps.seconds(message.header.stamp)
         setpoint = self._source.at(time, position)
         torque = self._loop.step(time, position, velocity, effort, setpoint)
         self._publish_effort(self._effort.fill(torque))

@@ -37,7 +37,7 @@ class DisturbanceObserverNode(ManagedNode):
         self._joint = model.joint.name
         self._observer = DisturbanceObserver(model.motor, values['cutoff'], values['order'])
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
-        self._clock = StampClock()
+        self._stamps = StampClock()
         self._estimate = Scalar()
         self._every = values['publish_every']
         self._count = 0
@@ -55,7 +55,7 @@ class DisturbanceObserverNode(ManagedNode):
         if sample is None:
             return
         position, velocity, effort = sample
-        time = self._clock.seconds(message.header.stamp)
+        time = self._stamps.seconds(message.header.stamp)
         if velocity != velocity:
             velocity = self._derived.step(time, position)
         estimate = self._observer.step(time, velocity, effort)

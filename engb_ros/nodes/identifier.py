@@ -50,7 +50,7 @@ class IdentifierNode(ManagedNode):
         self._start_model = Model.read(values['model']) if values['model'] else Model()
         self._joint = self._start_model.joint.name
         self._samples = [array('d') for _ in range(4)]
-        self._clock = StampClock()
+        self._stamps = StampClock()
         self._identified: Model | None = None
         self._torques: Feedforward | None = None
         self._worker: threading.Thread | None = None
@@ -78,7 +78,7 @@ class IdentifierNode(ManagedNode):
         sample = joint_sample(message, self._joint)
         if sample is None:
             return
-        time = self._clock.seconds(message.header.stamp)
+        time = self._stamps.seconds(message.header.stamp)
         for column, value in zip(self._samples, (time, *sample), strict=True):
             column.append(value)
         if time - self._samples[0][0] > self.values['longest']:

@@ -19,6 +19,10 @@ __all__ = ['JointMessage', 'JointSample', 'Scalar', 'StampClock', 'joint_sample'
 
 _NAN = math.nan
 
+# How much a publisher keeps for those who are late: a recorder that the computer lets wait for a
+# second must not lose samples, a drive must never get an old command.
+_DEPTH = {'state': 1000, 'command': 1, 'status': 1}
+
 
 def message_class(name: str) -> Any:
     """Return the class of 'package/msg/Name' or 'package/srv/Name'."""
@@ -29,7 +33,7 @@ def message_class(name: str) -> Any:
 def publisher_qos(topic: Topic) -> QoSProfile:
     """Return the QoS with which a topic is published."""
     return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST, depth=1 if topic.kind in ('command', 'status') else 10,
+        history=HistoryPolicy.KEEP_LAST, depth=_DEPTH[topic.kind],
         reliability=ReliabilityPolicy.RELIABLE,
         durability=(DurabilityPolicy.TRANSIENT_LOCAL if topic.kind == 'status'
                     else DurabilityPolicy.VOLATILE))
@@ -40,6 +44,9 @@ def subscription_qos(topic: Topic) -> QoSProfile:
     if topic.kind == 'command':
         return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1,
                           reliability=ReliabilityPolicy.BEST_EFFORT)
+    if topic.kind == 'state':
+        return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=10,
+                          reliability=ReliabilityPolicy.RELIABLE)
     return publisher_qos(topic)
 
 

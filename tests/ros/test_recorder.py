@@ -1,0 +1,102 @@
+"""The recorder: everything sent is in the bag, whoever stops it and however."""
+
+import signal
+import time
+
+from mcap.stream_reader import StreamReader
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import get_typestore, Stores
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from engb_ros.interface import DISC_SPEED, EFFORT_COMMAND, JOINT_STATES
+
+
+def send(probe, runner, count, pause=0.001):
+    runner.wait_until(lambda: probe.subscribers(JOINT_STATES) and probe.subscribers(DISC_SPEED),
+                      'the recorder', pause=probe.spin)
+    message = JointState(name=['motor'], position=[0.0], velocity=[0.0], effort=[0.0])
+    for index in range(count):
+        message.position[0] = float(index)
+        message.header.stamp.nanosec = index
+        probe.publish(JOINT_STATES, message)
+        if index % 10 == 0:
+            probe.publish(DISC_SPEED, index)
+        time.sleep(pause)
+
+
+def read(path):
+    found = {}
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        for connection, _, raw in reader.messages():
+            found.setdefault(connection.topic, []).append(
+                reader.deserialize(raw, connection.msgtype))
+    return found
+
+
+@pytest.mark.parametrize(('number', 'compression'), [
+    (signal.SIGINT, 'none'), (signal.SIGTERM, 'zstd')])
+def test_nothing_is_lost(runner, probe, tmp_path, number, compression):
+    runner.start('recorder', parameters={'bag': str(tmp_path / 'bag'),
+                                         'compression': compression})
+    probe.publish(JOINT_STATES, JointState())   # the publishers exist before anything is sent
+    probe.publish(DISC_SPEED, 0.0)
+    send(probe, runner, 1000)
+    time.sleep(0.3)
+    runner.stop(number=number)
+    found = read(tmp_path / 'bag')
+    positions = [message.position[0] for message in found['/engb/joint_states']
+                 if len(message.position)]
+    # The first few may go out before both sides know each other; from then on none is missing.
+    first = int(positions[0])
+    assert first < 200
+    assert positions == [float(index) for index in range(first, 1000)]
+    speeds = [message.data for message in found['/engb/disc_speed'] if message.data > first]
+    assert speeds == [float(index) for index in range(first + 10 - first % 10, 1000, 10)]
+
+
+def test_killed_while_writing_it_loses_less_than_a_second(runner, probe, tmp_path):
+    process = runner.start('recorder', parameters={'bag': str(tmp_path / 'bag')})
+    probe.publish(JOINT_STATES, JointState())
+    probe.publish(DISC_SPEED, 0.0)
+    send(probe, runner, 2000)
+    process.signal(signal.SIGKILL)
+    process.wait()
+    runner.processes.clear()
+    with next((tmp_path / 'bag').glob('*.mcap')).open('rb') as file:
+        records = []
+        try:
+            for record in StreamReader(file).records:
+                records.append(record)
+        except Exception as error:   # the file ends in the middle
+            assert records, error
+    messages = [record for record in records if type(record).__name__ == 'Message']
+    assert len(messages) > 1100   # of 2200 in about 2.2 s; at most the last 0.5 s are missing
+
+
+def test_a_best_effort_publisher_is_heard(runner, probe, tmp_path):
+    runner.start('recorder', parameters={'bag': str(tmp_path / 'bag'), 'all': True})
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
+    publisher = probe.node.create_publisher(
+        Float64, EFFORT_COMMAND.name,
+        QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT))
+    foreign = probe.node.create_publisher(Float64, '/elsewhere/pressure', 10)
+    runner.wait_until(lambda: publisher.get_subscription_count()
+                      and foreign.get_subscription_count(), 'the recorder', pause=probe.spin)
+    for _ in range(20):
+        publisher.publish(Float64(data=1.5))
+        foreign.publish(Float64(data=2.5))
+        time.sleep(0.02)
+    time.sleep(0.2)
+    runner.stop()
+    found = read(tmp_path / 'bag')
+    assert found['/engb/effort_command'][-1].data == 1.5
+    assert found['/elsewhere/pressure'][-1].data == 2.5
+
+
+def test_an_existing_folder_is_not_overwritten(runner, tmp_path):
+    (tmp_path / 'bag').mkdir()
+    process = runner.start('recorder', parameters={'bag': str(tmp_path / 'bag')})
+    assert process.wait(60.0) == 2
+    assert 'exists already' in process.output
