@@ -37,20 +37,20 @@ def order_spectrum(pieces: Sequence[Motion], residual: Array, orders: Array) -> 
     blur = np.concatenate([piece.kernel.width * piece.smooth_velocity[piece.rows]
                            for piece in used])
     power = np.zeros(orders.size)
-    for number, order in enumerate(orders):
-        waves = _waves(order, angle, blur)
-        gram = waves.T @ waves
+    block = max(1, 200000 // angle.size)
+    for first in range(0, orders.size, block):
+        some = orders[first:first + block, None]
+        passed = np.exp(-0.5 * (some * blur)**2)
+        sine, cosine = passed * np.sin(some * angle), passed * np.cos(some * angle)
+        ss, cc = np.sum(sine**2, 1), np.sum(cosine**2, 1)
+        sc, sr, cr = np.sum(sine * cosine, 1), sine @ residual, cosine @ residual
+        determinant = ss * cc - sc**2
         # Too little of the wave passes the kernel: it can't be told from nothing.
-        if np.linalg.eigvalsh(gram)[0] < 1e-3 * residual.size:
-            continue
-        side = waves.T @ residual
-        power[number] = side @ np.linalg.solve(gram, side)
+        smaller = 0.5 * (ss + cc - np.sqrt((ss - cc)**2 + 4.0 * sc**2))
+        seen = smaller > 1e-3 * residual.size
+        energy = cc * sr**2 - 2.0 * sc * sr * cr + ss * cr**2
+        power[first:first + block][seen] = energy[seen] / determinant[seen]
     return power
-
-
-def _waves(order: float, angle: Array, blur: Array) -> Array:
-    passed = np.exp(-0.5 * (order * blur)**2)
-    return np.column_stack([passed * np.sin(order * angle), passed * np.cos(order * angle)])
 
 
 def find_orders(pieces: Sequence[Motion], residual: Array, at_most: int = 6) -> tuple[float, ...]:
@@ -84,8 +84,8 @@ def find_orders(pieces: Sequence[Motion], residual: Array, at_most: int = 6) -> 
         if abs(order - round(order)) < 0.1 / turns:
             order = float(round(order))
         found.append(order)
-        waves = np.concatenate([piece.smooth(np.column_stack(
-            [wave(number * piece.position) for number in found for wave in (np.sin, np.cos)]))
+        waves = np.concatenate([piece.smooth(np.stack(
+            [wave(number * piece.position) for number in found for wave in (np.sin, np.cos)])).T
             for piece in used])
         left = residual - waves @ np.linalg.lstsq(waves, residual, rcond=None)[0]
     return tuple(found)

@@ -25,6 +25,9 @@ Progress = Callable[[str], None]
 # A number whose standard deviation is a larger part of it than this keeps the start's value.
 LEAST_PRECISION = 0.3
 
+# ... unless the recording contradicts that value: χ² of two numbers, 1 %.
+CONTRADICTION = 9.2
+
 # A contact angle is kept if it makes the fit this much better in BIC, and visibly (2 % in rms).
 CONTACT_EVIDENCE = 10.0
 CONTACT_GAIN = 0.02
@@ -209,8 +212,11 @@ def _kept_where_unknown(pieces: list[Motion], best: Fit, start: Model, tell: Pro
                if not best.estimates[name].std < LEAST_PRECISION * abs(best.values[name])}
     if not unknown:
         return best
-    tell('kept from the start model: ' + ', '.join(sorted(unknown)))
     held = fit(pieces, replace(best.form, held=frozenset(unknown)), best.values | unknown)
+    # An interval that is wide may still shut the start's value out: then ours is the better one.
+    if 2.0 * best.effective_samples * np.log(held.rms / best.rms) > CONTRADICTION:
+        return best
+    tell('kept from the start model: ' + ', '.join(sorted(unknown)))
     estimates = {name: replace(value, std=best.estimates[name].std) if name in unknown else value
                  for name, value in held.estimates.items()}
     return replace(held, estimates=estimates)

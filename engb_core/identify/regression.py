@@ -20,7 +20,7 @@ from engb_core.identify.smoothing import Motion
 from engb_core.identify.uncertainty import coloured_covariance, Estimate
 from engb_core.model import Cogging, Friction, LoadTorque, Model
 
-__all__ = ['Fit', 'fit', 'Form']
+__all__ = ['Fit', 'fit', 'Form', 'load_torque']
 
 Array = NDArray[np.float64]
 
@@ -75,6 +75,7 @@ class Fit:
         residual: (m,) [N·m] measured less modelled, through the kernel, at the motions' rows.
         rms: [N·m] of the residual.
         effective_samples: rows that count as independent, given the residual's colour.
+        covariance: (p, p) of the values in the order of `form.names`; 0 for held ones.
     """
 
     form: Form
@@ -83,6 +84,18 @@ class Fit:
     residual: Array
     rms: float
     effective_samples: float
+    covariance: Array
+
+    def load(self, position: Array) -> tuple[Array, Array]:
+        """Return T_L (n,) [N·m] at `position` (n,) [rad] and its derivatives by the load's
+        numbers (k, n), in the order of `form.names`."""
+        return load_torque(self.form, self.values, np.asarray(position, float))
+
+    def load_covariance(self) -> Array:
+        """Return the covariance (k, k) of the load's numbers."""
+        first = self.form.names.index('lag') + 1
+        part = slice(first, self.form.names.index('coulomb'))
+        return self.covariance[part, part]
 
     def model(self, start: Model) -> Model:
         """Return `start` with the identified numbers in place of its own."""
@@ -122,10 +135,18 @@ def fit(pieces: Sequence[Motion], form: Form, start: dict[str, float]) -> Fit:
 
     low, high = (lower / unit)[free], (upper / unit)[free]
     first = np.clip(fixed[free] / unit[free], low + 1e-9, high - 1e-9)
-    found = least_squares(
-        lambda scaled: problem.evaluate(full(scaled))[0], first,
-        jac=lambda scaled: problem.evaluate(full(scaled))[1][:, free] * unit[free],
-        bounds=(low, high), x_scale='jac', ftol=1e-10, xtol=1e-10, max_nfev=60)
+
+    def condensed(scaled: Array) -> Array:
+        # Any R with RᵀR = [J r]ᵀ[J r] has the same cost, gradient and curvature as [J r], but
+        # only p + 1 rows.
+        residual, jacobian = problem.evaluate(full(scaled))
+        table = np.column_stack([jacobian[:, free] * unit[free], residual])
+        power, axes = np.linalg.eigh(table.T @ table)
+        return np.sqrt(np.maximum(power, 0.0))[:, None] * axes.T
+
+    found = least_squares(lambda scaled: condensed(scaled)[:, -1], first,
+                          jac=lambda scaled: condensed(scaled)[:, :-1],
+                          bounds=(low, high), x_scale='jac', ftol=1e-10, xtol=1e-10, max_nfev=60)
     values = full(found.x)
     # One more look from the solution: least_squares' last Jacobian may be of a refused step.
     residual, jacobian = problem.evaluate(values)
@@ -133,13 +154,15 @@ def fit(pieces: Sequence[Motion], form: Form, start: dict[str, float]) -> Fit:
                                               problem.place, problem.least_correlation)
     deviation = np.full(values.size, np.nan)
     deviation[free] = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * unit[free]
+    whole = np.zeros((values.size, values.size))
+    whole[np.ix_(free, free)] = covariance * np.outer(unit[free], unit[free])
     units = form.units()
     named = dict(zip(form.names, values.tolist(), strict=True))
     estimates = {name: Estimate(value, float(sigma), units[name], bool(is_free), freedom)
                  for (name, value), sigma, is_free
                  in zip(named.items(), deviation, free, strict=True)}
     return Fit(form, named, estimates, -residual, float(np.sqrt(np.mean(residual**2))),
-               freedom + int(free.sum()))
+               freedom + int(free.sum()), whole)
 
 
 class _Problem:
@@ -166,6 +189,7 @@ class _Problem:
         first = self.pieces[0]
         spacing = first.stride * first.interval / first.kernel.width
         self.least_correlation = np.exp(-0.25 * (spacing * np.arange(6))**2)
+        self._wave_tables: dict[int, Array] = {}
         self._last: tuple[Array, tuple[Array, Array]] | None = None
 
     def units_of_size(self) -> Array:
@@ -197,46 +221,68 @@ class _Problem:
         for piece, measured, change, inertial, viscous in zip(
                 self.pieces, self.measured, self.change, self.inertial, self.viscous,
                 strict=True):
-            torque, columns = self._pointwise(piece, named)
-            smooth = piece.smooth(np.column_stack([torque, columns]))
+            smooth = piece.smooth(self._pointwise(piece, named))
             residuals.append(named['inertia'] * inertial + named['viscous_friction'] * viscous
-                             + named['lag'] * change + smooth[:, 0] - measured)
-            tables.append(np.column_stack([inertial, viscous, change, smooth[:, 1:]]))
+                             + named['lag'] * change + smooth[0] - measured)
+            tables.append(np.column_stack([inertial, viscous, change, smooth[1:].T]))
         result = np.concatenate(residuals), np.concatenate(tables)
         self._last = values.copy(), result
         return result
 
-    def _pointwise(self, piece: Motion, named: dict[str, float]) -> tuple[Array, Array]:
-        """Return load + friction + cogging (n,) and its derivatives (n, p − 3)."""
-        load, load_columns = self._load(piece.position, named)
+    def _pointwise(self, piece: Motion, named: dict[str, float]) -> Array:
+        """Return load + friction + cogging and below it its derivatives (p − 2, n)."""
+        load, slopes = load_torque(self.form, named, piece.position, piece.powers)
         ratio = piece.velocity / named['saturation_velocity']
         shape = np.clip(ratio, -1.0, 1.0)
         size = named['coulomb'] + named['load_gain'] * np.abs(load)
-        coupled = (1.0 + named['load_gain'] * np.sign(load) * shape)[:, None]
         below = np.where(np.abs(ratio) < 1.0, -ratio, 0.0)
-        columns = [load_columns * coupled, shape[:, None], (np.abs(load) * shape)[:, None],
-                   (size * below / named['saturation_velocity'])[:, None]]
-        torque = load + size * shape
-        for number, order in enumerate(self.form.orders):
-            waves = np.column_stack([np.sin(order * piece.position),
-                                     np.cos(order * piece.position)])
-            torque = torque + waves @ [named[f'sine{number}'], named[f'cosine{number}']]
-            columns.append(waves)
-        return torque, np.hstack(columns)
+        waves = self._waves(piece)
+        table = np.empty((1 + len(slopes) + 3 + len(waves), piece.time.size))
+        table[0] = load + size * shape
+        table[1:1 + len(slopes)] = slopes * (1.0 + named['load_gain'] * np.sign(load) * shape)
+        table[1 + len(slopes):4 + len(slopes)] = (
+            shape, np.abs(load) * shape, size * below / named['saturation_velocity'])
+        if len(waves):
+            table[4 + len(slopes):] = waves
+            for number in range(len(self.form.orders)):
+                table[0] += (named[f'sine{number}'] * waves[2 * number]
+                             + named[f'cosine{number}'] * waves[2 * number + 1])
+        return table
 
-    def _load(self, position: Array, named: dict[str, float]) -> tuple[Array, Array]:
-        if self.form.load == 'sinusoid':
-            angle = position + named['phase']
-            wave = np.sin(angle)
-            return (named['amplitude'] * wave,
-                    np.column_stack([wave, named['amplitude'] * np.cos(angle)]))
-        powers = np.arange(int(self.form.contact), self.form.degree + 1)
-        if not self.form.contact:
-            basis = position[:, None] ** powers
-            return basis @ [named[f'p{power}'] for power in powers], basis
-        beyond = np.maximum(position - named['contact_angle'], 0.0)
-        basis = beyond[:, None] ** powers
-        slope = (beyond[:, None] ** (powers - 1) * powers * (beyond > 0.0)[:, None]
-                 @ np.array([named[f'p{power}'] for power in powers]))
-        return (basis @ [named[f'p{power}'] for power in powers],
-                np.column_stack([basis, -slope]))
+    def _waves(self, piece: Motion) -> Array:
+        key = id(piece)
+        if key not in self._wave_tables:
+            self._wave_tables[key] = np.array(
+                [wave(order * piece.position) for order in self.form.orders
+                 for wave in (np.sin, np.cos)])
+        return self._wave_tables[key]
+
+
+def load_torque(form: Form, named: dict[str, float], position: Array,
+                powers: Array | None = None) -> tuple[Array, Array]:
+    """Return T_L (n,) [N·m] and its derivatives by the load's numbers (k, n).
+
+    Args:
+        form: of the load.
+        named: its numbers.
+        position: (n,) [rad].
+        powers: (≥ degree + 1, n) position^0 …, where they are at hand.
+    """
+    if form.load == 'sinusoid':
+        angle = position + named['phase']
+        wave = np.sin(angle)
+        return (named['amplitude'] * wave,
+                np.stack([wave, named['amplitude'] * np.cos(angle)]))
+    first = int(form.contact)
+    numbers = np.array([named[f'p{power}'] for power in range(first, form.degree + 1)])
+    if not form.contact:
+        if powers is None:
+            powers = position ** np.arange(form.degree + 1)[:, None]
+        basis = powers[:form.degree + 1]
+        return numbers @ basis, basis
+    beyond = np.maximum(position - named['contact_angle'], 0.0)
+    basis = np.cumprod(np.broadcast_to(beyond, (form.degree, beyond.size)), axis=0)
+    # d/ds Σ p_k·s^k = Σ k·p_k·s^(k−1)
+    slope = (numbers[0] + (numbers[1:] * np.arange(2, form.degree + 1)) @ basis[:-1]) * (
+        beyond > 0.0)
+    return numbers @ basis, np.vstack([basis, -slope])

@@ -139,9 +139,10 @@ class Motion:
     def rows(self) -> NDArray[np.int64]:
         """(m,) samples that a fit uses: two kernel widths apart, clear of holes, stops, ends."""
         good = self.known & ~self.standing
-        reach = self.kernel.half
+        reach, stride = self.kernel.half, self.stride
         clear = ndimage.minimum_filter1d(good.astype(np.uint8), 2 * reach + 1, mode='constant')
-        rows = np.arange(reach, self.time.size - reach, self.stride)
+        # upfirdn's output j is centred on sample j·stride - reach.
+        rows = np.arange(-(-2 * reach // stride) * stride - reach, self.time.size - reach, stride)
         return rows[clear[rows] > 0]
 
     @property
@@ -150,17 +151,22 @@ class Motion:
         return max(1, round(2.0 * self.kernel.width / self.interval))
 
     def smooth(self, columns: Array) -> Array:
-        """Pass `columns` (n,) or (n, k), modelled at every sample, through the kernel at `rows`.
+        """Pass `columns` (n,) or (k, n), modelled at every sample, through the kernel at `rows`.
 
-        Returns (m,) or (m, k).
+        Returns (m,) or (k, m).
         """
-        reach, stride = self.kernel.half, self.stride
-        # upfirdn's output j is centred on sample j·stride - reach of what it is given; the
-        # leading zeros put a whole number of strides before the first row's centre.
-        lead = -2 * reach % stride
-        padding = [(lead, 0)] + [(0, 0)] * (np.ndim(columns) - 1)
-        values = signal.upfirdn(self.kernel.taps(), np.pad(columns, padding), 1, stride, axis=0)
-        return values[(2 * reach + lead + self.rows - reach) // stride]
+        values = signal.upfirdn(self._taps, columns, 1, self.stride, axis=-1)
+        return values[..., (self.rows + self.kernel.half) // self.stride]
+
+    @cached_property
+    def _taps(self) -> Array:
+        return self.kernel.taps()
+
+    @cached_property
+    def powers(self) -> Array:
+        """(7, n) position^0 … position^6 [rad^k], for polynomials that are evaluated often."""
+        return np.cumprod(np.vstack([np.ones_like(self.position)]
+                                    + [self.position] * 6), axis=0)
 
 
 def motions(recording: Recording, bandwidth: float = BANDWIDTH) -> list[Motion]:

@@ -1,0 +1,115 @@
+"""Step tests, sweeps, the torque constant, self-energizing, acceptance; on the test bench."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from engb_core.errors import InputError
+from engb_core.identify.acceptance import AcceptanceBounds, check_model, refuse_implausible
+from engb_core.identify.nominal import (
+    fit_free_motor,
+    fit_response,
+    fit_steps,
+    frequency_response,
+    torque_constant,
+)
+from engb_core.identify.procedure import identify
+from engb_core.identify.self_energizing import compare_fits, compare_paper_way
+from engb_core.model import Cogging, Friction, LoadTorque, Model
+
+from .bench import PAPER, simulate, stroke_reference
+
+FREE = {'load': (0.0,) * 4, 'gain': 0.0, 'coulomb': 0.004, 'saturation': 0.5}
+TORQUE = 4 * 0.0174
+
+
+def open_loop(torque, **truth):
+    rest = np.zeros((3, torque.size))
+    return simulate(rest, FREE | truth, noise=1e-3, open_loop=torque)
+
+
+def steps():
+    return np.tile(np.repeat([1.0, -1.0, 0.5, -0.5], 400), 2) * TORQUE
+
+
+@pytest.fixture(scope='module')
+def sweep():
+    time = np.arange(12000) * 1e-3
+    return open_loop(TORQUE * signal.chirp(time, 0.0, 12.0, 10.0, phi=-90))
+
+
+def test_step_test_finds_j_and_b_and_their_classical_bias():
+    recording = open_loop(steps())
+    fits, linear = fit_steps(recording)
+    assert len(fits) >= 6
+    assert linear.inertia.value == pytest.approx(6.813e-5, rel=0.15)
+    # Coulomb friction counts as viscous in the classical reading.
+    assert linear.viscous_friction.value > 1.02 * 1.125e-3
+    joint = fit_free_motor([recording])
+    assert joint.values['inertia'] == pytest.approx(6.813e-5, rel=0.02)
+    assert joint.values['viscous_friction'] == pytest.approx(1.125e-3, rel=0.02)
+    assert joint.values['coulomb'] == pytest.approx(0.004, rel=0.05)
+
+
+def test_sweep_gives_the_response_of_the_linear_motor(sweep):
+    data = frequency_response([sweep])
+    assert (data.coherence[(data.frequency > 1) & (data.frequency < 9)] > 0.95).all()
+    linear = fit_response(data)
+    assert linear.inertia.value == pytest.approx(6.813e-5, rel=0.05)
+    assert linear.viscous_friction.value == pytest.approx(1.125e-3, rel=0.4)
+    joint = fit_free_motor([sweep])
+    assert joint.values['viscous_friction'] == pytest.approx(1.125e-3, rel=0.03)
+
+
+def test_added_inertia_gives_the_torque_constant():
+    """Torque recorded with 0.0174 N·m/A where the motor truly gives 0.0160."""
+    share = 0.0160 / 0.0174
+    bare, loaded = (fit_free_motor([replace(run, effort=run.effort / share)]).estimates['inertia']
+                    for run in (open_loop(steps()), open_loop(steps(), inertia=12e-5)))
+    found = torque_constant(bare, loaded, 12e-5 - 6.813e-5, 0.0174)
+    assert found.value == pytest.approx(0.0160, rel=0.03)
+    with pytest.raises(InputError, match='added inertia'):
+        torque_constant(bare, bare, 1e-5, 0.0174)
+
+
+def test_runs_that_show_nothing_are_refused():
+    still = open_loop(np.zeros(1500))
+    with pytest.raises(InputError, match='steps'):
+        fit_steps(still)
+    with pytest.raises(InputError, match='long enough'):
+        frequency_response([open_loop(np.zeros(500))])
+
+
+def test_self_energizing_gain_and_pad_friction():
+    standing = identify([simulate(stroke_reference(count=2), seed=1)])
+    eased = {'load': tuple(0.421 * value for value in PAPER['load'])}
+    turning = identify([simulate(stroke_reference(count=2), eased, seed=2)])
+    found = compare_fits(standing.regression, turning.regression, np.linspace(3, 19, 50), 0.430)
+    low, high = found.gain.interval(0.99)
+    assert low < 0.421 < high
+    assert high - low < 0.1
+    assert found.pad_friction.value == pytest.approx(0.249, abs=0.012)
+    paper = compare_paper_way(standing.paper.load, turning.paper.parts, 0.430, 20.0)
+    assert paper.gain.value == pytest.approx(0.421, abs=0.03)
+    assert turning.model.friction.coulomb == pytest.approx(0.012, rel=0.1)
+
+
+@pytest.mark.parametrize(('change', 'word'), [
+    ({'friction': Friction(0.01, 0.9, 0.5)}, 'load_gain'),
+    ({'friction': Friction(0.5, 0.1, 0.5)}, 'friction reaches'),
+    ({'load_torque': LoadTorque(coefficients=(0.0, 0.5))}, 'load torque'),
+    ({'cogging': (Cogging(4, 0.2),)}, 'cogging'),
+    ({'motor': replace(Model().motor, inertia=1e-3)}, 'inertia')])
+def test_implausible_model_is_refused_with_its_reason(change, word):
+    candidate = replace(Model(friction=Friction(0.012, 0.11, 0.5)), **change)
+    assert any(word in line for line in check_model(candidate, Model(), AcceptanceBounds()))
+    with pytest.raises(InputError, match=word):
+        refuse_implausible(candidate, Model(), AcceptanceBounds())
+
+
+def test_papers_model_is_accepted():
+    model = Model(load_torque=LoadTorque(coefficients=PAPER['load']),
+                  friction=Friction(0.012, 0.11, 1.5))
+    refuse_implausible(model, Model(), AcceptanceBounds(high=20.0))
