@@ -119,8 +119,9 @@ def residual_over(picture: ResidualOver, units: Units) -> Figure:
     name = coordinate(picture.coordinate)
     curves: list[Band | Line] = []
     if units.noise is not None and picture.centre.size:
-        floor = np.full(2, 2 * factor * units.noise)
-        curves.append(Band('noise floor, ±2σ', picture.centre[[0, -1]], -floor, floor))
+        # For scale only: the curves are means of many samples, so they stand out inside it too.
+        floor = np.full(2, factor * units.noise)
+        curves.append(Band('noise of one sample, ±σ', picture.centre[[0, -1]], -floor, floor))
     for state, colour, applying, releasing in _states(
             units, (BEFORE, 'before', picture.applying_before, picture.releasing_before),
             (AFTER, 'after', picture.applying_after, picture.releasing_after)):

@@ -26,8 +26,8 @@ def add_rivals(page: Page, diagnosis: Diagnosis) -> None:
                       diagnosis.verdict, 'How sure, and why not something else'))
     held = [entry.held_out_rms for entry in candidates]
     page.text(f'{len(candidates)} hypotheses were fitted together with the nominal numbers and '
-              'judged on data that the fit had not seen. The probabilities are calibrated: of '
-              'claims made with 90 %, nine in ten hold.')
+              'judged on data that the fit had not seen. A probability of 90 % means that of such '
+              'claims nine in ten hold.')
     unit = next((row.unit for row in diagnosis.held_out if row.quantity == 'effort'), 'N·m')
     best = min((value for value in held if np.isfinite(value)), default=math.nan)
     named = tuple(sorted(entry.effect for entry in diagnosis.effects))

@@ -193,7 +193,7 @@ const config = {displaylogo: false, displayModeBar: 'hover',
 
 function draw(id) {
   const plot = plots.get(id);
-  if (!plot.box.offsetWidth) return;
+  if (!plot.box.offsetWidth || plot.box.closest('details:not([open])')) return;
   const layout = dye(plot.spec.layout);
   layout.font.family = getComputedStyle(document.body).fontFamily;
   layout.width = plot.box.clientWidth;
@@ -245,15 +245,16 @@ document.addEventListener('click', event => {
     draw(button.dataset.figure);
   } else if (button.classList.contains('copy')) {
     const source = button.parentElement.querySelector('pre');
-    const done = () => {
-      button.textContent = 'Copied';
+    const say = text => {
+      button.textContent = text;
       setTimeout(() => { button.textContent = 'Copy'; }, 1600);
     };
     const select = () => {
       getSelection().selectAllChildren(source);
-      if (document.execCommand('copy')) done();
+      say(document.execCommand('copy') ? 'Copied' : 'Selected: press Ctrl+C');
     };
-    if (navigator.clipboard) navigator.clipboard.writeText(source.textContent).then(done, select);
+    if (navigator.clipboard)
+      navigator.clipboard.writeText(source.textContent).then(() => say('Copied'), select);
     else select();
   }
 });
