@@ -20,6 +20,9 @@ HIGHEST_ORDER = 60.0
 # noise spectrum (exponential powers) that happens once in 2000 recordings.
 LEAST_PROMINENCE = 24.0
 
+# A line explains at least this part of the residual's energy: less is not worth a term.
+LEAST_SHARE = 0.02
+
 
 def order_spectrum(pieces: Sequence[Motion], residual: Array, orders: Array) -> Array:
     """Return how much of Σ residual² a wave of each order explains (k,) [(N·m)²].
@@ -76,7 +79,10 @@ def find_orders(pieces: Sequence[Motion], residual: Array, at_most: int = 6) -> 
         near = np.abs(orders - orders[best]) < max(6.0, 12.0 / turns)
         near &= np.abs(orders - orders[best]) > 1.0 / turns
         floor = np.median(power[near]) if near.any() else np.inf
-        if power[best] < LEAST_PROMINENCE * floor or power[best] <= 0.0:
+        if power[best] <= max(LEAST_PROMINENCE * floor, LEAST_SHARE * float(left @ left)):
+            break
+        # Neighbours that a range of so few turns can't part: a curve misfitted, not a line.
+        if any(abs(orders[best] - other) < 2.0 / turns for other in found):
             break
         fine = orders[best] + np.linspace(-0.5, 0.5, 21) * 0.5 / turns
         order = float(fine[int(np.argmax(order_spectrum(used, left, fine)))])

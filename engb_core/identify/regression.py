@@ -204,7 +204,9 @@ class _Problem:
 
     def bounds(self) -> tuple[Array, Array]:
         """Return lower and upper bounds (p,) each."""
-        low = {'inertia': 1e-12, 'viscous_friction': 0.0, 'coulomb': 0.0, 'lag': -LONGEST_LAG,
+        # Losses are losses: no friction pushes, and none falls as the load grows.
+        low = {'inertia': 1e-12, 'viscous_friction': 0.0, 'coulomb': 0.0, 'load_gain': 0.0,
+               'amplitude': 0.0, 'lag': -LONGEST_LAG,
                'saturation_velocity': 1e-3 * self.speed,
                'contact_angle': min(float(piece.position.min()) for piece in self.pieces)}
         high = {'saturation_velocity': self.speed, 'lag': LONGEST_LAG,
