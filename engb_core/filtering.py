@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from engb_core.compiled import compiled
 from engb_core.motion import gaussian_kernel, Motion
 
-__all__ = ['Comparison', 'comparison_of', 'noise_of']
+__all__ = ['Comparison', 'comparison_of', 'low_passed_noise', 'noise_of']
 
 Array = NDArray[np.float64]
 
@@ -31,14 +31,15 @@ class Comparison:
         grid: (m,) indices into the motion's samples.
         weight: (n,) 1 where a sample may be judged, 0 at standstill and in gaps.
         scale: (m,) Σ taps·weight: how much of the window could be judged.
-        noise_gain: (m,) standard deviation of a filtered value for white noise of 1.
+        noise_gain_whole: standard deviation of a filtered value, all of its window judgeable,
+            for white noise of 1 in the recorded effort.
     """
 
     taps: Array
     grid: NDArray[np.int64]
     weight: Array
     scale: Array
-    noise_gain: Array
+    noise_gain_whole: float
 
     def __call__(self, values: Array) -> Array:
         """Return the filtered values (m,) of values (n,)."""
@@ -82,8 +83,10 @@ def comparison_of(motion: Motion, bandwidth: float, slowest: float,
     scale = _decimate(np.ones_like(weight), weight, taps, grid, ones)
     keep = scale > least_weight
     grid, scale = grid[keep], scale[keep]
-    power = _decimate(np.ones_like(weight), weight, taps ** 2, grid, np.ones(grid.size))
-    return Comparison(taps, grid, weight, scale, np.sqrt(power) / scale)
+    # The effort was white before it passed the motion's Gaussian: both together are one Gaussian.
+    both = 1.0 / np.hypot(1.0 / bandwidth, 1.0 / motion.bandwidth)
+    whole = np.sqrt(np.sum(gaussian_kernel(both, motion.recorded_step) ** 2))
+    return Comparison(taps, grid, weight, scale, float(whole))
 
 
 def noise_of(effort: Array) -> float:
@@ -93,3 +96,23 @@ def noise_of(effort: Array) -> float:
     """
     difference = np.diff(effort, n=3)
     return float(1.4826 * np.median(np.abs(difference)) / np.sqrt(20.0))
+
+
+def low_passed_noise(motion: Motion, comparison: Comparison, stride: int) -> float | None:
+    """Return the noise of the filtered effort while the shaft stands [N·m]; None: it never does.
+
+    White noise is a guess; a current sensor's is coloured. At standstill effort is the loop's
+    constant plus noise, and second differences over `stride` samples of the grid see the noise in
+    the very band in which models are compared.
+    """
+    reach = comparison.taps.size // 2
+    standing = minimum_filter1d((comparison.weight == 0.0) & motion.known, 2 * (reach + stride) + 1)
+    whole = Comparison(comparison.taps, np.arange(motion.time.size, dtype=np.int64),
+                       np.ones(motion.time.size), np.ones(motion.time.size),
+                       1.0)
+    filtered = whole(motion.effort)
+    difference = (filtered[2 * stride:] - 2.0 * filtered[stride:-stride]
+                  + filtered[:-2 * stride])[standing[stride:-stride]]
+    if difference.size < 40 * stride:
+        return None
+    return float(1.4826 * np.median(np.abs(difference)) / np.sqrt(6.0))

@@ -9,7 +9,7 @@ from engb_core.compiled import FUNCTIONS, INTEGERS, kernel, MATRIX, ROW, types
 from engb_core.effects.base import ACCELERATION, EFFORT, SAMPLE_SIZE
 from engb_core.model import Model
 from engb_core.motion import Motion, motion_of
-from engb_core.plant import N_INERTIA, Physics, physics_of, torque_without_inertia
+from engb_core.plant import N_DELAY, N_INERTIA, Physics, physics_of, torque_without_inertia
 from engb_core.recording import Recording
 
 __all__ = ['effort_of_motion', 'predict_effort']
@@ -55,9 +55,12 @@ def effort_of_motion(samples: Array, step: float, physics: Physics) -> Array:
     effort = np.empty(samples.shape[0])
     _kernel(physics.nominal, physics.cogging, physics.functions, physics.bounds, physics.owner,
             physics.parameters, physics.fresh_state(), samples, effort)
-    if physics.lead != 0.0:
+    if physics.time_constant != 0.0:
+        effort += physics.time_constant * np.gradient(effort, step)
+    delay = physics.delay + physics.nominal[N_DELAY]
+    if delay != 0.0:
         grid = np.arange(effort.size)
-        effort = np.interp(grid + physics.lead / step, grid, effort)
+        effort = np.interp(grid + delay / step, grid, effort)
     return effort
 
 

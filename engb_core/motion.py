@@ -21,15 +21,19 @@ __all__ = ['Motion', 'gaussian_kernel', 'motion_of']
 
 Array = NDArray[np.float64]
 
-# Corner of the smoothing of position [Hz]; below it the motion is believed.
+# Corner of the smoothing of position and effort [Hz]; below it the motion is believed.
 MOTION_BANDWIDTH = 60.0
+# Finest step of the grid [s]: enough for that corner.
+FINEST_STEP = 0.002
 
 
 @dataclass(frozen=True)
 class Motion:
     """One run on an even grid, all arrays (n,).
 
-    `known` is False where the grid falls into a gap of the recording.
+    Position, its derivatives and effort have passed the same Gaussian of `bandwidth` [Hz].
+    `known` is False where the grid falls into a gap of the recording; `recorded_step` [s] is
+    the recording's own.
     """
 
     name: str
@@ -46,6 +50,8 @@ class Motion:
     quantum: float
     has_disc: bool
     has_temperature: bool
+    bandwidth: float
+    recorded_step: float
 
     def samples(self) -> Array:
         """Return what the torque balance reads, (n, 8), in the order of effects/base.py."""
@@ -79,27 +85,30 @@ def filtered(values: Array, taps: Array) -> Array:
 
 def motion_of(recording: Recording) -> Motion:
     """Bring a recording onto an even grid and derive its motion."""
-    step = recording.interval
-    count = int(np.floor(recording.time[-1] / step + 1e-6)) + 1
-    time = np.arange(count) * step
-    smooth = _without_counts(recording)
-    raw = np.interp(time, *smooth)
-    bandwidth = min(MOTION_BANDWIDTH, 0.2 / step)
-    position = filtered(raw, gaussian_kernel(bandwidth, step))
-    velocity = filtered(raw, gaussian_kernel(bandwidth, step, 1))
-    acceleration = filtered(raw, gaussian_kernel(bandwidth, step, 2))
+    fine = recording.interval
+    stride = max(1, int(round(FINEST_STEP / fine)))
+    step = stride * fine
+    full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
+    bandwidth = min(MOTION_BANDWIDTH, 0.2 / fine)
+    raw = np.interp(full, *_without_counts(recording))
+
+    def smooth(values: Array, derivative: int = 0) -> Array:
+        return filtered(values, gaussian_kernel(bandwidth, fine, derivative))[::stride].copy()
+
+    time = full[::stride]
     disc = recording.signal('disc_speed')
     temperature = recording.signal('pad_temperature')
-    disc_speed = np.zeros(count) if disc is None else np.interp(time, recording.time, disc)
+    disc_speed = np.zeros(time.size) if disc is None else np.interp(time, recording.time, disc)
     return Motion(
-        name=recording.name, step=step, time=time, position=position, velocity=velocity,
-        acceleration=acceleration, effort=np.interp(time, recording.time, recording.effort),
+        name=recording.name, step=step, time=time, position=smooth(raw), velocity=smooth(raw, 1),
+        acceleration=smooth(raw, 2),
+        effort=smooth(np.interp(full, recording.time, recording.effort)),
         disc_speed=disc_speed, disc_angle=np.cumsum(disc_speed) * step,
-        pad_temperature=(np.full(count, 20.0) if temperature is None
+        pad_temperature=(np.full(time.size, 20.0) if temperature is None
                          else np.interp(time, recording.time, temperature)),
-        known=_known(recording, time, step), quantum=_quantum(recording.position),
+        known=_known(recording, time, fine), quantum=_quantum(recording.position),
         has_disc=disc is not None and bool(np.any(np.abs(disc) > 1e-6)),
-        has_temperature=temperature is not None)
+        has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine)
 
 
 def _without_counts(recording: Recording) -> tuple[Array, Array]:

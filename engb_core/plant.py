@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 # Places in the nominal vector.
 (N_INERTIA, N_VISCOUS, N_COULOMB, N_LOAD_GAIN, N_SATURATION, N_CONTACT, N_FORM, N_AMPLITUDE,
- N_PHASE, N_TERMS) = range(10)
+ N_PHASE, N_DELAY, N_TERMS) = range(11)
 MAXIMUM_LOAD_TERMS = 12
 NOMINAL_SIZE = N_TERMS + 1 + MAXIMUM_LOAD_TERMS
 ACTUATION_STAGE = STAGES.index('actuation')
@@ -57,7 +57,8 @@ class Physics:
         bounds: (7,) where each stage begins in `functions`; the last entry is their number.
         owner: (FUNCTION_SLOTS,) which effect a function belongs to.
         parameters: (effects, 64) parameters and constants.
-        lead: seconds by which measured effort runs ahead of torque (inverse dynamics).
+        delay, time_constant: [s] by which torque comes after measured effort, for the inverse
+            dynamics to undo.
     """
 
     nominal: Array
@@ -66,7 +67,8 @@ class Physics:
     bounds: NDArray[np.int64]
     owner: NDArray[np.int64]
     parameters: Array
-    lead: float
+    delay: float
+    time_constant: float
 
     def fresh_state(self) -> Array:
         """Return the effects' states at the start of a run, (effects, STATE_SIZE)."""
@@ -131,12 +133,14 @@ def default_value(effect: Effect, name: str) -> float | None:
 
 
 def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] | None = None,
-               ) -> Physics:
+               inverse: bool = True) -> Physics:
     """Make a model ready for the kernels.
 
     Args:
         model: the numbers.
         effects: (effect, values in the order of its `names`); None: those of the model file.
+        inverse: for inverse dynamics, where a lag is undone by `delay` and `time_constant`
+            rather than run forward in time.
 
     Raises:
         InputError: an unknown effect or parameter, or more effects than there are slots.
@@ -150,7 +154,7 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
     bounds = [0]
     for stage in STAGES:
         for index, (effect, _) in enumerate(chosen):
-            if stage in effect.stages and not (stage == 'actuation' and effect.lead):
+            if stage in effect.stages and not (stage == 'actuation' and effect.lead and inverse):
                 functions.append(effect.stages[stage])
                 owner.append(index)
         bounds.append(len(functions))
@@ -158,17 +162,18 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
         raise InputError(f'effects: the model holds more than {FUNCTION_SLOTS} effect functions; '
                          'leave some out')
     parameters = np.zeros((max(len(chosen), 1), _MAXIMUM_PARAMETERS))
-    lead = 0.0
+    delay = time_constant = 0.0
     for index, (effect, values) in enumerate(chosen):
         parameters[index, :len(values)] = values
         if effect.lead is not None:
-            lead += effect.lead(dict(zip(effect.names, values, strict=True)))
+            lead = effect.lead(dict(zip(effect.names, values, strict=True)))
+            delay, time_constant = delay + lead[0], time_constant + lead[1]
     cogging = np.array([[term.order, term.amplitude, term.phase] for term in model.cogging],
                        float).reshape(-1, 3)
     padding = FUNCTION_SLOTS - len(functions)
     return Physics(nominal_vector(model), cogging, (*functions, *[_nothing] * padding),
                    np.array(bounds, np.int64), np.array(owner + [0] * padding, np.int64),
-                   parameters, lead)
+                   parameters, delay, time_constant)
 
 
 @compiled

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
-from engb_core.diagnose.nominal import nominal_numbers, NominalNumber
+from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
 from engb_core.effects.base import Parameter
 
@@ -45,6 +45,17 @@ class Fit:
     jacobian: Array | None = None
 
 
+@dataclass(frozen=True)
+class StartColumns:
+    """How an effect at one start changes the filtered effort, per unit of its size.
+
+    `columns` (m, 1), or (m, 2) where a phase is free: at phase 0 and a quarter turn on.
+    """
+
+    setting: dict[str, float]
+    columns: Array
+
+
 class Fitter:
     """Fits hypotheses to one problem."""
 
@@ -56,6 +67,7 @@ class Fitter:
         self.numbers = nominal_numbers(problem.model, problem.scene)
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
         self._base: dict[tuple[NominalNumber, ...], Fit] = {}
+        self._starts: dict[tuple, list[StartColumns]] = {}
 
     # -- prediction ------------------------------------------------------------------------------
 
@@ -90,30 +102,62 @@ class Fitter:
 
     # -- fitting ---------------------------------------------------------------------------------
 
-    def fit(self, variants: tuple[Variant, ...], start: Fit | None = None,
-            numbers: tuple[NominalNumber, ...] | None = None,
-            starts: list[dict[str, float]] | None = None, rounds: int = 8,
-            keep: int = 1) -> Fit:
-        """Fit the last of `variants` from its starts, on top of `start`, then all together.
+    def starts(self, variant: Variant, settings: list[dict[str, float]] | None = None,
+               ) -> list[StartColumns]:
+        """Return what each start of an effect does to the effort, on top of the base fit."""
+        key = (variant.effect.id, variant.constants, str(settings))
+        if key not in self._starts:
+            base = self.base()
+            hypothesis = self.hypothesis((variant,))
+            self._starts[key] = [
+                StartColumns(setting, self._start_columns(hypothesis, base, setting))
+                for setting in (variant.starts() if settings is None else settings)]
+        return self._starts[key]
+
+    def screen(self, fit: Fit, starts: list[StartColumns]) -> tuple[list[float], list[Array]]:
+        """Return, per start, cost and sizes when it is added to `fit` by linear least squares.
+
+        The columns are those on top of the base: good enough to choose companions by.
+        """
+        shared = self._shared[fit.hypothesis.numbers]
+        costs, sizes = [], []
+        for start in starts:
+            design = np.concatenate([shared, start.columns], axis=1)
+            solution, cost = self._least_squares(fit, design)
+            costs.append(cost)
+            sizes.append(solution[shared.shape[1]:])
+        return costs, sizes
+
+    def fit(self, variant: Variant, start: Fit | None = None,
+            starts: list[StartColumns] | None = None, rounds: int = 6, keep: int = 1) -> Fit:
+        """Fit one more effect on top of `start` (None: the base), all numbers jointly.
 
         Args:
-            variants: the effects; all but the last are taken over from `start`.
-            start: a fit of `variants[:-1]`; None: the base.
-            numbers: the free nominal numbers; None: all.
-            starts: for the last effect's parameters (None: its own).
+            variant: the effect that is added.
+            start: the fit that it is added to.
+            starts: where it may start (None: its own starts).
             rounds: iterations of the joint fit.
             keep: how many of the best starts are followed.
         """
-        base = start or self.base(numbers)
-        self.base(base.hypothesis.numbers)
-        hypothesis = self.hypothesis(variants, base.hypothesis.numbers)
-        tried = []
-        for setting in (variants[-1].starts() if starts is None else starts):
-            vector, cost = self._screen(hypothesis, base, setting)
-            tried.append((cost, vector))
-        tried.sort(key=lambda entry: entry[0])
-        fits = [self._iterate(hypothesis, vector, rounds) for _, vector in tried[:keep]]
+        start = start or self.base()
+        starts = self.starts(variant) if starts is None else starts
+        costs, sizes = self.screen(start, starts)
+        hypothesis = Hypothesis(start.hypothesis.model, start.hypothesis.numbers,
+                                (*start.hypothesis.variants, variant), len(self.problem.runs))
+        fits = [self._iterate(hypothesis, self._start_vector(
+                    hypothesis, start, starts[place].setting, sizes[place]), rounds)
+                for place in np.argsort(costs)[:keep]]
         return min(fits, key=lambda entry: entry.cost)
+
+    def refit(self, fit: Fit, numbers: tuple[NominalNumber, ...], rounds: int = 6) -> Fit:
+        """Fit the same effects with other numbers free; the rest stand as in the model file."""
+        self.base(numbers)
+        hypothesis = self.hypothesis(fit.hypothesis.variants, numbers)
+        kept = dict(zip((number.name for number in fit.hypothesis.numbers), fit.vector,
+                        strict=False))
+        vector = np.concatenate([[kept[number.name] for number in numbers],
+                                 fit.vector[len(fit.hypothesis.numbers):]])
+        return self._iterate(hypothesis, vector, rounds)
 
     def refine(self, fit: Fit, rounds: int = 6) -> Fit:
         """Iterate on with derivatives of the nominal numbers taken at the fit itself."""
@@ -121,9 +165,23 @@ class Fitter:
         saved = self._shared[numbers]
         self._shared[numbers] = self._columns(fit.hypothesis, fit.vector, range(len(numbers)))
         try:
-            return self._iterate(fit.hypothesis, fit.vector, rounds)
+            return self._iterate(fit.hypothesis, fit.vector, rounds, 1e-5)
         finally:
             self._shared[numbers] = saved
+
+    def nominal(self) -> Fit:
+        """Return the model file as it stands (only the sampling delay is found)."""
+        return self.base(tuple(number for number in self.numbers if number.name == DELAY))
+
+    def without(self, fit: Fit, variant: int, rounds: int = 5) -> Fit:
+        """Return the fit with one effect taken away and all the rest fitted anew."""
+        variants = tuple(entry for index, entry in enumerate(fit.hypothesis.variants)
+                         if index != variant)
+        hypothesis = self.hypothesis(variants, fit.hypothesis.numbers)
+        count = len(fit.hypothesis.numbers)
+        kept = [count + entry for entry, place in enumerate(fit.hypothesis.places)
+                if place[0] != variant]
+        return self._iterate(hypothesis, fit.vector[list(range(count)) + kept], rounds)
 
     def finish(self, fit: Fit) -> Fit:
         """Return the fit with all derivatives at its end."""
@@ -171,105 +229,80 @@ class Fitter:
             columns[:, column] = (self.predict(hypothesis, moved) - reference) / step
         return columns
 
-    def _screen(self, hypothesis: Hypothesis, base: Fit, setting: dict[str, float],
-                ) -> tuple[Array, float]:
-        """Return a start vector: the last effect at `setting`, sized by linear least squares."""
+    def _start_columns(self, hypothesis: Hypothesis, base: Fit, setting: dict[str, float],
+                       ) -> Array:
+        sizing = hypothesis.variants[-1].sizing
+        vector = self._start_vector(hypothesis, base, setting, None)
+        if sizing.none is None or sizing.logarithmic:
+            # Sized by itself: its whole change, as if it could be scaled.
+            return (self.predict(hypothesis, vector) - base.predicted)[:, None]
+        unit = sizing.starts[0] - sizing.none
+        columns = [(self.predict(hypothesis, vector) - base.predicted) / unit]
+        phases = _places_of(hypothesis, 'phase')
+        if phases:
+            vector[phases] += 0.5 * np.pi
+            columns.append((self.predict(hypothesis, vector) - base.predicted) / unit)
+        return np.stack(columns, axis=1)
+
+    def _start_vector(self, hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
+                      sizes: Array | None) -> Array:
+        """Return the vector where the last effect stands at `setting`; `sizes` scale it."""
         last = len(hypothesis.variants) - 1
         sizing = hypothesis.variants[last].sizing
-        offset = len(hypothesis.numbers)
-        low, high = hypothesis.bounds()
-        entries = [entry for entry, (owner, _, _) in enumerate(hypothesis.places)
-                   if owner == last]
-        vector = np.concatenate([base.vector, np.zeros(len(entries))])
-        size_place = phase_places = None
-        phases: list[int] = []
+        entries = [entry for entry, place in enumerate(hypothesis.places) if place[0] == last]
+        added = []
         for entry in entries:
             parameter = hypothesis.parameter(entry)
-            place = offset + entry
-            if parameter.name == 'phase':
-                phases.append(place)
-            value = setting.get(parameter.name, parameter.starts[0] if parameter.starts else 0.0)
-            if parameter.logarithmic:
-                value = np.log(value)
-            vector[place] = value
-            if parameter is sizing:
-                size_place = place
-        phase_places = phases
-        linear = sizing.none is not None and not sizing.logarithmic
-        if sizing.none is None:
-            # A nominal number under another name: start at the file's value.
-            vector[size_place] = _nominal_value(self.problem.model, sizing.name)
-            columns = self._columns(hypothesis, vector, [size_place])
-            return self._solved(hypothesis, base, vector, columns, [size_place], low, high)
-        if not linear:
-            return vector, self._projected_cost(hypothesis, base, vector)
-        unit = sizing.starts[0] - sizing.none
-        predicted = [(self.predict(hypothesis, vector) - base.predicted) / unit]
-        if phase_places:
-            turned = vector.copy()
-            turned[phase_places] += 0.5 * np.pi
-            predicted.append((self.predict(hypothesis, turned) - base.predicted) / unit)
-        columns = np.stack(predicted, axis=1)
-        vector, cost = self._solved(hypothesis, base, vector, columns, [size_place], low, high,
-                                    phase_places)
-        return vector, cost
+            default = 0.0 if parameter.name == 'phase' else \
+                parameter.starts[0] if parameter.starts else 0.0
+            value = setting.get(parameter.name, default)
+            if parameter is sizing and parameter.none is None:
+                value = _nominal_value(self.problem.model, parameter.name)
+            elif parameter is sizing and sizes is not None and not parameter.logarithmic:
+                value = parameter.none + (np.hypot(*sizes) if sizes.size == 2 else sizes[0])
+            elif parameter.name == 'phase' and sizes is not None and sizes.size == 2:
+                value = np.arctan2(sizes[1], sizes[0])
+            added.append(np.log(value) if parameter.logarithmic else float(value))
+        low, high = hypothesis.bounds()
+        return np.clip(np.concatenate([start.vector, added]), low, high)
 
-    def _solved(self, hypothesis: Hypothesis, base: Fit, vector: Array, columns: Array,
-                places: list[int], low: Array, high: Array, phases: list[int] | None = None,
-                ) -> tuple[Array, float]:
-        shared = self._shared[hypothesis.numbers]
-        old = base.vector.size - len(hypothesis.numbers)
-        design = np.concatenate([shared, columns], axis=1)
-        solution, cost = self._least_squares(hypothesis, base, design)
-        vector = vector.copy()
-        count = len(hypothesis.numbers)
-        vector[:count] += solution[:count]
-        sizes = solution[count:]
-        sizing = hypothesis.variants[-1].sizing
-        if phases:
-            vector[places[0]] = float(np.hypot(*sizes))
-            vector[phases] = float(np.arctan2(sizes[1], sizes[0])) + vector[phases]
-        elif sizing.none is None:
-            vector[places[0]] += sizes[0]
-        else:
-            vector[places[0]] = sizing.none + sizes[0]
-        del old
-        return np.clip(vector, low, high), cost
-
-    def _least_squares(self, hypothesis: Hypothesis, base: Fit, design: Array,
-                       ) -> tuple[Array, float]:
+    def _least_squares(self, base: Fit, design: Array) -> tuple[Array, float]:
         rows = self.fitted
         scaled = design[rows] / self.sigma[rows, None]
         target = (base.residual / self.sigma)[rows]
         norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled)) + 1e-300
         scaled = scaled / norm
         gram = scaled.T @ scaled
-        count = len(hypothesis.numbers)
+        count = len(base.hypothesis.numbers)
         ridge = np.zeros(design.shape[1])
         pull = np.zeros(design.shape[1])
         if count:
-            centre, spread = self._prior(hypothesis)
+            centre, spread = self._prior(base.hypothesis)
             ridge[:count] = 1.0 / (spread[:count] * norm[:count]) ** 2
             pull[:count] = (centre[:count] - base.vector[:count]) / spread[:count] ** 2 \
                 / norm[:count]
-        ridge += 1e-12
         right = scaled.T @ target + pull
-        solution = np.linalg.solve(gram + np.diag(ridge), right)
-        cost = float(target @ target - solution @ right)
-        return solution / norm, cost
+        solution = np.linalg.solve(gram + np.diag(ridge + 1e-12), right)
+        return solution / norm, float(target @ target - solution @ right)
 
-    def _projected_cost(self, hypothesis: Hypothesis, base: Fit, vector: Array) -> float:
-        predicted = self.predict(hypothesis, vector)
-        moved = Fit(base.hypothesis, base.vector, predicted, self.measured - predicted, 0.0)
-        _, cost = self._least_squares(hypothesis, moved, self._shared[hypothesis.numbers])
-        return cost
+    def _delay_held(self, hypothesis: Hypothesis) -> int | None:
+        """Return the place of the sampling delay where a lag is looked for: one of both."""
+        if not any(variant.effect.lead for variant in hypothesis.variants):
+            return None
+        return next((place for place, number in enumerate(hypothesis.numbers)
+                     if number.name == DELAY), None)
 
-    def _iterate(self, hypothesis: Hypothesis, vector: Array, rounds: int) -> Fit:
+    def _iterate(self, hypothesis: Hypothesis, vector: Array, rounds: int,
+                 tolerance: float = 3e-3) -> Fit:
         low, high = hypothesis.bounds()
         centre, spread = self._prior(hypothesis)
         count = len(hypothesis.numbers)
         rows = self.fitted
         weight = 1.0 / self.sigma[rows]
+        held = self._delay_held(hypothesis)
+        if held is not None:
+            vector = vector.copy()
+            vector[held] = 0.0
         best = self._evaluate(hypothesis, np.clip(vector, low, high))
         damping = 1e-4
         effects = None
@@ -280,15 +313,20 @@ class Fitter:
                 design = np.concatenate([self._shared[hypothesis.numbers], effects], axis=1)
                 scaled = design[rows] * weight[:, None]
                 gram = scaled.T @ scaled + np.diag(1.0 / spread ** 2)
+                if held is not None:
+                    gram[held] = gram[:, held] = 0.0
+                    gram[held, held] = 1.0
             right = scaled.T @ (best.residual[rows] * weight) \
                 + (centre - best.vector) / spread ** 2
+            if held is not None:
+                right[held] = 0.0
             step = np.linalg.solve(gram + damping * np.diag(np.diag(gram)), right)
             for place in range(count, hypothesis.size):
                 step[place] = np.clip(step[place], *_largest_step(
                     hypothesis.parameter(place - count)))
             trial = self._evaluate(hypothesis, np.clip(best.vector + step, low, high))
             if trial.cost < best.cost:
-                done = best.cost - trial.cost < 1e-4 * best.cost + 0.05
+                done = best.cost - trial.cost < tolerance * best.cost
                 best, effects = trial, None
                 damping = max(damping * 0.2, 1e-6)
                 if done:
@@ -298,6 +336,12 @@ class Fitter:
                 if damping > 1e5:
                     break
         return best
+
+
+def _places_of(hypothesis: Hypothesis, name: str) -> list[int]:
+    count = len(hypothesis.numbers)
+    return [count + entry for entry in range(hypothesis.size - count)
+            if hypothesis.parameter(entry).name == name]
 
 
 def _weak_prior(parameter: Parameter) -> tuple[float, float]:

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.nominal import NominalNumber, with_numbers
+from engb_core.diagnose.nominal import DELAY, NominalNumber, with_numbers
 from engb_core.effects.base import Effect, Parameter, Scene
 from engb_core.model import EffectSetting, Model
 from engb_core.plant import physics_of, Physics
@@ -135,6 +135,8 @@ class Hypothesis:
         numbers = {number.name: float(_outward(vector[place], number.logarithmic))
                    for place, number in enumerate(self.numbers)}
         settings = []
+        if numbers.get(DELAY):
+            settings.append(EffectSetting(DELAY, {'delay': numbers[DELAY]}))
         for index, variant in enumerate(self.variants):
             values = dict(zip(variant.effect.names, self.values(vector, index, run), strict=True))
             if 'phase' in values:

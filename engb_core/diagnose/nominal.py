@@ -8,11 +8,14 @@ import math
 from engb_core.effects.base import Scene
 from engb_core.model import Model
 from engb_core.plant import (
-    N_AMPLITUDE, N_CONTACT, N_COULOMB, N_INERTIA, N_LOAD_GAIN, N_PHASE, N_SATURATION, N_TERMS,
+    N_AMPLITUDE, N_CONTACT, N_COULOMB, N_DELAY, N_INERTIA, N_LOAD_GAIN, N_PHASE, N_SATURATION, N_TERMS,
     N_VISCOUS,
 )
 
-__all__ = ['NominalNumber', 'nominal_numbers', 'with_numbers']
+__all__ = ['DELAY', 'NominalNumber', 'nominal_numbers', 'with_numbers']
+
+# Effort and position may be sampled up to a sample apart; fitted along, never claimed.
+DELAY = 'sampling_delay'
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
     speed = max(scene.speed, 1e-9)
     revolute = model.joint.type == 'revolute'
     torque = 'N·m' if revolute else 'N'
+    delay = NominalNumber(DELAY, N_DELAY, 's', 0.5 * scene.sampling, -scene.sampling,
+                          scene.sampling)
     angle = 'rad' if revolute else 'm'
     numbers = [
         NominalNumber('inertia', N_INERTIA, 'kg·m²' if revolute else 'kg', 0.4,
@@ -64,7 +69,7 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
                           0.3 * abs(load.amplitude) + 0.1 * effort, -10 * effort, 10 * effort),
             NominalNumber('load_phase', N_PHASE, 'rad', 0.2, load.phase - 1.5, load.phase + 1.5),
         ]
-        return tuple(numbers)
+        return (*numbers, delay)
     if load.contact_angle is not None:
         reach = max(abs(value - load.contact_angle) for value in scene.position_range)
         numbers.append(NominalNumber('contact_angle', N_CONTACT, angle, 0.1 * reach,
@@ -78,7 +83,7 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
             f'p{power}', N_TERMS + 1 + power,
             torque if power == 0 else f'{torque}/{angle}' + ('' if power == 1 else f'^{power}'),
             size, -30.0 * size, 30.0 * size))
-    return tuple(numbers)
+    return (*numbers, delay)
 
 
 def _used_terms(model: Model) -> list[int]:

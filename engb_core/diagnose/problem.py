@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from engb_core.effects.base import Scene
 from engb_core.errors import InputError
-from engb_core.filtering import Comparison, comparison_of, noise_of
+from engb_core.filtering import Comparison, comparison_of, low_passed_noise, noise_of
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
-from engb_core.motion import Motion, motion_of
+from engb_core.motion import filtered, Motion, motion_of
 from engb_core.plant import load_torque, nominal_vector, Physics
 from engb_core.recording import Recording
 
@@ -26,14 +26,19 @@ BANDWIDTH = 20.0
 KEPT_OUT = 0.2
 STRETCHES = 4
 LEAST_POINTS = 40
+# Stamps, holds and read-out make position and effort differ in time by an unknown part of a
+# sample: where effort changes fast, that is the larger part of what can't be known.
+TIMING = 4e-4
+TIMING_OF_SAMPLE = 0.2
 
 
 @dataclass(frozen=True)
 class Run:
     """One recording, ready: its motion, its filter, its filtered effort and noise.
 
-    `measured` (m,) filtered effort; `sigma` (m,) its noise; `fitted` (m,) True where a fit may
-    look; the rest, and all of a held-out recording, is only judged.
+    `measured` (m,) filtered effort; `noise` (m,) its noise; `sigma` (m,) noise and uncertainty
+    of timing together; `fitted` (m,) True where a fit may look; the rest, and all of a held-out
+    recording, is only judged.
     """
 
     recording: Recording
@@ -41,6 +46,7 @@ class Run:
     samples: Array
     comparison: Comparison
     measured: Array
+    noise: Array
     sigma: Array
     fitted: NDArray[np.bool_]
     held_out: bool
@@ -96,7 +102,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
         raise InputError(
             f'{recordings[0].name}: too little motion to judge a model by ({points} filtered '
             f'values above {slowest:.3g} rad/s, {LEAST_POINTS} are needed); record strokes')
-    floor = float(np.sqrt(np.mean(np.concatenate([run.sigma for run in runs]) ** 2)))
+    floor = float(np.sqrt(np.mean(np.concatenate([run.noise for run in runs]) ** 2)))
     return Problem(runs, judged, model, scene, floor)
 
 
@@ -120,6 +126,7 @@ def _scene(motions: Sequence[Motion], model: Model) -> Scene:
                            for motion in motions),
         largest_load=float(load),
         speed=max(float(np.quantile(np.abs(motion.velocity), 0.995)) for motion in motions),
+        sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type)
 
@@ -144,7 +151,13 @@ def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,
     elif not fit_all:
         length = motion.time[-1] / STRETCHES
         fitted = (time % length) < (1.0 - KEPT_OUT) * length
-    resolution = float(np.median(np.abs(recording.effort))) * 1e-6
-    sigma = np.maximum(noise, resolution) * comparison.noise_gain
-    return Run(recording, motion, motion.samples(), comparison, comparison(motion.effort),
-               sigma, fitted, held_out)
+    # Above the corner of the low-pass second differences are blind to what the motion needs.
+    low = low_passed_noise(motion, comparison, max(1, round(0.8 / bandwidth / motion.step)))
+    resolution = float(np.median(np.abs(recording.effort))) * 1e-4
+    noise = (max(noise * comparison.noise_gain_whole, resolution) if low is None
+             else max(low, resolution)) / np.sqrt(comparison.scale)
+    smooth = filtered(motion.effort, comparison.taps)
+    rate = np.gradient(smooth, motion.step)[comparison.grid]
+    timing = max(TIMING, TIMING_OF_SAMPLE * motion.recorded_step)
+    return Run(recording, motion, motion.samples(), comparison, comparison(motion.effort), noise,
+               np.hypot(noise, timing * rate), fitted, held_out)

@@ -20,12 +20,13 @@ def _actuation(parameters, state, sample):
 EFFECT = Effect(
     id='actuation_lag',
     title='Actuation lag',
-    parameters=(Parameter('lag', 's', -0.05, 0.2, none=0.0, starts=(0.004,)),),
+    parameters=(Parameter('lag', 's', -0.05, 0.2, none=0.0, starts=(0.004,)),
+                Parameter('first_order', '-', 0.0, 1.0, starts=(0.0, 1.0))),
     stages={'actuation': _actuation},
-    equation='T_M(t) = effort(t − lag)',
+    equation='T_M(t) = effort(t − delay) through 1/(τ s + 1), lag = delay + τ',
     reference='contract, table 4; delay of bus and current loop',
     statement=lambda p: (f"The torque acts {p['lag'] * 1e3:.2f} ms after the recorded effort "
                          '(delay or current loop).'),
     reveals='acceleration',
-    lead=lambda p: p['lag'],
+    lead=lambda p: (p['lag'] * (1.0 - p['first_order']), p['lag'] * p['first_order']),
 )

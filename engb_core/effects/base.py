@@ -64,6 +64,7 @@ class Scene:
     largest_effort: float
     largest_load: float
     speed: float
+    sampling: float
     position_range: tuple[float, float]
     disc_speed_range: tuple[float, float] | None
     temperature_range: tuple[float, float] | None
@@ -88,7 +89,8 @@ class Effect:
         set_constants: Scene → their values.
         applies: whether a recording could show it at all (None: always).
         variants: fixed settings tried in turn, e.g. what a fade depends on.
-        lead: (parameters) → seconds by which measured effort runs ahead of torque.
+        lead: (parameters) → (delay, time constant) [s] by which torque comes after measured
+            effort; inverse dynamics undoes both.
         number_only: no physics is missing, a nominal number is wrong.
         contains: ids of effects that this one includes as a special case.
         statement: (values) → a sentence for a brake engineer.
@@ -106,7 +108,7 @@ class Effect:
     set_constants: Callable[[Scene], Mapping[str, float]] | None = None
     applies: Callable[[Scene], bool] | None = None
     variants: tuple[Mapping[str, float], ...] = field(default=({},))
-    lead: Callable[[Mapping[str, float]], float] | None = None
+    lead: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
     number_only: bool = False
     contains: tuple[str, ...] = ()
 

@@ -2,13 +2,21 @@
 
 import math
 
-from engb_core.compiled import effect_function
+from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import Effect, Parameter, POSITION
+
+
+@compiled
+def _wave(parameters, angle):
+    # The second harmonic is given relative to the first: slots are not sinusoidal.
+    turn = parameters[1] * angle + parameters[2]
+    return parameters[0] * (math.sin(turn) + parameters[3] * math.sin(2.0 * turn)
+                            + parameters[4] * math.cos(2.0 * turn))
 
 
 @effect_function
 def _torque(parameters, state, sample):
-    return parameters[0] * math.sin(parameters[1] * sample[POSITION] + parameters[2])
+    return _wave(parameters, sample[POSITION])
 
 
 EFFECT = Effect(
@@ -17,7 +25,9 @@ EFFECT = Effect(
     parameters=(
         Parameter('amplitude', 'N·m', 0.0, 1e6, none=0.0, starts=(0.003,)),
         Parameter('order', '1/rev', 0.05, 400.0, logarithmic=True),
-        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0, 1.5708)),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,)),
+        Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
+        Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),
     ),
     stages={'torque': _torque},
     equation='T_cog = amplitude · sin(order · θ + phase)',

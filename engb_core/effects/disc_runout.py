@@ -11,8 +11,11 @@ def _load(parameters, state, sample):
     load = sample[LOAD]
     if load <= 0.0:
         return load
-    contact = min(load / parameters[3], 1.0) ** parameters[2]
-    return load + parameters[0] * contact * math.sin(sample[DISC_ANGLE] + parameters[1])
+    contact = min(load / parameters[5], 1.0) ** parameters[4]
+    turn = sample[DISC_ANGLE] + parameters[1]
+    wave = (math.sin(turn) + parameters[2] * math.sin(2.0 * turn)
+            + parameters[3] * math.cos(2.0 * turn))
+    return load + parameters[0] * contact * wave
 
 
 EFFECT = Effect(
@@ -20,7 +23,9 @@ EFFECT = Effect(
     title='Disc runout',
     parameters=(
         Parameter('amplitude', 'N·m', 0.0, 1e6, none=0.0, starts=(0.003,)),
-        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0, 1.5708), per_recording=True),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), per_recording=True),
+        Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
+        Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),
     ),
     stages={'load': _load},
     equation='T_L = T_L(θ) + amplitude · sin(φ_disc + phase) in contact',

@@ -2,14 +2,21 @@
 
 import math
 
-from engb_core.compiled import effect_function
+from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import Effect, EFFORT, Parameter, POSITION
+
+
+@compiled
+def _wave(parameters, angle):
+    # The second harmonic is given relative to the first: slots are not sinusoidal.
+    turn = parameters[1] * angle + parameters[2]
+    return parameters[0] * (math.sin(turn) + parameters[3] * math.sin(2.0 * turn)
+                            + parameters[4] * math.cos(2.0 * turn))
 
 
 @effect_function
 def _actuation(parameters, state, sample):
-    return sample[EFFORT] * (
-        1.0 + parameters[0] * math.sin(parameters[1] * sample[POSITION] + parameters[2]))
+    return sample[EFFORT] * (1.0 + _wave(parameters, sample[POSITION]))
 
 
 EFFECT = Effect(
@@ -18,7 +25,9 @@ EFFECT = Effect(
     parameters=(
         Parameter('relative_amplitude', '-', 0.0, 0.9, none=0.0, starts=(0.02,)),
         Parameter('order', '1/rev', 0.05, 400.0, logarithmic=True),
-        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0, 1.5708)),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,)),
+        Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
+        Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),
     ),
     stages={'actuation': _actuation},
     equation='T_M = effort · (1 + a · sin(order · θ + phase))',

@@ -1,0 +1,71 @@
+"""A whole diagnosis: gate, search, choice, numbers, location, evidence, corrected model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+import time
+
+import numpy as np
+
+from engb_core.diagnose.diagnosis import Diagnosis
+from engb_core.diagnose.evidence import evidence_of, quality_of_fit
+from engb_core.diagnose.findings import findings_of
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.locate import intervals, zones
+from engb_core.diagnose.numbers import wrong_numbers
+from engb_core.diagnose.problem import Problem, problem_of
+from engb_core.diagnose.search import search
+from engb_core.diagnose.selection import CLEAN_EXCESS, select
+from engb_core.diagnose.verdict import verdict_of
+from engb_core.model import Model
+from engb_core.recording import Recording
+
+__all__ = ['diagnose']
+
+
+def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Recording] = (),
+             progress: Callable[[str], None] | None = None) -> Diagnosis:
+    """Compare a model with recordings and say what physics it leaves out.
+
+    Args:
+        recordings: what may be fitted.
+        model: the nominal model.
+        holdout: judged only; without any, a part of the recordings is kept out of every fit.
+        progress: is told what is being done, a line each.
+
+    Raises:
+        InputError: too little motion to judge a model by.
+    """
+    started = time.perf_counter()
+    tell = progress or (lambda text: None)
+    tell('reading the motion')
+    problem: Problem = problem_of(recordings, model, holdout)
+    fitter = Fitter(problem)
+    tell('refitting the nominal numbers')
+    nominal = fitter.nominal()
+    selection = select(search(fitter, tell))
+    tell('refining')
+    chosen = fitter.finish(fitter.refine(selection.chosen))
+    numbers = []
+    if selection.nominal_excess > CLEAN_EXCESS:
+        tell('telling wrong numbers from missing physics')
+        numbers = wrong_numbers(fitter, chosen)
+    findings, mismatch = findings_of(fitter, nominal, chosen, numbers, selection)
+    verdict, unexplained = verdict_of(fitter, nominal, chosen, findings, selection, mismatch)
+    corrected = chosen.hypothesis.corrected(chosen.vector) if verdict != 'consistent' else model
+    parts = _parts(problem, mismatch)
+    located = [entry for run, part in zip(problem.runs, parts, strict=True)
+               for entry in intervals(run, part)] if verdict != 'consistent' else []
+    where = zones(list(problem.runs), parts, corrected) if verdict != 'consistent' else []
+    tell('simulating the loop')
+    return Diagnosis(
+        verdict=verdict, effects=tuple(findings), time=tuple(located), where=tuple(where),
+        unexplained=unexplained, held_out=quality_of_fit(problem, corrected),
+        next_experiment=None, model=corrected,
+        evidence=evidence_of(fitter, nominal, chosen, selection, corrected, findings,
+                             time.perf_counter() - started))
+
+
+def _parts(problem: Problem, values: np.ndarray) -> list[np.ndarray]:
+    ends = np.cumsum([run.measured.size for run in problem.runs])[:-1]
+    return np.split(values, ends)

@@ -1,0 +1,171 @@
+"""What a report shows for a diagnosis: traces, loops, the revealing picture, rivals, figures."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.diagnosis import (
+    Candidate, ClosedLoop, EffectFinding, Evidence, NominalChange, QualityOfFit, ResidualOver,
+    Trace,
+)
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.locate import coordinates
+from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.numbers import level
+from engb_core.diagnose.phases import find_phases
+from engb_core.diagnose.problem import Problem, Run
+from engb_core.diagnose.probability import rival_weights
+from engb_core.diagnose.selection import Selection
+from engb_core.diagnose.uncertainty import vector_deviations
+from engb_core.effects.catalogue import get_effect
+from engb_core.errors import InputError
+from engb_core.model import Model
+from engb_core.plant import physics_of
+from engb_core.simulation import simulate_closed_loop
+
+__all__ = ['evidence_of', 'quality_of_fit']
+
+Array = NDArray[np.float64]
+BINS = 40
+LOOP_POINTS = 4000
+
+
+def _judged(problem: Problem) -> list[tuple[Run, NDArray[np.bool_]]]:
+    """Return the runs with the rows that no fit has seen."""
+    if problem.held_out:
+        return [(run, np.ones(run.measured.size, bool)) for run in problem.held_out]
+    return [(run, ~run.fitted) for run in problem.runs]
+
+
+def _predicted(run: Run, model: Model) -> Array:
+    return run.predicted(physics_of(find_phases(run.motion, model)))
+
+
+def quality_of_fit(problem: Problem, corrected: Model) -> tuple[QualityOfFit, ...]:
+    """Return the held-out figures: effort, and position of the simulated loop where it can be."""
+    angle, torque = (('rad', 'N·m') if problem.model.joint.type == 'revolute' else ('m', 'N'))
+    found = []
+    for run, rows in _judged(problem):
+        if rows.sum() == 0:
+            continue
+        rms = [float(np.sqrt(np.mean((run.measured - _predicted(run, model))[rows] ** 2)))
+               for model in (problem.model, corrected)]
+        floor = float(np.sqrt(np.mean(run.noise[rows] ** 2)))
+        found.append(QualityOfFit(run.recording.name, 'effort', *rms, floor, torque))
+        loop = _loop(run, problem.model, corrected)
+        if loop is not None:
+            seen = np.interp(loop.time, run.motion.time[run.comparison.grid],
+                             rows.astype(float)) > 0.5
+            errors = [float(np.sqrt(np.mean((values - loop.recorded)[seen] ** 2)))
+                      for values in (loop.simulated_before, loop.simulated_after)]
+            if np.isfinite(errors).all():
+                found.append(QualityOfFit(run.recording.name, 'position', *errors,
+                                          run.motion.quantum / np.sqrt(12.0), angle))
+    return tuple(found)
+
+
+def _loop(run: Run, nominal: Model, corrected: Model) -> ClosedLoop | None:
+    try:
+        before, _ = simulate_closed_loop(run.recording, nominal)
+        after, _ = simulate_closed_loop(run.recording, corrected)
+    except InputError:
+        return None
+    if not (np.isfinite(before).all() and np.isfinite(after).all()):
+        return None
+    pick = slice(None, None, max(1, run.recording.time.size // LOOP_POINTS))
+    return ClosedLoop(run.recording.name, run.recording.time[pick], run.recording.position[pick],
+                      before[pick], after[pick])
+
+
+def evidence_of(fitter: Fitter, nominal: Fit, chosen: Fit, selection: Selection,
+                corrected: Model, findings: list[EffectFinding], seconds: float) -> Evidence:
+    """Gather what the report draws."""
+    problem = fitter.problem
+    runs = [*problem.runs, *problem.held_out]
+    traces, loops = [], []
+    for run in runs:
+        grid = run.comparison.grid
+        traces.append(Trace(
+            run.recording.name, run.held_out, run.motion.time[grid], run.motion.position[grid],
+            run.motion.velocity[grid], run.measured, _predicted(run, problem.model),
+            _predicted(run, corrected), np.ones(grid.size, bool),
+            float(np.sqrt(np.mean(run.noise ** 2)))))
+        loop = _loop(run, problem.model, corrected)
+        if loop is not None:
+            loops.append(loop)
+    return Evidence(
+        traces=tuple(traces), closed_loops=tuple(loops),
+        residual_over=tuple(_pictures(problem, traces, corrected, findings)),
+        candidates=tuple(_candidates(fitter, chosen, selection)),
+        nominal=tuple(_changes(fitter, chosen)),
+        notes=tuple(f'{run.recording.name}: {note}' for run in runs
+                    for note in run.recording.notes),
+        seconds=seconds)
+
+
+def _pictures(problem: Problem, traces: list[Trace], corrected: Model,
+              findings: list[EffectFinding]) -> list[ResidualOver]:
+    names = [get_effect(finding.effect).reveals for finding in findings] or ['position',
+                                                                           'velocity']
+    tables = [coordinates(run, corrected) for run in problem.runs]
+    found = []
+    for name in dict.fromkeys(names):
+        if not all(name in table for table in tables):
+            name = 'velocity'
+        values = np.concatenate([table[name][0] for table in tables])
+        own = traces[:len(problem.runs)]
+        applying = np.concatenate([trace.velocity for trace in own]) > 0
+        before = np.concatenate([trace.effort - trace.predicted_before for trace in own])
+        after = np.concatenate([trace.effort - trace.predicted_after for trace in own])
+        edges = np.linspace(*np.quantile(values, [0.002, 0.998]), BINS + 1)
+        if not np.all(np.diff(edges) > 0):
+            continue
+        place = np.digitize(values, edges) - 1
+        curves = [_binned(place, rows, residual) for residual in (before, after)
+                  for rows in (applying, ~applying)]
+        found.append(ResidualOver(
+            name, tables[0][name][1], 0.5 * (edges[1:] + edges[:-1]), curves[0], curves[1],
+            curves[2], curves[3],
+            'Before, the residual follows this coordinate; after, it is flat.'))
+    return found
+
+
+def _binned(place: NDArray[np.int64], rows: NDArray[np.bool_], residual: Array) -> Array:
+    good = rows & (place >= 0) & (place < BINS)
+    count = np.bincount(place[good], minlength=BINS)
+    total = np.bincount(place[good], residual[good], BINS)
+    return np.where(count > 2, total / np.maximum(count, 1), np.nan)
+
+
+def _candidates(fitter: Fitter, chosen: Fit, selection: Selection) -> list[Candidate]:
+    fits = [chosen, *selection.rivals[:11]]
+    weights = rival_weights(chosen, list(fits[1:]), fitter, selection.excess_before)
+    rows = ~fitter.fitted if (~fitter.fitted).any() else fitter.fitted
+    found = []
+    for fit, weight in zip(fits, weights, strict=True):
+        after = max(level(fit, fitter) - 1.0, 0.0)
+        share = 0.0 if selection.excess_before <= 0 else \
+            float(np.clip(1.0 - after / selection.excess_before, 0.0, 1.0))
+        found.append(Candidate(
+            fit.hypothesis.ids, float(weight),
+            float(np.sqrt(np.mean(fit.residual[rows] ** 2))), share,
+            'chosen' if fit is chosen else ''))
+    return found
+
+
+def _changes(fitter: Fitter, chosen: Fit) -> list[NominalChange]:
+    deviations = vector_deviations(chosen, fitter)
+    start = chosen.hypothesis.start_of_numbers()
+    found = []
+    for place, number in enumerate(chosen.hypothesis.numbers):
+        if number.name == DELAY:
+            continue
+        before, after, std = start[place], chosen.vector[place], deviations[place]
+        if number.logarithmic:
+            before, after = np.exp(before), np.exp(after)
+            std = std * after
+        undetermined = std > 3.0 * max(abs(after), 1e-12)
+        found.append(NominalChange(number.name, float(before), float(after),
+                                   None if undetermined else float(std), number.unit))
+    return found

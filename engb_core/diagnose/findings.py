@@ -1,0 +1,128 @@
+"""From fits to what is claimed: effects with share, probability, parameters and a sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.numbers import level, NumberFinding
+from engb_core.diagnose.probability import rival_weights, something_known
+from engb_core.diagnose.selection import Selection
+from engb_core.diagnose.uncertainty import estimates, vector_deviations
+from engb_core.effects.catalogue import get_effect
+
+__all__ = ['findings_of']
+
+Array = NDArray[np.float64]
+# A rival is worth telling from here on.
+TOLD = 0.02
+
+
+def findings_of(fitter: Fitter, nominal: Fit, chosen: Fit, numbers: list[NumberFinding],
+                selection: Selection) -> tuple[list[EffectFinding], Array]:
+    """Return the findings in order of share, and the mismatch (m,) [N·m] that they make up.
+
+    The mismatch is what the named physics adds to the effort (with the numbers as refitted: a
+    file that was refitted around the effect would smear it), or, where nothing is named, what
+    the nominal model leaves.
+    """
+    findings = _physics(fitter, chosen, selection)
+    findings += _numbers(fitter, nominal, chosen, numbers)
+    findings.sort(key=lambda finding: -finding.share)
+    mismatch = nominal.residual
+    if chosen.hypothesis.variants:
+        mismatch = chosen.predicted - _bare(fitter, chosen)
+        mismatch = mismatch - np.median(mismatch)
+        if numbers:
+            mismatch = chosen.predicted - nominal.predicted
+    elif numbers:
+        mismatch = chosen.predicted - nominal.predicted
+    return findings, mismatch
+
+
+def _bare(fitter: Fitter, fit: Fit, leave: int | None = None) -> Array:
+    """Return what the fit predicts with one effect (None: all) taken away, numbers kept."""
+    variants = tuple(variant for index, variant in enumerate(fit.hypothesis.variants)
+                     if leave is not None and index != leave)
+    hypothesis = fitter.hypothesis(variants, fit.hypothesis.numbers)
+    count = len(fit.hypothesis.numbers)
+    kept = [count + entry for entry, (owner, _, _) in enumerate(fit.hypothesis.places)
+            if leave is not None and owner != leave]
+    return fitter.predict(hypothesis, fit.vector[list(range(count)) + kept])
+
+
+def _physics(fitter: Fitter, chosen: Fit, selection: Selection) -> list[EffectFinding]:
+    variants = chosen.hypothesis.variants
+    if not variants:
+        return []
+    known = something_known(selection.share, selection.excess_after, selection.excess_before)
+    matters = []
+    for index in range(len(variants)):
+        if len(variants) == 1:
+            matters.append(selection.excess_before - selection.excess_after)
+        else:
+            smaller = fitter.without(chosen, index)
+            matters.append(max(level(smaller, fitter) - level(chosen, fitter), 1e-6))
+    total = sum(matters)
+    findings = []
+    for index, variant in enumerate(variants):
+        rivals = [fit for fit in selection.rivals
+                  if _differs_by(fit, chosen, variant.effect.id)]
+        weights = rival_weights(chosen, rivals, fitter, selection.excess_before)
+        alternatives = tuple(
+            (_other(fit, chosen), known * weight)
+            for fit, weight in zip(rivals, weights[1:], strict=True) if known * weight > TOLD)
+        values = dict(zip(variant.effect.names, chosen.hypothesis.values(chosen.vector, index, 0),
+                          strict=True))
+        findings.append(EffectFinding(
+            effect=variant.effect.id, probability=known * weights[0],
+            parameters=estimates(chosen, fitter, index),
+            share=selection.share * matters[index] / total, alternatives=alternatives,
+            statement=variant.effect.statement(values)))
+    return findings
+
+
+def _differs_by(rival: Fit, chosen: Fit, effect_id: str) -> bool:
+    """Whether the rival has another effect in the place of `effect_id` and is alike otherwise."""
+    rest = set(chosen.hypothesis.ids) - {effect_id}
+    return rest <= set(rival.hypothesis.ids) and effect_id not in rival.hypothesis.ids
+
+
+def _other(rival: Fit, chosen: Fit) -> str:
+    return next(entry for entry in rival.hypothesis.ids if entry not in chosen.hypothesis.ids)
+
+
+def _numbers(fitter: Fitter, nominal: Fit, chosen: Fit, numbers: list[NumberFinding],
+             ) -> list[EffectFinding]:
+    if not numbers:
+        return []
+    before = max(level(nominal, fitter) - 1.0, 1e-9)
+    total = sum(finding.matters for finding in numbers)
+    after = max(level(chosen, fitter) - 1.0, 0.0)
+    taken = max(0.0, 1.0 - after / before)
+    known = something_known(taken, after, before)
+    if chosen.hypothesis.variants:
+        taken *= min(1.0, total / (total + before))
+    findings = []
+    for finding in numbers:
+        effect = get_effect(finding.effect)
+        parameter = effect.parameters[0]
+        std = _deviation(fitter, finding)
+        findings.append(EffectFinding(
+            effect=effect.id, probability=known,
+            parameters={parameter.name: ParameterEstimate(finding.value, std, parameter.unit)},
+            share=min(1.0, taken * finding.matters / total), alternatives=(),
+            statement=effect.statement({parameter.name: finding.value})))
+    return findings
+
+
+def _deviation(fitter: Fitter, finding: NumberFinding) -> float:
+    fit = finding.fit if finding.fit.jacobian is not None else fitter.finish(finding.fit)
+    deviations = vector_deviations(fit, fitter)
+    name = get_effect(finding.effect).parameters[0].name
+    for place, number in enumerate(fit.hypothesis.numbers):
+        if number.name == name:
+            return float(deviations[place] * (finding.value if number.logarithmic else 1.0))
+    return float(deviations[-1])

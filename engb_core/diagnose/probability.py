@@ -1,0 +1,58 @@
+"""How sure: probabilities of the chosen effects, their rivals and of something else altogether.
+
+The weights of hypotheses of like size come from their mean squares, tempered, because the
+residual of a formula that is only nearly right is no noise. How often "something else" is the
+truth, given how much of the mismatch is taken away, was counted on generated cases whose
+formulas differ from the library's (README, section on the proof).
+"""
+
+from __future__ import annotations
+
+import math
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.numbers import level
+
+__all__ = ['rival_weights', 'something_known']
+
+# The noise-like part of a formula's error: excess below it tells rivals apart no further.
+FORMULA_ERROR = 0.10
+TEMPER = 6.0
+
+
+def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
+    """Return normalised weights of the chosen fit and its rivals, [chosen, *rivals].
+
+    Args:
+        chosen, rivals: fits of like size.
+        fitter: of the problem.
+        before: excess of the refitted nominal model.
+    """
+    floor = 1.0 + FORMULA_ERROR + 0.01 * before
+    size = chosen.hypothesis.size
+
+    def score(fit: Fit) -> float:
+        excess = max(level(fit, fitter) - 1.0, 0.0)
+        return math.log(excess + floor - 1.0) + 0.02 * (fit.hypothesis.size - size)
+
+    best = score(chosen)
+    weights = [1.0] + [min(1.0, math.exp(-TEMPER * (score(fit) - best))) for fit in rivals]
+    total = sum(weights)
+    return [weight / total for weight in weights]
+
+
+def something_known(share: float, after: float, before: float) -> float:
+    """Return the probability that the chosen effects are physics of the library at all.
+
+    Args:
+        share: part of the excess that they take away.
+        after: excess that is left (noise = 1).
+        before: excess of the refitted nominal model.
+    """
+    left = after / max(before, 1e-9)
+    # Nothing left: known. A third left: as likely as not something else.
+    evidence = 4.6 - 14.0 * left - 0.15 * math.log1p(max(before, 0.0))
+    if after < 0.35:
+        evidence = max(evidence, 3.5)
+    del share
+    return 1.0 / (1.0 + math.exp(-evidence))

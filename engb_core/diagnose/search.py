@@ -1,0 +1,149 @@
+"""Every effect, alone and together, fitted to one problem."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fit import Fit, Fitter, StartColumns
+from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.orders import leading_orders
+from engb_core.effects.base import Effect
+from engb_core.effects.catalogue import catalogue
+from engb_core.inverse_dynamics import effort_of_motion
+
+__all__ = ['Search', 'explained_by', 'physics_effects', 'search']
+
+Array = NDArray[np.float64]
+
+# Singles that are built upon, and companions that are fitted for each of them.
+FOLLOWED = 5
+COMPANIONS = 5
+
+# What refitting the nominal numbers covers already is not fitted again as an effect.
+_IN_THE_NUMBERS = {'inertia_error', 'viscous_friction_error', 'coulomb_friction_error',
+                   'load_stiffness_error', 'load_dependent_friction', 'sampling_delay'}
+
+
+@dataclass
+class Search:
+    """All fits: `base` (numbers only), and by effect ids the best fit of each set."""
+
+    fitter: Fitter
+    base: Fit
+    fits: dict[tuple[str, ...], Fit] = field(default_factory=dict)
+
+    def add(self, fit: Fit) -> None:
+        """Keep a fit if it is the best of its set of effects."""
+        key = tuple(sorted(fit.hypothesis.ids))
+        if key not in self.fits or fit.cost < self.fits[key].cost:
+            self.fits[key] = fit
+
+    def of_size(self, size: int) -> list[Fit]:
+        """Return the fits with that many effects, best first."""
+        return sorted((fit for key, fit in self.fits.items() if len(key) == size),
+                      key=lambda fit: fit.cost)
+
+
+def physics_effects(fitter: Fitter) -> list[Effect]:
+    """Return the effects that can be told in these recordings."""
+    scene = fitter.problem.scene
+    found = []
+    for effect in catalogue().values():
+        if effect.id in _IN_THE_NUMBERS:
+            continue
+        if effect.applies is not None and not effect.applies(scene):
+            continue
+        if effect.id == 'contact_shift' and any(
+                number.name == 'contact_angle' for number in fitter.numbers):
+            continue
+        if effect.id == 'contact_shift':
+            # A polynomial in θ without a contact moves along θ by its own coefficients.
+            continue
+        found.append(effect)
+    return found
+
+
+def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Search:
+    """Fit every effect alone, then the promising ones in pairs, then in threes."""
+    base = fitter.base()
+    result = Search(fitter, base)
+    effects = physics_effects(fitter)
+    tell = progress or (lambda text: None)
+    for number, effect in enumerate(effects):
+        tell(f'fitting {number + 1} of {len(effects)}: {effect.title}')
+        for fit in _with_effect(fitter, base, effect):
+            result.add(fit)
+    for first in result.of_size(1)[:FOLLOWED]:
+        tell(f'pairs with {first.hypothesis.variants[0].effect.title}')
+        for fit in _companions(fitter, first, effects, result):
+            result.add(fit)
+    return result
+
+
+def extend(result: Search, fit: Fit) -> Fit | None:
+    """Return the best fit with one effect more than `fit`, or None where none is left."""
+    effects = physics_effects(result.fitter)
+    found = list(_companions(result.fitter, fit, effects, result))
+    for entry in found:
+        result.add(entry)
+    return min(found, key=lambda entry: entry.cost) if found else None
+
+
+def _companions(fitter: Fitter, start: Fit, effects: list[Effect], result: Search):
+    ids = start.hypothesis.ids
+    screened = []
+    for effect in effects:
+        if effect.id in ids or any(effect.id in other.effect.contains
+                                   for other in start.hypothesis.variants):
+            continue
+        if any(entry in ids for entry in effect.contains):
+            continue
+        if tuple(sorted((*ids, effect.id))) in result.fits:
+            continue
+        for variant, starts in _variants_and_starts(fitter, start, effect):
+            costs, _ = fitter.screen(start, starts)
+            place = int(np.argmin(costs))
+            screened.append((costs[place], len(screened), variant, starts[place]))
+    for _, _, variant, chosen in sorted(screened)[:COMPANIONS]:
+        yield fitter.fit(variant, start, [chosen], rounds=5)
+
+
+def _with_effect(fitter: Fitter, start: Fit, effect: Effect) -> list[Fit]:
+    return [fitter.fit(variant, start, starts)
+            for variant, starts in _variants_and_starts(fitter, start, effect)]
+
+
+def _variants_and_starts(fitter: Fitter, start: Fit, effect: Effect,
+                         ) -> list[tuple[Variant, list[StartColumns]]]:
+    found = []
+    for variant in variants_of(effect, fitter.problem.scene):
+        settings = None
+        if any(entry.name == 'order' for entry in effect.parameters):
+            relative = 'actuation' in effect.stages
+            settings = [{'order': order} for order in _orders(fitter, start, relative)]
+        starts = fitter.starts(variant, settings)
+        if starts:
+            found.append((variant, starts))
+    return found
+
+
+def _orders(fitter: Fitter, start: Fit, relative: bool) -> list[float]:
+    angle, residual, weight = [], [], []
+    for index, run in enumerate(fitter.problem.runs):
+        effort = effort_of_motion(run.samples, run.motion.step,
+                                  start.hypothesis.physics(start.vector, index))
+        left = (run.motion.effort - effort) * run.comparison.weight
+        by = effort if relative else np.ones_like(effort)
+        angle.append(run.motion.position)
+        residual.append(left * by)
+        weight.append(run.comparison.weight * by ** 2)
+    return leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)))
+
+
+def explained_by(fit: Fit, fitter: Fitter, rows: NDArray[np.bool_]) -> float:
+    """Return the mean squared residual over `rows` in units of the noise's."""
+    return float(np.mean((fit.residual / fitter.sigma)[rows] ** 2))

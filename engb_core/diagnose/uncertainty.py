@@ -1,0 +1,70 @@
+"""Standard deviations of what was fitted, and numbers that the data can't determine."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.diagnosis import ParameterEstimate
+from engb_core.diagnose.fit import Fit, Fitter
+
+__all__ = ['estimates', 'vector_deviations']
+
+# Formulas are nearly right, never right: their error moves a parameter by this part of itself.
+FORMULA_PART = 0.01
+
+
+def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return the standard deviation of each entry of the fit's vector.
+
+    From the Fisher information of the filtered values with the residual's own size and colour
+    (autocorrelation) rather than the noise's. The prior's part is left out: an entry that only
+    the prior holds gets a large deviation.
+    """
+    jacobian = fit.jacobian
+    rows = fitter.fitted
+    scaled = jacobian[rows] / fitter.sigma[rows, None]
+    norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled)) + 1e-300
+    gram = (scaled / norm).T @ (scaled / norm)
+    inverse = np.linalg.pinv(gram, rcond=1e-10, hermitian=True)
+    residual = (fit.residual / fitter.sigma)[rows]
+    return np.sqrt(np.maximum(np.diag(inverse), 0.0) * _inflation(residual)) / norm
+
+
+def _inflation(residual: NDArray[np.float64]) -> float:
+    """Return variance times the sum of the autocorrelation: what coloured residuals cost."""
+    variance = float(np.mean(residual ** 2))
+    if variance <= 0.0:
+        return 1.0
+    centred = residual - residual.mean()
+    lags = range(1, min(26, centred.size // 4))
+    colour = 1.0
+    for lag in lags:
+        rho = float(np.mean(centred[lag:] * centred[:-lag]) / np.mean(centred ** 2))
+        if rho < 0.05:
+            break
+        colour += 2.0 * rho
+    return max(variance, 1.0) * colour
+
+
+def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEstimate]:
+    """Return an effect's parameters with deviation and unit, as the contract names them."""
+    deviations = vector_deviations(fit, fitter)
+    offset = len(fit.hypothesis.numbers)
+    found: dict[str, ParameterEstimate] = {}
+    for entry, (owner, _, run) in enumerate(fit.hypothesis.places):
+        if owner != variant or run > 0:
+            continue
+        parameter = fit.hypothesis.parameter(entry)
+        value, std = float(fit.vector[offset + entry]), float(deviations[offset + entry])
+        if parameter.logarithmic:
+            value = float(np.exp(value))
+            std *= value
+        if parameter.name == 'phase':
+            value = float(np.remainder(value + np.pi, 2.0 * np.pi) - np.pi)
+        distance = abs(value - (parameter.none or 0.0))
+        std = float(np.hypot(std, FORMULA_PART * distance))
+        undetermined = std > 3.0 * max(abs(value), 1e-12) and parameter.none is None
+        found[parameter.name] = ParameterEstimate(value, None if undetermined else std,
+                                                  parameter.unit)
+    return found

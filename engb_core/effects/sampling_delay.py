@@ -1,0 +1,16 @@
+"""Effort and position are not sampled at the same instant: within a sample or so, no physics."""
+
+from engb_core.effects.base import Effect, Parameter
+
+EFFECT = Effect(
+    id='sampling_delay',
+    title='Sampling delay',
+    parameters=(Parameter('delay', 's', -0.02, 0.02, none=0.0, starts=(0.0005,)),),
+    stages={},
+    equation='effort(t) ↔ position(t + delay)',
+    reference='zero-order hold and read-out order of the drive',
+    statement=lambda p: (f"Effort and position are stamped {p['delay'] * 1e3:.2f} ms apart."),
+    reveals='acceleration',
+    lead=lambda p: (p['delay'], 0.0),
+    number_only=True,
+)

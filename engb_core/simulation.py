@@ -1,0 +1,200 @@
+"""The brake run forward in time: alone (`BrakePlant`) or in its recorded loop.
+
+Friction's direction is solved for implicitly in each step, which is stable for any saturation
+velocity and holds the shaft still where friction exceeds what drives it (the stick of (13)).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.compiled import compiled, FUNCTIONS, INTEGERS, kernel, MATRIX, ROW, types
+from engb_core.effects.base import (
+    ACCELERATION, DIRECTION, DISC_ANGLE, DISC_SPEED, EFFORT, LEVEL, LOAD, PAD_TEMPERATURE,
+    POSITION, SAMPLE_SIZE, TIME, TIME_STEP, VELOCITY,
+)
+from engb_core.errors import InputError
+from engb_core.model import Controller, Model
+from engb_core.plant import N_INERTIA, N_SATURATION, physics_of, torque_without_inertia
+from engb_core.recording import Recording
+
+__all__ = ['BrakePlant', 'simulate_closed_loop']
+
+Array = NDArray[np.float64]
+
+INNER_STEP = 5e-5
+
+
+@compiled
+def _step(nominal, cogging, functions, bounds, owner, parameters, state, sample, effort):
+    """Advance one inner step with the measured effort held; the sample carries the motion."""
+    step = sample[TIME_STEP]
+    inertia = nominal[N_INERTIA]
+    torque = effort
+    for index in range(bounds[5], bounds[6]):
+        sample[EFFORT] = torque
+        torque = functions[index](parameters[owner[index]], state[owner[index]], sample)
+    rest = torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters, state,
+                                  sample)
+    velocity = sample[VELOCITY]
+    if bounds[4] > bounds[3]:
+        fresh = velocity + step * (torque - rest) / inertia
+    else:
+        level = sample[LEVEL]
+        drive = torque - (rest - level * sample[DIRECTION])
+        saturation = nominal[N_SATURATION]
+        fresh = (velocity + step * drive / inertia) / (1.0 + step * level / (inertia * saturation))
+        if fresh > saturation:
+            fresh = max(saturation, velocity + step * (drive - level) / inertia)
+        elif fresh < -saturation:
+            fresh = min(-saturation, velocity + step * (drive + level) / inertia)
+    sample[ACCELERATION] = (fresh - velocity) / step
+    sample[POSITION] += step * 0.5 * (velocity + fresh)
+    sample[VELOCITY] = fresh
+    sample[DISC_ANGLE] += step * sample[DISC_SPEED]
+    sample[TIME] += step
+
+
+def _advance(nominal, cogging, functions, bounds, owner, parameters, state, sample, effort,
+             steps):
+    for _ in range(steps):
+        _step(nominal, cogging, functions, bounds, owner, parameters, state, sample, effort)
+
+
+_advance_kernel = kernel(types.void(ROW, MATRIX, FUNCTIONS, INTEGERS, INTEGERS, MATRIX, MATRIX,
+                                    ROW, types.float64, types.int64))(_advance)
+
+
+def _loop(nominal, cogging, functions, bounds, owner, parameters, state, sample, gains, ticks,
+          steps, out):
+    integral = 0.0
+    for row in range(ticks.shape[0]):
+        sample[DISC_SPEED] = ticks[row, 3]
+        sample[PAD_TEMPERATURE] = ticks[row, 4]
+        error = ticks[row, 0] - sample[POSITION]
+        rate = ticks[row, 1] - sample[VELOCITY]
+        wanted = ticks[row, 2] + gains[0] * error + gains[2] * rate + integral
+        effort = min(gains[3], max(-gains[3], wanted))
+        # Conditional integration: a loop at its limit does not wind up.
+        if effort == wanted or (wanted - effort) * error < 0.0:
+            integral += gains[1] * error * gains[4]
+        out[row, 0] = sample[POSITION]
+        out[row, 1] = sample[VELOCITY]
+        for _ in range(steps):
+            _step(nominal, cogging, functions, bounds, owner, parameters, state, sample, effort)
+
+
+_loop_kernel = kernel(types.void(ROW, MATRIX, FUNCTIONS, INTEGERS, INTEGERS, MATRIX, MATRIX, ROW,
+                                 ROW, MATRIX, types.int64, MATRIX))(_loop)
+
+
+class BrakePlant:
+    """The simulated brake with all effects of its model.
+
+    Args:
+        model: numbers and effects.
+        step: inner step [s]; halved as needed to divide a call's duration.
+        position: where the motor stands at the start [rad].
+
+    Raises:
+        InputError: an unknown effect or parameter.
+    """
+
+    def __init__(self, model: Model, *, step: float = INNER_STEP, position: float = 0.0) -> None:
+        if not (math.isfinite(step) and 0.0 < step <= 0.01):
+            raise InputError(f'plant step is {step}; it must lie between 0 and 0.01 s')
+        self.model = model
+        self.step = step
+        self._physics = physics_of(model, inverse=False)
+        self._state = self._physics.fresh_state()
+        self._sample = np.zeros(SAMPLE_SIZE)
+        self._sample[POSITION] = position
+        self._sample[PAD_TEMPERATURE] = 20.0
+
+    def advance(self, torque: float, duration: float, disc_speed: float = 0.0,
+                pad_temperature: float = 20.0) -> None:
+        """Run on for `duration` [s] with the measured effort held at `torque` [N·m].
+
+        `disc_speed` [rad/s] and `pad_temperature` [°C] are held too. A torque that is not finite
+        counts as zero: a drive would not follow it.
+        """
+        steps = max(1, int(math.ceil(duration / self.step - 1e-9)))
+        sample = self._sample
+        sample[TIME_STEP] = duration / steps
+        sample[DISC_SPEED] = disc_speed
+        sample[PAD_TEMPERATURE] = pad_temperature
+        physics = self._physics
+        _advance_kernel(physics.nominal, physics.cogging, physics.functions, physics.bounds,
+                        physics.owner, physics.parameters, self._state, sample,
+                        torque if math.isfinite(torque) else 0.0, steps)
+
+    @property
+    def time(self) -> float:
+        """[s] since the start."""
+        return float(self._sample[TIME])
+
+    @property
+    def position(self) -> float:
+        """Motor angle [rad]."""
+        return float(self._sample[POSITION])
+
+    @property
+    def velocity(self) -> float:
+        """Motor speed [rad/s]."""
+        return float(self._sample[VELOCITY])
+
+    @property
+    def acceleration(self) -> float:
+        """Motor acceleration over the last inner step [rad/s²]."""
+        return float(self._sample[ACCELERATION])
+
+    @property
+    def load_torque(self) -> float:
+        """T_L with its effects, at the last step [N·m]."""
+        return float(self._sample[LOAD])
+
+
+def simulate_closed_loop(recording: Recording, model: Model) -> tuple[Array, Array]:
+    """Return position (n,) and velocity (n,) of the model in the recorded loop.
+
+    The loop is the model's `controller` on the recorded reference; it starts where the recording
+    does. Inner steps are at most 50 µs.
+
+    Raises:
+        InputError: the recording has no reference or the model no controller.
+    """
+    if recording.reference is None:
+        raise InputError(f'{recording.name}: no reference recorded; a loop cannot be simulated')
+    if model.controller is None:
+        raise InputError('the model has no controller; add its gains to simulate the loop')
+    controller: Controller = model.controller
+    tick = 1.0 / controller.rate
+    time = np.arange(int(math.ceil(recording.time[-1] / tick)) + 1) * tick
+    reference = recording.reference
+    position = np.interp(time, reference.time, reference.position)
+    if reference.velocity is not None and np.any(reference.velocity):
+        velocity = np.interp(time, reference.time, reference.velocity)
+    else:
+        velocity = np.gradient(position, tick)
+    ticks = np.zeros((time.size, 5))
+    ticks[:, 0], ticks[:, 1] = position, velocity
+    if reference.effort is not None:
+        ticks[:, 2] = np.interp(time, reference.time, reference.effort)
+    for column, name, default in ((3, 'disc_speed', 0.0), (4, 'pad_temperature', 20.0)):
+        signal = recording.signals.get(name)
+        ticks[:, column] = default if signal is None else signal.at(time)
+    physics = physics_of(model, inverse=False)
+    sample = np.zeros(SAMPLE_SIZE)
+    sample[POSITION] = recording.position[0]
+    steps = max(1, int(math.ceil(tick / INNER_STEP - 1e-9)))
+    sample[TIME_STEP] = tick / steps
+    gains = np.array([controller.proportional, controller.integral, controller.derivative,
+                      min(controller.effort_limit, 1e300), tick])
+    out = np.empty((time.size, 2))
+    _loop_kernel(physics.nominal, physics.cogging, physics.functions, physics.bounds,
+                 physics.owner, physics.parameters, physics.fresh_state(), sample, gains, ticks,
+                 steps, out)
+    return (np.interp(recording.time, time, out[:, 0]), np.interp(recording.time, time, out[:, 1]))
