@@ -7,13 +7,13 @@ import numpy as np
 
 from . import hide_drive, hide_friction, hide_load, hide_numbers, hide_outside  # noqa: F401
 from .catalogue import Context, Hidden, known
-from .nominal import Nominal, refit, residual, rms
+from .nominal import low_pass, moving, Nominal, refit, residual, rms
 from .plant_record import blank_plant
 from .references import disc_profile, DiscProfile, Reference, rich, routine, short_test
 from .sensors import draw_sensors, record, Recorded, Sensors
 from .truth_plant import Run, simulate
 
-__all__ = ['Case', 'Request', 'draw_case', 'TARGETS']
+__all__ = ['Case', 'Request', 'Sizer', 'Take', 'TARGETS', 'draw_base', 'draw_case']
 
 _TRAINS = ('backlash', 'drivetrain_resonance')
 TARGETS = {'strong': 7.0, 'subtle': 2.0, 'pair': 5.0, 'outside': 5.0, 'clean': 0.0}
@@ -58,7 +58,8 @@ class Case:
     disc_recorded: bool
 
 
-def _draw_base(rng: np.random.Generator, contact: bool) -> tuple[np.ndarray, Nominal]:
+def draw_base(rng: np.random.Generator, contact: bool) -> tuple[np.ndarray, Nominal]:
+    """A brake with random numbers and gains, as the plant's record and as a model."""
     plant = blank_plant()
     around = rng.uniform(0.7, 1.3, 8)
     if contact:
@@ -72,7 +73,7 @@ def _draw_base(rng: np.random.Generator, contact: bool) -> tuple[np.ndarray, Nom
     wide = rng.random() < 0.15
     inertia = rng.uniform(3e-5, 1.5e-4) if wide else 6.8e-5 * around[3]
     base = Nominal(inertia, 1.15e-3 * around[4], load, at, 0.015 * around[5],
-                   rng.uniform(0.06, 0.15), lazy)
+                   rng.uniform(0.06, 0.15), lazy or rng.uniform(0.05, 0.06))
     plant['inertia'], plant['viscous'], plant['load'] = inertia, base.viscous, load
     plant['contact'] = -1e9 if at is None else at
     plant['coulomb'], plant['gain'], plant['saturation'] = base.coulomb, base.gain, lazy
@@ -100,7 +101,7 @@ def _floor(sensors: Sensors, run: Run, cutoff: float, seed: int) -> float:
     return record(run, sensors, np.random.default_rng(seed)).floor(cutoff)
 
 
-class _Sizer:
+class Sizer:
     """Finds the magnitude whose residual, after a refit, stands `target` times over the noise."""
 
     def __init__(self, plant: np.ndarray, base: Nominal, hidden: Hidden, sensors: Sensors,
@@ -112,6 +113,7 @@ class _Sizer:
         self.floor = _floor(sensors, clean, hidden.cutoff, 7)
 
     def ratio(self, magnitude: float) -> float:
+        """Residual after a refit over the noise floor; infinite where the run failed."""
         plant = self.plant.copy()
         self.hidden.put(plant, magnitude)
         model = self.hidden.lack(self.base, magnitude)
@@ -153,7 +155,6 @@ class _Sizer:
 
 
 def _beside_removed(left: np.ndarray, extra: np.ndarray, run: Run, cutoff: float) -> np.ndarray:
-    from .nominal import low_pass, moving
     move = moving(run.velocity)
     side = low_pass(move[:, None] * extra, cutoff=cutoff)[move]
     return left - side @ np.linalg.lstsq(side, left, rcond=None)[0]
@@ -182,16 +183,15 @@ def draw_case(request: Request, rng: np.random.Generator) -> Case:
 
 def _attempt(request: Request, target: float, rng: np.random.Generator) -> tuple:
     likes_contact = 'backlash' in request.effects or 'contact_shift' in request.effects
-    plant, base = _draw_base(rng, rng.random() < (0.7 if likes_contact else 0.4))
+    plant, base = draw_base(rng, rng.random() < (0.7 if likes_contact else 0.4))
     sensors = draw_sensors(rng)
     plant['counts'] = sensors.counts
     catalogue = known()
     hidden = tuple(catalogue[name](rng, base, request.motion) for name in request.effects)
     hidden = tuple(sorted(hidden, key=lambda one: one.effect in _TRAINS))
     if any(h.effect in ('stribeck_friction', 'presliding_friction') for h in hidden):
-        plant['saturation'], base = 0.0, replace(base, saturation=0.0)
+        plant['saturation'], base = 0.0, replace(base, saturation=rng.uniform(0.05, 0.06))
     forward = rng.uniform(0.92, 1.08, 2)
-    base = replace(base, saturation=base.saturation or rng.uniform(0.05, 0.06))
     reference = rich(rng) if request.motion == 'rich' else routine(rng)
     needs_disc = any(h.needs_disc for h in hidden)
     recorded = needs_disc or rng.random() < 0.35
@@ -201,7 +201,7 @@ def _attempt(request: Request, target: float, rng: np.random.Generator) -> tuple
     magnitudes, ratios = [], []
     lacking = base
     for one in hidden:
-        size, ratio = _Sizer(plant, base, one, sensors, reference, disc, forward).find(target)
+        size, ratio = Sizer(plant, base, one, sensors, reference, disc, forward).find(target)
         magnitudes.append(size)
         ratios.append(0.0 if np.isnan(ratio) else ratio)
     for one, size in zip(hidden, magnitudes, strict=True):

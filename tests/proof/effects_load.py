@@ -11,8 +11,9 @@ from __future__ import annotations
 from math import exp, pi, sin, tanh
 
 from numba import njit
+import numpy as np
 
-__all__ = ['curve', 'disc_factor', 'fade_share', 'load_torque']
+__all__ = ['curve', 'curves', 'disc_factor', 'fade_share', 'load_torque']
 
 _BUILD_UP = 0.08
 
@@ -26,6 +27,15 @@ def curve(p, theta):
         if s < 0.0:
             return 0.0
     return p.load[0] + s * (p.load[1] + s * (p.load[2] + s * p.load[3]))
+
+
+@njit(cache=True)
+def curves(plant, positions):
+    """Static load torque [N·m] at many motor angles."""
+    out = np.empty(positions.size)
+    for i in range(positions.size):
+        out[i] = curve(plant[0], positions[i])
+    return out
 
 
 @njit(cache=True)

@@ -31,11 +31,12 @@ def _singles() -> list[str]:
 def _pairs(rng: np.random.Generator) -> tuple[str, str]:
     names = _singles()
     trains = {'backlash', 'drivetrain_resonance'}
+    numbers = {name for name in names if name.endswith('_error')} | {'contact_shift'}
     while True:
         a, b = (str(x) for x in rng.choice(names, 2, replace=False))
         both = {a, b}
         clash = (both <= trains or both == {'self_energizing', 'pad_friction_fade'}
-                 or both == {'load_stiffness_error', 'contact_shift'}
+                 or both <= numbers
                  or (both & trains and 'presliding_friction' in both))
         if not clash:
             return a, b
@@ -54,10 +55,13 @@ def plan(count: int, strata: dict[str, float], rng: np.random.Generator,
             names = [name for name in known() if name.startswith('outside_')]
         deck: list[str] = []
         for _ in range(size):
-            if not deck:
-                deck = [str(x) for x in rng.permutation(names)]
-            held = {'clean': (), 'pair': _pairs(rng)}.get(stratum) if stratum in (
-                'clean', 'pair') else (deck.pop(),)
+            if stratum == 'clean':
+                held: tuple[str, ...] = ()
+            elif stratum == 'pair':
+                held = _pairs(rng)
+            else:
+                deck = deck or [str(x) for x in rng.permutation(names)]
+                held = (deck.pop(),)
             motion = 'routine' if rng.random() < ROUTINE else 'rich'
             requests.append(Request(stratum, held, motion, bool(rng.random() < 0.6)))
     return [requests[i] for i in rng.permutation(len(requests))]

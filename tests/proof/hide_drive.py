@@ -86,7 +86,7 @@ def _backlash(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
     kind = int(rng.integers(1, 3))
     far = rng.uniform(0.2, 0.45) * base.inertia
     reduced = far * (base.inertia - far) / base.inertia
-    hertz, damping = rng.uniform(120.0, 250.0), rng.uniform(0.15, 0.35)
+    hertz, damping = rng.uniform(200.0, 400.0), rng.uniform(0.15, 0.35)
     stiffness = reduced * (2.0 * np.pi * hertz) ** 2
     friction, load = rng.uniform(0.4, 0.85), rng.uniform(0.0, 0.6)
 
@@ -98,7 +98,7 @@ def _backlash(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         plant['far_gain'] = load * min(base.gain, float(plant['gain'][0]))
 
     return Hidden('backlash', ('linear flanks', 'Hunt-Crossley flanks')[kind - 1], put,
-                  (0.02, 9.0), lambda c: {'gap': c.magnitude})
+                  (0.005, 9.0), lambda c: {'gap': c.magnitude})
 
 
 @drawer('drivetrain_resonance')

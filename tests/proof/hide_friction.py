@@ -5,6 +5,7 @@ import numpy as np
 
 from .catalogue import Context, drawer, Hidden
 from .effects_friction import advance_bristle, warmth
+from .hide_numbers import LOAD_NUMBERS
 from .nominal import Nominal
 
 __all__ = ['presliding_distance']
@@ -28,7 +29,8 @@ def _asymmetric(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         return {'asymmetry': float(odd / (b.coulomb + load))}
 
     name = 'unequal parts' if uneven else 'one ratio'
-    return Hidden('asymmetric_friction', name, put, (0.005, 0.7), describe)
+    return Hidden('asymmetric_friction', name, put, (0.005, 0.7), describe,
+                  locked=LOAD_NUMBERS)
 
 
 @drawer('stribeck_friction')

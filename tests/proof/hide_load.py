@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy as np
 
 from .catalogue import Context, drawer, Hidden
-from .effects_load import curve, fade_share, load_torque
+from .effects_load import curve, curves, fade_share, load_torque
 from .nominal import Nominal
 
 __all__ = ['creep_time', 'hysteresis_ratio']
@@ -14,13 +14,13 @@ def hysteresis_ratio(plant: np.ndarray, top: float) -> float:
     """Half the widest opening of the slow loop 0..top..0, over the peak load."""
     p, states = plant[0], np.zeros(5)
     grid = np.linspace(0.0, top, 4000)
-    idle, memory, face = np.zeros(6), states, np.zeros(1)
+    idle, face = np.zeros(6), np.zeros(1)
     strokes = []
     previous = 0.0
     for path in (grid, grid[::-1]):
         loads = []
         for theta in path:
-            loads.append(load_torque(p, memory, idle, face, theta, previous, 0.0, 0.0, 0.0,
+            loads.append(load_torque(p, states, idle, face, theta, previous, 0.0, 0.0, 0.0,
                                      25.0, 1e-3))
             previous = theta
         strokes.append(np.array(loads))
@@ -107,9 +107,9 @@ def _fade(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         return {'ratio_change': float(context.plant['fade'][0] * (max(shares) - min(shares)))}
 
     def beside(context: Context) -> np.ndarray:
-        s = context.run.position
-        load = np.array([curve(context.plant[0], x) for x in s])
-        return (load * np.tanh(context.disc.speed))[:, None]
+        load = curves(context.plant, context.run.position)
+        turning = load * np.tanh(context.disc.speed)
+        return np.stack([turning, np.abs(turning) * np.sign(context.run.velocity)], axis=1)
 
     name = ('linear in temperature', 'sigmoid of temperature', 'exponential in speed')[kind - 1]
     return Hidden('pad_friction_fade', name, put, (0.01, 0.9), describe, needs_disc=True,
@@ -128,10 +128,9 @@ def _runout(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
     def describe(context: Context) -> dict[str, float]:
         if kind == 1:
             return {'amplitude': context.magnitude}
-        p, turning = context.plant[0], np.abs(context.disc.speed) > 3.0
-        spots = context.run.position[turning][::10]
-        touched = np.array([x for x in spots if curve(p, x) > 0.02])
-        slope = np.array([curve(p, x + 0.01) - curve(p, x - 0.01) for x in touched]) / 0.02
+        spots = context.run.position[np.abs(context.disc.speed) > 3.0][::10]
+        spots = spots[curves(context.plant, spots) > 0.02]
+        slope = (curves(context.plant, spots + 0.01) - curves(context.plant, spots - 0.01)) / 0.02
         return {'amplitude': float(context.magnitude * np.sqrt(np.mean(slope ** 2)))}
 
     bounds = ((3e-4, 0.05), (0.02, 5.0))[kind - 1]

@@ -1,4 +1,9 @@
-"""Hidden wrong numbers: no physics is missing, the nominal model holds a false value."""
+"""Hidden wrong numbers: no physics is missing, the nominal model holds a false value.
+
+A nominal model that hides such a number was refitted in all numbers but this one. The load curve
+is also left alone where a torque offset (or an asymmetric friction, hide_friction) hides: with a
+free load curve those two are the same recording, since F(±1 + a) is an offset and a scaled load.
+"""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -8,9 +13,9 @@ import numpy as np
 from .catalogue import Context, drawer, Hidden
 from .nominal import Nominal
 
-__all__: list[str] = []
+__all__ = ['LOAD_NUMBERS']
 
-_LOAD = ('p0', 'p1', 'p2', 'p3', 'contact')
+LOAD_NUMBERS = ('p0', 'p1', 'p2', 'p3', 'contact')
 
 
 def _nothing(plant: np.ndarray, magnitude: float) -> None:
@@ -64,7 +69,7 @@ def _stiffness(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         return replace(model, load=(a, b, c, d))
 
     return Hidden('load_stiffness_error', 'number', _nothing, (0.003, 0.6),
-                  lambda c: {'scale': 1.0 + sign * c.magnitude}, lack, _LOAD)
+                  lambda c: {'scale': 1.0 + sign * c.magnitude}, lack, LOAD_NUMBERS)
 
 
 @drawer('contact_shift')
@@ -80,7 +85,7 @@ def _contact(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         return replace(model, load=(float(a), float(b), float(c), float(d)))
 
     return Hidden('contact_shift', 'number', _nothing, (0.02, 4.0),
-                  lambda c: {'shift': sign * c.magnitude}, lack, _LOAD)
+                  lambda c: {'shift': sign * c.magnitude}, lack, LOAD_NUMBERS)
 
 
 @drawer('torque_offset')
@@ -94,7 +99,7 @@ def _offset(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         return {'offset': float(context.plant['offset'][0])}
 
     return Hidden('torque_offset', 'current sensor', put, (2e-4, 0.04), describe,
-                  locked=('p0',))
+                  locked=LOAD_NUMBERS)
 
 
 @drawer('load_dependent_friction')

@@ -101,7 +101,7 @@ def refit(model: Nominal, run: Run, effort: np.ndarray, locked: tuple[str, ...] 
           extra: np.ndarray | None = None) -> Nominal:
     """Least squares of all numbers but the `locked`, by damped Gauss-Newton.
 
-    `extra` columns (samples, n) are fitted beside them and dropped.
+    `extra` columns (samples, n) are fitted beside them (projected out) and dropped.
     """
     free = [i for i, name in enumerate(FIT_NAMES) if name not in locked]
     if model.contact is None and 6 in free:
@@ -110,35 +110,33 @@ def refit(model: Nominal, run: Run, effort: np.ndarray, locked: tuple[str, ...] 
         free.remove(2)
     move = moving(run.velocity)
     keep = np.flatnonzero(move)[::8]
+    aside = np.zeros((keep.size, 1))
+    if extra is not None:
+        aside = np.linalg.qr(low_pass(move[:, None] * extra)[keep])[0]
+
+    def seen(columns: np.ndarray) -> np.ndarray:
+        low = low_pass(columns * (move if columns.ndim == 1 else move[:, None]))[keep]
+        return low - aside @ (aside.T @ low)
+
     low = np.array([0.2, 0.0, -1.0, -1.0, -1.0, -1.0, -5.0, 0.0, 0.0, 0.02])
     low[0] *= model.inertia
     best, numbers, damping, worse = model, model.vector(), 1e-6, 0
-    error = low_pass(move * (effort - torque_of(best, run)))[keep]
-    for _ in range(12):
-        columns = _jacobian(best, run)[:, free]
-        if extra is not None:
-            columns = np.hstack([columns, extra])
-        columns = low_pass(move[:, None] * columns)[keep]
+    error = seen(effort - torque_of(best, run))
+    while worse < 5:
+        columns = seen(_jacobian(best, run)[:, free])
         size = np.sqrt(np.sum(columns ** 2, axis=0)) + 1e-12
         columns = columns / size
         normal = columns.T @ columns + damping * np.eye(size.size)
-        step = np.linalg.solve(normal, columns.T @ error) / size
         trial = numbers.copy()
-        trial[free] += step[:len(free)]
+        trial[free] += np.linalg.solve(normal, columns.T @ error) / size
         trial = np.maximum(trial, low)
         trial[9] = min(trial[9], 4.0)
-        model_at = model.with_vector(trial)
-        now = low_pass(move * (effort - torque_of(model_at, run)))[keep]
-        if extra is not None:
-            side = low_pass(move[:, None] * extra)[keep]
-            now = now - side @ np.linalg.lstsq(side, now, rcond=None)[0]
+        now = seen(effort - torque_of(model.with_vector(trial), run))
         gain = rms(error) - rms(now)
-        if gain > 0.0 or (extra is not None and worse == 0):
-            best, numbers, error, damping = model_at, trial, now, damping * 0.2
-            if gain < 1e-3 * rms(error):
-                break
-        else:
+        if gain <= 0.0:
             damping, worse = damping * 30.0 + 1e-5, worse + 1
-            if worse > 4:
-                break
+            continue
+        best, numbers, error, damping = model.with_vector(trial), trial, now, damping * 0.2
+        if gain < 1e-3 * rms(error):
+            break
     return best

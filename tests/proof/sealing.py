@@ -99,7 +99,7 @@ def open_truth(path: Path) -> tuple[dict, dict[str, np.ndarray]]:
 def digest_of(folder: Path) -> str:
     """SHA-256 over the names and sums of all truth files of a set."""
     total = hashlib.sha256()
-    for path in sorted(folder.glob('*.npz')):
+    for path in sorted(folder.glob('case_*.npz')):
         total.update(path.name.encode())
         total.update(hashlib.sha256(path.read_bytes()).digest())
     return total.hexdigest()

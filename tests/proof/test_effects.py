@@ -1,0 +1,89 @@
+"""Every effect comes out in the size that was asked for, in every formulation."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.proof import cases
+from tests.proof.catalogue import known
+from tests.proof.effects_friction import stribeck_excess
+from tests.proof.hide_friction import presliding_distance
+from tests.proof.hide_load import creep_time, hysteresis_ratio
+from tests.proof.plant_record import blank_plant
+from tests.proof.references import disc_profile, DiscProfile, Reference, short_test
+from tests.proof.sensors import Sensors
+
+TARGET = 2.5
+TABLE_4 = {
+    'inertia_error', 'viscous_friction_error', 'coulomb_friction_error', 'load_stiffness_error',
+    'contact_shift', 'torque_offset', 'load_dependent_friction', 'asymmetric_friction',
+    'stribeck_friction', 'presliding_friction', 'nonlinear_viscous_friction', 'friction_drift',
+    'cogging_torque', 'torque_ripple', 'torque_saturation', 'actuation_lag', 'backlash',
+    'drivetrain_resonance', 'load_hysteresis', 'pad_creep', 'self_energizing',
+    'pad_friction_fade', 'disc_runout'}
+
+
+@pytest.fixture(scope='module')
+def scene() -> tuple[Reference, DiscProfile, Sensors]:
+    rng = np.random.default_rng(8)
+    reference = short_test(rng, plain=False)
+    sensors = Sensors(1000.0, 8192.0, 0.0025, 0.0, 1e-7, 0.0, 0, 0.0, 0.0)
+    return reference, disc_profile(rng, reference), sensors
+
+
+def test_catalogue_is_table_4_and_more() -> None:
+    names = set(known())
+    outside = {name for name in names if name.startswith('outside_')}
+    assert names - outside == TABLE_4
+    assert len(outside) >= 6
+
+
+def test_most_effects_have_two_formulations() -> None:
+    rng = np.random.default_rng(0)
+    _, base = cases.draw_base(rng, contact=False)
+    for name in TABLE_4:
+        forms = {known()[name](rng, base, 'rich').formulation for _ in range(40)}
+        single = name.endswith('_error') or name in ('contact_shift', 'torque_offset')
+        assert len(forms) >= (1 if single else 2), name
+
+
+@pytest.mark.parametrize('name', sorted(known()))
+def test_size_comes_out_as_asked(name: str, scene: tuple) -> None:
+    reference, disc, sensors = scene
+    rng = np.random.default_rng(5)
+    plant, base = cases.draw_base(rng, contact=name == 'backlash')
+    plant['saturation'], plant['counts'] = 0.0, 8192.0
+    base = replace(base, saturation=0.05)
+    hidden = known()[name](rng, base, 'rich')
+    sizer = cases.Sizer(plant, base, hidden, sensors, reference, disc, np.ones(2))
+    magnitude, ratio = sizer.find(TARGET)
+    assert hidden.bounds[0] < magnitude < hidden.bounds[1]
+    assert ratio == pytest.approx(TARGET, rel=0.12)
+
+
+def test_stribeck_velocity_is_where_the_excess_is_down_to_a_third() -> None:
+    for kind in (1, 2, 3, 4):
+        assert stribeck_excess(kind, 1.0) == pytest.approx(np.exp(-1.0))
+
+
+def test_presliding_distance_of_lugre_is_its_bristle_length() -> None:
+    plant = blank_plant()
+    plant['bristle_kind'], plant['bristle_length'] = 1, 0.3
+    plant['slip_length'] = 0.3
+    assert presliding_distance(plant) == pytest.approx(0.3, rel=0.02)
+
+
+def test_creep_time_of_one_element_is_its_own() -> None:
+    assert creep_time(np.array([0.2]), np.array([1.7])) == pytest.approx(1.7, rel=1e-3)
+
+
+def test_hysteresis_of_play_vanishes_without_radius() -> None:
+    plant = blank_plant()
+    plant['load'] = (0.0, 2e-3, 1e-4, 2e-6)
+    plant['hyst_kind'], plant['play_weight'] = 2, 0.2
+    plant['play_radius'], plant['hyst'] = 1.0, 1e-9
+    assert hysteresis_ratio(plant, 30.0) < 1e-6
+    plant['hyst'] = 1.0
+    assert hysteresis_ratio(plant, 30.0) > 0.01
