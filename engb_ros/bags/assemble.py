@@ -131,6 +131,9 @@ def _signals(signals: Mapping[str, tuple[Times, Values]], clock: ClockMap, base:
             notes.append(f'{name}: {lost} values that are not finite or out of the recording\'s '
                          'time left out')
         if good.any():
-            time, keep = np.unique(stamp[good], return_index=True)
-            found[name] = Signal((time - base) * _NANO, value[good][keep])
+            time, value = stamp[good], value[good]
+            if (np.diff(time) <= 0).any():
+                time, keep = np.unique(time, return_index=True)
+                value = value[keep]
+            found[name] = Signal((time - base) * _NANO, value)
     return found

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from engb_core.errors import InputError
 from engb_ros.bags import mcap_records as mcap
 from engb_ros.bags.compression import CHUNK_LIMIT, Damaged, decompress, decompress_head
-from engb_ros.bags.storage import as_batch, Batch, Channel
+from engb_ros.bags.storage import as_batch, Batch, Channel, cut_out
 
 __all__ = ['McapFile']
 
@@ -231,8 +231,8 @@ class McapFile:
         wanted = self._wanted(topics)
         for channel in result.log_time:
             if channel in wanted:
-                yield channel, result.log_time[channel], mcap.payloads(
-                    data, result.offset[channel], result.length[channel])
+                yield channel, result.log_time[channel], cut_out(
+                    data, result.offset[channel] + mcap.PAYLOAD, result.length[channel])
         return result.end
 
     def _cut_chunk(self, position: int, topics: set[str]) -> Iterator[_Stretch]:

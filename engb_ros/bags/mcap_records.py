@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_ros.bags.compression import Damaged
+from engb_ros.bags.storage import cut_out
 
-__all__ = ['Chunk', 'Directory', 'MAGIC', 'Scan', 'gather', 'parse_chunk_head', 'parse_index',
-           'payloads', 'record_head', 'scan']
+__all__ = ['Chunk', 'Directory', 'MAGIC', 'Scan', 'PAYLOAD', 'gather', 'parse_chunk_head',
+           'parse_index', 'record_head', 'scan']
 
 MAGIC = b'\x89MCAP0\r\n'
 
@@ -128,7 +129,7 @@ def gather(data: NDArray[np.uint8], channel: int, index: NDArray[np.uint64],
         return None
     if offset.min() < 0 or offset.max() > data.size - total:
         return None
-    records = _windows(data, offset, total)
+    records = cut_out(data, offset, np.full(offset.size, total))
     head = records.view(np.dtype({
         'names': ['opcode', 'length', 'channel', 'log_time'],
         'formats': ['u1', '<u8', '<u2', '<u8'], 'offsets': [0, 1, 9, 15], 'itemsize': total}))
@@ -175,23 +176,6 @@ def scan(data: bytes | memoryview, directory: Directory, wanted: set[int] | None
         offset[channel] = table[:, 1].astype(np.int64)
         size[channel] = (table[:, 2] - table[:, 1]).astype(np.int64) - PAYLOAD
     return Scan(log_time, offset, size, position, whole)
-
-
-def payloads(data: NDArray[np.uint8], offset: NDArray[np.int64], length: NDArray[np.int64],
-             ) -> NDArray[np.uint8] | list[bytes]:
-    """Return the payloads of message records that `scan` found in `data`, as `Batch.rows`."""
-    size = int(length[0])
-    if size and (length == size).all():
-        return _windows(data, offset + PAYLOAD, size)
-    return [data[start:start + count].tobytes()
-            for start, count in zip((offset + PAYLOAD).tolist(), length.tolist(), strict=True)]
-
-
-def _windows(data: NDArray[np.uint8], offset: NDArray[np.int64], size: int) -> NDArray[np.uint8]:
-    """Copy (k, size) bytes that start at `offset` (k,)."""
-    # All windows of that size, one byte apart: indexing them copies records as a whole.
-    windows = np.ndarray((data.size - size + 1,), f'V{size}', data, strides=(1,))
-    return windows[offset].view(np.uint8).reshape(-1, size)
 
 
 def _times(log_time: NDArray[np.uint64]) -> NDArray[np.int64]:

@@ -18,7 +18,7 @@ from engb_ros.bags.compression import unpacked
 from engb_ros.bags.joints import DEFAULT_JOINT, JointCollector, JointTrack
 from engb_ros.bags.locate import bag_files, recording_name
 from engb_ros.bags.mcap_file import McapFile
-from engb_ros.bags.sqlite_file import SQLITE_MAGIC, SqliteFile, whole_size
+from engb_ros.bags.sqlite_file import SQLITE_MAGIC, SqliteFile
 from engb_ros.bags.storage import Batch, Channel, StorageFile, unwrapped
 from engb_ros.bags.topics import select, Selection
 
@@ -79,19 +79,12 @@ def _opened(path: Path, notes: list[str]) -> Iterator[StorageFile]:
     """Open a storage file by what it holds, not by its name."""
     try:
         with unpacked(path, notes) as plain:
-            if _is_sqlite(plain):
-                with whole_size(plain, notes) as whole, SqliteFile(whole, str(path)) as storage:
-                    yield storage
-            else:
-                with McapFile(plain, str(path)) as storage:
-                    yield storage
+            with plain.open('rb') as file:
+                database = file.read(len(SQLITE_MAGIC)) == SQLITE_MAGIC
+            with (SqliteFile if database else McapFile)(plain, str(path)) as storage:
+                yield storage
     except OSError as error:
         raise InputError(f'{path}: cannot be read ({error.strerror or error})') from error
-
-
-def _is_sqlite(path: Path) -> bool:
-    with path.open('rb') as file:
-        return file.read(len(SQLITE_MAGIC)) == SQLITE_MAGIC
 
 
 def _collect(files: list[StorageFile], selection: Selection, joint: str | None, source: str,

@@ -16,14 +16,17 @@ from urllib.parse import quote
 import numpy as np
 
 from engb_core.errors import InputError
+from engb_ros.bags.sqlite_pages import PageTable, Unusual
 from engb_ros.bags.storage import as_batch, Batch, Channel
 
-__all__ = ['SQLITE_MAGIC', 'SqliteFile', 'whole_size']
+__all__ = ['SQLITE_MAGIC', 'SqliteFile']
 
 SQLITE_MAGIC = b'SQLite format 3\0'
-_ROWS = 20_000      # rows fetched at a time
+_ROWS = 2_000       # rows fetched at a time; more tuples alive at once cost time, not save it
 _GROWTH = 1000      # a cut-off file claims at most that many times its size
 _DAMAGE = (sqlite3.Error, OverflowError, ValueError, MemoryError)
+# The table as rosbag2 has always made it; what the pages hold is only known for this one.
+_COLUMNS = ['id', 'topic_id', 'timestamp', 'data']
 
 
 class SqliteFile:
@@ -40,21 +43,19 @@ class SqliteFile:
     def __init__(self, path: Path, name: str = '') -> None:
         self.path = Path(name or path)
         self.notes: list[str] = []
-        # A recorder that was killed leaves its last rows in a log beside the file; without one
-        # the file is opened as unchanging, which works on read-only disks too.
-        pending = path.with_name(path.name + '-wal')
-        options = 'mode=ro' if pending.exists() else 'mode=ro&immutable=1'
+        self._stack = contextlib.ExitStack()
         try:
-            self._base = sqlite3.connect(f'file:{quote(str(path))}?{options}', uri=True)
-        except sqlite3.Error as error:
-            raise InputError(f'{self.path}: cannot be opened ({error})') from error
-        self._base.text_factory = lambda text: text.decode('utf-8', 'replace')
-        try:
-            with contextlib.suppress(sqlite3.DatabaseError):
-                self._base.execute('PRAGMA trusted_schema=OFF')
+            self._file = os.open(path, os.O_RDONLY)
+            self._stack.callback(os.close, self._file)
+            self._cut, whole = self._whole(path)
+            self._base = self._connect(whole)
             self._topics = list(self._read_topics())
-        except (sqlite3.Error, OverflowError, ValueError) as error:
-            self._base.close()
+            self._root = self._find_root(path)
+        except OSError as error:
+            self._stack.close()
+            raise InputError(f'{self.path}: cannot be read ({error.strerror})') from error
+        except _DAMAGE as error:
+            self._stack.close()
             raise InputError(f'{self.path}: not a rosbag2 database ({error}); give a recording '
                              '(.mcap or .db3) or record again') from error
 
@@ -63,13 +64,7 @@ class SqliteFile:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
-        self._base.close()
-
-    def _read_topics(self) -> Iterator[tuple[int, Channel]]:
-        for row in self._base.execute(
-                'SELECT id, name, type, serialization_format FROM topics ORDER BY id'):
-            if isinstance(row[0], int) and isinstance(row[1], str) and isinstance(row[2], str):
-                yield row[0], Channel(row[1], row[2], str(row[3]))
+        self._stack.close()
 
     def channels(self) -> list[Channel]:
         """Return the file's topics."""
@@ -80,9 +75,70 @@ class SqliteFile:
         names = {key: channel.topic for key, channel in self._topics if channel.topic in topics}
         if not names:
             return
+        done = 0    # the highest row id that has been read
+        if self._root:
+            try:
+                table = PageTable(self._file, self._root)
+                leaves = table.all_leaves() if self._cut else table.leaves()
+                for key, row, log_time, rows in table.rows(leaves, set(names), not self._cut):
+                    yield Batch(names[key], log_time, rows)
+                    done = row
+                return
+            except (Unusual, MemoryError):
+                pass    # the library takes over behind the last row
+        yield from self._by_library(names, done)
+
+    def _whole(self, path: Path) -> tuple[bool, Path]:
+        """Return whether the file is cut off, and a file that SQLite is willing to open.
+
+        SQLite refuses a file that is shorter than its header says; a copy filled up with zeros
+        lets it at least name the topics.
+        """
+        head = os.pread(self._file, 100, 0)
+        page = int.from_bytes(head[16:18], 'big')
+        size = os.fstat(self._file).st_size
+        expected = (65536 if page == 1 else page) * int.from_bytes(head[28:32], 'big')
+        if not size < expected < _GROWTH * size:
+            return False, path
+        folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix='engb-'))
+        copy = Path(folder) / 'whole.db3'
+        shutil.copyfile(path, copy)
+        os.truncate(copy, expected)
+        self.notes.append(f'{self.path.name} is cut off: read up to the cut at byte {size} of '
+                          f'{expected}')
+        return True, copy
+
+    def _connect(self, path: Path) -> sqlite3.Connection:
+        # A recorder that was killed leaves its last rows in a log beside the file; without one
+        # the file is opened as unchanging, which works on read-only disks too.
+        options = 'mode=ro' if _pending(path) else 'mode=ro&immutable=1'
+        base = sqlite3.connect(f'file:{quote(str(path))}?{options}', uri=True)
+        self._stack.callback(base.close)
+        base.text_factory = lambda text: text.decode('utf-8', 'replace')
+        base.execute('PRAGMA trusted_schema=OFF')
+        return base
+
+    def _read_topics(self) -> Iterator[tuple[int, Channel]]:
+        for row in self._base.execute(
+                'SELECT id, name, type, serialization_format FROM topics ORDER BY id'):
+            if isinstance(row[0], int) and isinstance(row[1], str) and isinstance(row[2], str):
+                yield row[0], Channel(row[1], row[2], str(row[3]))
+
+    def _find_root(self, path: Path) -> int:
+        """Return the root page of the messages, or 0 where only the library should read them."""
+        columns = [row[1:3] for row in self._base.execute('PRAGMA table_info(messages)')]
+        usual = [name for name, _ in columns] == _COLUMNS and columns[0][1] == 'INTEGER'
+        found = self._base.execute('SELECT rootpage FROM sqlite_master WHERE type = \'table\' '
+                                   'AND name = \'messages\'').fetchone()
+        if not found:
+            raise ValueError('no table of messages')
+        return found[0] if usual and isinstance(found[0], int) and not _pending(path) else 0
+
+    def _by_library(self, names: dict[int, str], behind: int) -> Iterator[Batch]:
+        """Yield the messages with a row id above `behind`, by SQLite's own means."""
         marks = ','.join('?' * len(names))
-        query = (f'SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks})',
-                 tuple(names))
+        query = ('SELECT topic_id, timestamp, data FROM messages '
+                 f'WHERE topic_id IN ({marks}) AND id > ?', (*names, behind))
         done = 0
         try:
             cursor = self._base.execute(*query)
@@ -100,38 +156,22 @@ class SqliteFile:
                 yield from _batches(names, rows)
 
 
-@contextlib.contextmanager
-def whole_size(path: Path, notes: list[str]) -> Iterator[Path]:
-    """Give a file that SQLite is willing to open: a cut-off one as a copy, filled up with zeros.
-
-    SQLite refuses a file that is shorter than its header says, though the rows before the cut
-    are there.
-    """
-    with path.open('rb') as file:
-        head = file.read(100)
-        page = int.from_bytes(head[16:18], 'big')
-        size = os.fstat(file.fileno()).st_size
-        expected = (65536 if page == 1 else page) * int.from_bytes(head[28:32], 'big')
-        if not size < expected < _GROWTH * size:
-            yield path
-            return
-        with tempfile.NamedTemporaryFile(prefix='engb-', suffix='.db3') as copy:
-            file.seek(0)
-            shutil.copyfileobj(file, copy)
-            copy.truncate(expected)
-            copy.flush()
-            notes.append(f'{path.name} is cut off: read up to the cut at byte {size} of '
-                         f'{expected}')
-            yield Path(copy.name)
+def _pending(path: Path) -> bool:
+    """Return whether changes wait beside the file that aren't in it yet."""
+    return any(path.with_name(path.name + suffix).exists() for suffix in ('-wal', '-journal'))
 
 
 def _batches(names: dict[int, str], rows: list[tuple]) -> Iterator[Batch]:
     keys, times, data = zip(*rows, strict=True)
-    topic = np.array([key if type(key) is int else -1 for key in keys], np.int64)
+    topic, log_time = np.array(keys), np.array(times)
+    if topic.dtype != np.int64 or log_time.dtype != np.int64 or set(map(type, data)) != {bytes}:
+        # A column of another type than rosbag2 writes: those rows are left out.
+        rows = [row for row in rows if [type(value) for value in row] == [int, int, bytes]]
+        if rows:
+            yield from _batches(names, rows)
+        return
     for key, name in names.items():
-        where = np.flatnonzero(topic == key).tolist()
-        good = [index for index in where
-                if type(data[index]) is bytes and type(times[index]) is int]
-        if good:
-            yield as_batch(name, np.array([times[index] for index in good], np.int64),
-                           [data[index] for index in good])
+        chosen = topic == key
+        if chosen.any():
+            yield as_batch(name, log_time[chosen],
+                           list(itertools.compress(data, chosen.tolist())))

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from engb_ros.bags.compression import Damaged, decompress_message, ZSTD_MAGIC
 
-__all__ = ['Batch', 'Channel', 'StorageFile', 'as_batch', 'unwrapped']
-
-_MAGIC = np.frombuffer(ZSTD_MAGIC, np.uint8)
+__all__ = ['Batch', 'Channel', 'StorageFile', 'as_batch', 'cut_out', 'unwrapped']
 
 
 @dataclass(frozen=True)
@@ -66,6 +64,22 @@ def as_batch(topic: str, log_time: NDArray[np.int64], messages: list[bytes]) -> 
     return Batch(topic, log_time, messages)
 
 
+def cut_out(data: NDArray[np.uint8], start: NDArray[np.int64], size: NDArray[np.int64],
+            ) -> NDArray[np.uint8] | list[bytes]:
+    """Copy the messages that begin at `start` (k,) in `data` and are `size` (k,) long.
+
+    Returns:
+        As `Batch.rows`: (k, size) where all have one size, else a list.
+    """
+    one = int(size[0]) if size.size else 0
+    if one and (size == one).all():
+        # All windows of that size, one byte apart: indexing them copies messages as a whole.
+        windows = np.ndarray((data.size - one + 1,), f'V{one}', data, strides=(1,))
+        return windows[start].view(np.uint8).reshape(-1, one)
+    return [data[begin:begin + count].tobytes()
+            for begin, count in zip(start.tolist(), size.tolist(), strict=True)]
+
+
 def unwrapped(batch: Batch) -> tuple[Batch, int]:
     """Undo rosbag2's message mode, in which each message is a zstd frame of its own.
 
@@ -73,13 +87,12 @@ def unwrapped(batch: Batch) -> tuple[Batch, int]:
         The batch with plain messages, and how many had to be left out as damaged.
     """
     rows = batch.rows
-    # No CDR message starts like a zstd frame: its first byte is 0.
-    if isinstance(rows, np.ndarray):
-        if not (rows.shape[1] > 4 and (rows[:, :4] == _MAGIC).all(axis=1).any()):
-            return batch, 0
-        rows = [row.tobytes() for row in rows]
-    elif not any(row.startswith(ZSTD_MAGIC) for row in rows):
+    # No CDR message starts like a zstd frame: its first byte is 0. A bag's messages are packed
+    # all or none, so the first of a batch tells.
+    if not len(rows) or bytes(rows[0][:4]) != ZSTD_MAGIC:
         return batch, 0
+    if isinstance(rows, np.ndarray):
+        rows = [row.tobytes() for row in rows]
     kept, plain = [], []
     for index, row in enumerate(rows):
         try:

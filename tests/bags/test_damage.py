@@ -171,7 +171,7 @@ def test_truncated_zstd_file(tmp_path, storage):
     run = Run(size=30_000).long()
     file = storage_file(run.write(tmp_path / 'run', storage, 'file'))
     data = file.read_bytes()
-    file.write_bytes(data[:int(0.9 * len(data))])
+    file.write_bytes(data[:int(0.7 * len(data))])
     recording = read_recording(file)
     assert 5000 < recording.time.size < 30_000
     assert recording.notes
@@ -183,11 +183,13 @@ def test_truncated_sqlite_is_salvaged(tmp_path):
     run = Run(size=30_000).long()
     file = storage_file(run.write(tmp_path / 'run', 'sqlite3'))
     data = file.read_bytes()
-    file.write_bytes(data[:int(0.9 * len(data))])
-    recording = read_recording(file)
-    assert recording.time.size > 5000
-    assert any('damaged' in note for note in recording.notes)
-    for end in (100, 3000, len(data) // 3):
+    for share in (0.2, 0.5, 0.9):
+        file.write_bytes(data[:int(share * len(data))])
+        recording = read_recording(file)
+        assert recording.time.size > 0.95 * share * 30_000 - 200
+        np.testing.assert_array_equal(recording.position, run.position[:recording.time.size])
+        assert any('cut off' in note for note in recording.notes)
+    for end in (100, 3000, 20_000):
         file.write_bytes(data[:end])
         fails(file, 'run.db3')
 
