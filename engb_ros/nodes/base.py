@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import os
 import signal
 import sys
+import time
 from typing import Any, ClassVar
 
 from rcl_interfaces.msg import SetParametersResult
@@ -23,6 +24,9 @@ from engb_ros.nodes.messages import message_class, publisher_qos, subscription_q
 from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
 
 __all__ = ['ManagedNode', 'make_executor', 'run']
+
+# After the signal to stop, a node that still has work is let finish for so long [s].
+LONGEST_FINISH = 5.0
 
 AUTOSTART = ParameterSpec('autostart', True, 'configure and activate the node by itself')
 
@@ -76,6 +80,10 @@ class ManagedNode(LifecycleNode):
 
     def stop(self) -> None:
         """Cease to work; publishers are still open for a last word."""
+
+    def finishing(self) -> bool:
+        """Return whether callbacks must go on after the signal to stop; asked every 0.1 s."""
+        return False
 
     def close(self) -> None:
         """Give back what a cleanup must give back (files, buses)."""
@@ -215,6 +223,11 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         executor.add_node(node)
         while not stopped:
             executor.spin_once(timeout_sec=0.1)
+        end = time.monotonic() + LONGEST_FINISH
+        while node.finishing() and time.monotonic() < end:
+            pause = time.monotonic() + 0.1
+            while time.monotonic() < pause:
+                executor.spin_once(timeout_sec=0.02)
         return 0
     except InputError as error:
         name = node.get_name() if node else getattr(make_node, 'node_name', 'node')

@@ -18,6 +18,10 @@ from engb_ros.nodes.parameters import ParameterSpec
 __all__ = ['RecorderNode', 'main']
 
 
+# Messages of a topic that may wait while the computer is busy with something else.
+_BACKLOG = 100_000
+
+
 class RecorderNode(ManagedNode):
     """Records the topics of its namespace, or those named, as they are sent.
 
@@ -45,6 +49,7 @@ class RecorderNode(ManagedNode):
         self._writer = BagWriter(Path(path), compressed=values['compression'] == 'zstd')
         self._recorded: dict[str, Any] = {}
         self._every = values['every']
+        self._heard = self._heard_before = 0
         names = [name for name in values['topics'] if name] or [
             topic.name for topic in interface.TOPICS]
         self._wanted = {self.resolve_topic_name(name) for name in names}
@@ -56,6 +61,11 @@ class RecorderNode(ManagedNode):
         self.every(values['chunk_time'], self._writer.finish_chunk)
         self._look_around()
         self.get_logger().info(f'recording to {path}')
+
+    def finishing(self) -> bool:
+        """Go on while messages that were sent before the signal still come in."""
+        before, self._heard_before = self._heard_before, self._heard
+        return self._heard > before
 
     def close(self) -> None:
         """Close the bag: index and metadata are written."""
@@ -99,7 +109,7 @@ class RecorderNode(ManagedNode):
             return
         # A best-effort reader hears both kinds of publisher, a reliable one only its own.
         qos = QoSProfile(
-            history=HistoryPolicy.KEEP_LAST, depth=1000,
+            history=HistoryPolicy.KEEP_LAST, depth=_BACKLOG,
             reliability=(ReliabilityPolicy.BEST_EFFORT if best_effort
                          else ReliabilityPolicy.RELIABLE),
             durability=(DurabilityPolicy.TRANSIENT_LOCAL if durable
@@ -115,8 +125,11 @@ class RecorderNode(ManagedNode):
         def on_message(raw: bytes) -> None:
             nonlocal count
             count += 1
+            self._heard += 1
             if self.active and count % every == 0:
-                write(name, clock.now().nanoseconds, raw)
+                now = clock.now().nanoseconds
+                if now > 0:   # simulated time that has not begun is no time
+                    write(name, now, raw)
 
         return on_message
 
