@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass, field
 import math
 import os
-import tempfile
-from dataclasses import dataclass, field
 from pathlib import Path
+import tempfile
 from typing import Any
 
 import yaml

@@ -15,6 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, maximum_filter1d
 
+from engb_core.effects.base import (
+    ACCELERATION,
+    DISC_ANGLE,
+    DISC_SPEED,
+    PAD_TEMPERATURE,
+    POSITION,
+    SAMPLE_SIZE,
+    TIME,
+    TIME_STEP,
+    VELOCITY,
+)
 from engb_core.recording import Recording
 
 __all__ = ['Motion', 'gaussian_kernel', 'motion_of']
@@ -54,10 +65,15 @@ class Motion:
     recorded_step: float
 
     def samples(self) -> Array:
-        """Return what the torque balance reads, (n, 8), in the order of effects/base.py."""
-        return np.ascontiguousarray(np.stack([
-            np.full_like(self.time, self.step), self.time, self.position, self.velocity,
-            self.acceleration, self.disc_speed, self.disc_angle, self.pad_temperature], axis=1))
+        """Return what the torque balance reads, (n, SAMPLE_SIZE), as effects/base.py orders it;
+        the columns of its stages are still empty."""
+        table = np.zeros((self.time.size, SAMPLE_SIZE))
+        table[:, TIME_STEP], table[:, TIME] = self.step, self.time
+        table[:, POSITION], table[:, VELOCITY] = self.position, self.velocity
+        table[:, ACCELERATION] = self.acceleration
+        table[:, DISC_SPEED], table[:, DISC_ANGLE] = self.disc_speed, self.disc_angle
+        table[:, PAD_TEMPERATURE] = self.pad_temperature
+        return table
 
 
 @lru_cache(maxsize=64)

@@ -18,10 +18,21 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import compiled, effect_function, FUNCTION_SLOTS
+from engb_core.compiled import compiled, effect_function, EffectFunction, FUNCTION_SLOTS
 from engb_core.effects.base import (
-    COULOMB, DIRECTION, Effect, INERTIA, LEVEL, LOAD, LOAD_GAIN, POSITION, SHIFT, STAGES,
-    STATE_SIZE, VELOCITY, VISCOUS,
+    COULOMB,
+    DIRECTION,
+    Effect,
+    INERTIA,
+    LEVEL,
+    LOAD,
+    LOAD_GAIN,
+    POSITION,
+    SHIFT,
+    STAGES,
+    STATE_SIZE,
+    VELOCITY,
+    VISCOUS,
 )
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
@@ -53,22 +64,27 @@ class Physics:
     Attributes:
         nominal: (NOMINAL_SIZE,) the nominal numbers.
         cogging: (k, 3) order, amplitude, phase of the model's own cogging terms.
+        stages: per stage the (function, effect) pairs, for whole motions.
         functions: tuple of FUNCTION_SLOTS compiled effect functions, in order of stage.
         bounds: (7,) where each stage begins in `functions`; the last entry is their number.
         owner: (FUNCTION_SLOTS,) which effect a function belongs to.
         parameters: (effects, 64) parameters and constants.
         delay, time_constant: [s] by which torque comes after measured effort, for the inverse
             dynamics to undo.
+        interleaved: an effect acts at several stages with one state, so that stages must
+            alternate sample by sample.
     """
 
     nominal: Array
     cogging: Array
+    stages: dict[str, list[tuple[EffectFunction, int]]]
     functions: tuple
     bounds: NDArray[np.int64]
     owner: NDArray[np.int64]
     parameters: Array
     delay: float
     time_constant: float
+    interleaved: bool
 
     def fresh_state(self) -> Array:
         """Return the effects' states at the start of a run, (effects, STATE_SIZE)."""
@@ -150,12 +166,15 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
         effects = [(effect, setting_values(effect, entry)) for effect, entry in settings]
     chosen = [(effect, list(values)) for effect, values in effects]
     functions: list = []
+    stages: dict[str, list[tuple[EffectFunction, int]]] = {}
     owner: list[int] = []
     bounds = [0]
     for stage in STAGES:
+        stages[stage] = []
         for index, (effect, _) in enumerate(chosen):
             if stage in effect.stages and not (stage == 'actuation' and effect.lead and inverse):
-                functions.append(effect.stages[stage])
+                functions.append(effect.stages[stage].scalar)
+                stages[stage].append((effect.stages[stage], index))
                 owner.append(index)
         bounds.append(len(functions))
     if len(functions) > FUNCTION_SLOTS:
@@ -171,9 +190,11 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
     cogging = np.array([[term.order, term.amplitude, term.phase] for term in model.cogging],
                        float).reshape(-1, 3)
     padding = FUNCTION_SLOTS - len(functions)
-    return Physics(nominal_vector(model), cogging, (*functions, *[_nothing] * padding),
+    return Physics(nominal_vector(model), cogging, stages,
+                   (*functions, *[_nothing.scalar] * padding),
                    np.array(bounds, np.int64), np.array(owner + [0] * padding, np.int64),
-                   parameters, delay, time_constant)
+                   parameters, delay, time_constant,
+                   len(stages['shift']) > 1 or any(len(effect.stages) > 1 for effect, _ in chosen))
 
 
 @compiled

@@ -13,8 +13,19 @@ from numpy.typing import NDArray
 
 from engb_core.compiled import compiled, FUNCTIONS, INTEGERS, kernel, MATRIX, ROW, types
 from engb_core.effects.base import (
-    ACCELERATION, DIRECTION, DISC_ANGLE, DISC_SPEED, EFFORT, LEVEL, LOAD, PAD_TEMPERATURE,
-    POSITION, SAMPLE_SIZE, TIME, TIME_STEP, VELOCITY,
+    ACCELERATION,
+    DIRECTION,
+    DISC_ANGLE,
+    DISC_SPEED,
+    EFFORT,
+    LEVEL,
+    LOAD,
+    PAD_TEMPERATURE,
+    POSITION,
+    SAMPLE_SIZE,
+    TIME,
+    TIME_STEP,
+    VELOCITY,
 )
 from engb_core.errors import InputError
 from engb_core.model import Controller, Model

@@ -6,7 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import (
-    Candidate, ClosedLoop, EffectFinding, Evidence, NominalChange, QualityOfFit, ResidualOver,
+    Candidate,
+    ClosedLoop,
+    EffectFinding,
+    Evidence,
+    NominalChange,
+    QualityOfFit,
+    ResidualOver,
     Trace,
 )
 from engb_core.diagnose.fit import Fit, Fitter
@@ -14,8 +20,8 @@ from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.phases import find_phases
-from engb_core.diagnose.problem import Problem, Run
 from engb_core.diagnose.probability import rival_weights
+from engb_core.diagnose.problem import Problem, Run
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
@@ -24,7 +30,7 @@ from engb_core.model import Model
 from engb_core.plant import physics_of
 from engb_core.simulation import simulate_closed_loop
 
-__all__ = ['evidence_of', 'quality_of_fit']
+__all__ = ['evidence_of', 'quality_of_fit', 'simulated_loops']
 
 Array = NDArray[np.float64]
 BINS = 40
@@ -42,7 +48,8 @@ def _predicted(run: Run, model: Model) -> Array:
     return run.predicted(physics_of(find_phases(run.motion, model)))
 
 
-def quality_of_fit(problem: Problem, corrected: Model) -> tuple[QualityOfFit, ...]:
+def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLoop],
+                   ) -> tuple[QualityOfFit, ...]:
     """Return the held-out figures: effort, and position of the simulated loop where it can be."""
     angle, torque = (('rad', 'N·m') if problem.model.joint.type == 'revolute' else ('m', 'N'))
     found = []
@@ -53,7 +60,7 @@ def quality_of_fit(problem: Problem, corrected: Model) -> tuple[QualityOfFit, ..
                for model in (problem.model, corrected)]
         floor = float(np.sqrt(np.mean(run.noise[rows] ** 2)))
         found.append(QualityOfFit(run.recording.name, 'effort', *rms, floor, torque))
-        loop = _loop(run, problem.model, corrected)
+        loop = loops.get(run.recording.name)
         if loop is not None:
             seen = np.interp(loop.time, run.motion.time[run.comparison.grid],
                              rows.astype(float)) > 0.5
@@ -63,6 +70,13 @@ def quality_of_fit(problem: Problem, corrected: Model) -> tuple[QualityOfFit, ..
                 found.append(QualityOfFit(run.recording.name, 'position', *errors,
                                           run.motion.quantum / np.sqrt(12.0), angle))
     return tuple(found)
+
+
+def simulated_loops(problem: Problem, corrected: Model) -> dict[str, ClosedLoop]:
+    """Return each recording's loop, simulated with the nominal and the corrected model."""
+    loops = {run.recording.name: _loop(run, problem.model, corrected)
+             for run in (*problem.runs, *problem.held_out)}
+    return {name: loop for name, loop in loops.items() if loop is not None}
 
 
 def _loop(run: Run, nominal: Model, corrected: Model) -> ClosedLoop | None:
@@ -79,11 +93,12 @@ def _loop(run: Run, nominal: Model, corrected: Model) -> ClosedLoop | None:
 
 
 def evidence_of(fitter: Fitter, nominal: Fit, chosen: Fit, selection: Selection,
-                corrected: Model, findings: list[EffectFinding], seconds: float) -> Evidence:
+                corrected: Model, findings: list[EffectFinding],
+                loops: dict[str, ClosedLoop], seconds: float) -> Evidence:
     """Gather what the report draws."""
     problem = fitter.problem
     runs = [*problem.runs, *problem.held_out]
-    traces, loops = [], []
+    traces = []
     for run in runs:
         grid = run.comparison.grid
         traces.append(Trace(
@@ -91,11 +106,8 @@ def evidence_of(fitter: Fitter, nominal: Fit, chosen: Fit, selection: Selection,
             run.motion.velocity[grid], run.measured, _predicted(run, problem.model),
             _predicted(run, corrected), np.ones(grid.size, bool),
             float(np.sqrt(np.mean(run.noise ** 2)))))
-        loop = _loop(run, problem.model, corrected)
-        if loop is not None:
-            loops.append(loop)
     return Evidence(
-        traces=tuple(traces), closed_loops=tuple(loops),
+        traces=tuple(traces), closed_loops=tuple(loops.values()),
         residual_over=tuple(_pictures(problem, traces, corrected, findings)),
         candidates=tuple(_candidates(fitter, chosen, selection)),
         nominal=tuple(_changes(fitter, chosen)),

@@ -8,7 +8,6 @@ data say nothing. Their derivatives hardly depend on the effect: they are comput
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import itertools
 import math
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.nominal import DELAY, NominalNumber, with_numbers
 from engb_core.effects.base import Effect, Parameter, Scene
 from engb_core.model import EffectSetting, Model
-from engb_core.plant import physics_of, Physics
+from engb_core.plant import Physics, physics_of
 
 __all__ = ['Hypothesis', 'Variant', 'variants_of']
 

@@ -8,7 +8,15 @@ import math
 from engb_core.effects.base import Scene
 from engb_core.model import Model
 from engb_core.plant import (
-    N_AMPLITUDE, N_CONTACT, N_COULOMB, N_DELAY, N_INERTIA, N_LOAD_GAIN, N_PHASE, N_SATURATION, N_TERMS,
+    N_AMPLITUDE,
+    N_CONTACT,
+    N_COULOMB,
+    N_DELAY,
+    N_INERTIA,
+    N_LOAD_GAIN,
+    N_PHASE,
+    N_SATURATION,
+    N_TERMS,
     N_VISCOUS,
 )
 

@@ -60,9 +60,7 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         insisted = [name for name in insisted if _alone(fitter, explained, groups, [name])
                     < floor + max(INSISTED, 0.15 * rises[name])][:1]
     elif len(insisted) > 1 and _alone(fitter, explained, groups, insisted[:1]) \
-            < floor + max(INSISTED, 0.1 * rises[insisted[0]]):
-        insisted = insisted[:1]
-    elif len(insisted) > 1 and rises[insisted[0]] > 4.0 * rises[insisted[1]]:
+            < floor + max(INSISTED, 0.1 * rises[insisted[0]]) or len(insisted) > 1 and rises[insisted[0]] > 4.0 * rises[insisted[1]]:
         insisted = insisted[:1]
     found = []
     for name in insisted:

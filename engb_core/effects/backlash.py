@@ -3,7 +3,15 @@ changes sign, with the load decoupled meanwhile."""
 
 from engb_core.compiled import effect_function
 from engb_core.effects.base import (
-    ACCELERATION, COULOMB, DIRECTION, Effect, INERTIA, LOAD, Parameter, TIME, TIME_STEP,
+    ACCELERATION,
+    COULOMB,
+    DIRECTION,
+    Effect,
+    INERTIA,
+    LOAD,
+    Parameter,
+    TIME,
+    TIME_STEP,
     VELOCITY,
 )
 

@@ -19,15 +19,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from engb_core.compiled import EffectFunction
+
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
            'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'PAD_TEMPERATURE', 'POSITION', 'SAMPLE_SIZE',
-           'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'VELOCITY', 'VISCOUS', 'Effect',
+           'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'TORQUE', 'VELOCITY', 'VISCOUS', 'Effect',
            'Parameter', 'Scene']
 
 # Places in a sample, the array that every effect function receives.
 (TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED, DISC_ANGLE, PAD_TEMPERATURE,
- SHIFT, LOAD, LEVEL, DIRECTION, EFFORT, INERTIA, VISCOUS, COULOMB, LOAD_GAIN) = range(17)
-SAMPLE_SIZE = 17
+ SHIFT, LOAD, LEVEL, DIRECTION, EFFORT, INERTIA, VISCOUS, COULOMB, LOAD_GAIN,
+ TORQUE) = range(18)
+SAMPLE_SIZE = 18
 STATE_SIZE = 8
 STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation')
 
@@ -99,7 +102,7 @@ class Effect:
     id: str
     title: str
     parameters: tuple[Parameter, ...]
-    stages: Mapping[str, Callable]
+    stages: Mapping[str, EffectFunction]
     equation: str
     reference: str
     statement: Callable[[Mapping[str, float]], str]

@@ -3,7 +3,7 @@
 import math
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import DISC_ANGLE, DISC_SPEED, Effect, LOAD, Parameter
+from engb_core.effects.base import DISC_ANGLE, Effect, LOAD, Parameter
 
 
 @effect_function

@@ -4,7 +4,11 @@ import math
 
 from engb_core.compiled import effect_function
 from engb_core.effects.base import (
-    Effect, LOAD, Parameter, TIME_STEP, VELOCITY,
+    Effect,
+    LOAD,
+    Parameter,
+    TIME_STEP,
+    VELOCITY,
 )
 
 

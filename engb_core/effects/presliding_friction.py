@@ -3,7 +3,7 @@
 import math
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import DIRECTION, Effect, Parameter, TIME_STEP, VELOCITY
+from engb_core.effects.base import Effect, Parameter, TIME_STEP, VELOCITY
 
 
 @effect_function

@@ -8,7 +8,7 @@ only; K_T itself takes a second run with a known inertia added (`torque_constant
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from scipy import signal
 from scipy.optimize import curve_fit
 
 from engb_core.errors import InputError
+from engb_core.identify.cogging import find_orders
 from engb_core.identify.regression import Fit, fit, Form
 from engb_core.identify.smoothing import Motion, motions
 from engb_core.identify.uncertainty import Estimate
@@ -174,18 +175,33 @@ def fit_response(data: FrequencyResponse) -> LinearFit:
 
 
 def fit_free_motor(recordings: Sequence[Recording], start: Model | None = None) -> Fit:
-    """Fit J, B, Coulomb friction and a torque offset to runs of the unloaded motor, jointly."""
+    """Fit J, B, Coulomb friction, a torque offset and cogging to runs of the unloaded motor.
+
+    Args:
+        recordings: slow strokes show the cogging, fast motion J and B; any mixture will do.
+        start: J, B to start from, and cogging that is known: its orders are kept, and others
+            that stand out of the residual join them.
+
+    Raises:
+        InputError: nothing moves.
+    """
     model = start or Model()
     pieces = [piece for recording in recordings for piece in motions(recording)
               if piece.rows.size and piece.top_speed > 0.0]
     if not pieces:
         raise InputError('the motor does not move in any of these runs')
-    form = Form('polynomial', 0, held=frozenset({'load_gain'}))
+    known = tuple(entry.order for entry in model.cogging)
+    form = Form('polynomial', 0, orders=known, held=frozenset({'load_gain'}))
     fastest = max(piece.top_speed for piece in pieces)
     guess = {'inertia': model.motor.inertia, 'viscous_friction': model.motor.viscous_friction,
              'coulomb': 0.01}
-    return min((fit(pieces, form, guess | {'saturation_velocity': part * fastest})
+    best = min((fit(pieces, form, guess | {'saturation_velocity': part * fastest})
                 for part in (0.005, 0.03)), key=lambda found: found.rms)
+    new = tuple(order for order in find_orders(pieces, best.residual)
+                if all(abs(order - other) > 0.05 for other in known))
+    if new:
+        best = fit(pieces, replace(form, orders=known + new), best.values)
+    return best
 
 
 def torque_constant(bare: Estimate, loaded: Estimate, added_inertia: float,

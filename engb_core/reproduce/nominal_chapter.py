@@ -1,0 +1,125 @@
+"""Section 3.2 and the cogging: the nominal plant from steps, a sweep and slow strokes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from engb_core.identify.cogging import order_spectrum
+from engb_core.identify.nominal import (
+    fit_free_motor,
+    fit_response,
+    fit_steps,
+    frequency_response,
+    FrequencyResponse,
+    LinearFit,
+    StepFit,
+    torque_constant,
+)
+from engb_core.identify.regression import Fit, Form
+from engb_core.identify.regression import fit as fit_jointly
+from engb_core.identify.smoothing import motions
+from engb_core.identify.uncertainty import Estimate
+from engb_core.model import Model
+from engb_core.recording import Recording
+from engb_core.reproduce import chosen
+
+__all__ = ['analyse_nominal', 'CoggingEffect', 'compare_cogging', 'NominalResult']
+
+Array = NDArray[np.float64]
+
+# How long a turn disturbs the tracking [s].
+SETTLING = 0.8
+
+
+@dataclass(frozen=True)
+class NominalResult:
+    """What the free motor's runs gave.
+
+    Attributes:
+        steps: the classical fits, one a step; `linear_steps` their summary.
+        response: torque to velocity, measured by the sweep; `linear_sweep` fitted to it.
+        joint: all runs at once, with friction and cogging.
+        torque_constant: from the added inertia.
+        orders, spectrum: the order spectrum of what friction leaves over in the slow strokes.
+        nominal: the model for all that follows: J, B, cogging.
+    """
+
+    steps: list[StepFit]
+    linear_steps: LinearFit
+    response: FrequencyResponse
+    linear_sweep: LinearFit
+    joint: Fit
+    torque_constant: Estimate
+    orders: Array
+    spectrum: Array
+    nominal: Model
+
+
+@dataclass(frozen=True)
+class CoggingEffect:
+    """Tracking error of the slow strokes in motion, without and with compensation [rad]."""
+
+    time: Array
+    before: Array
+    after: Array
+    rms_before: float
+    rms_after: float
+
+
+def analyse_nominal(recordings: Mapping[str, Recording]) -> NominalResult:
+    """Analyse the runs 'steps', 'steps_added', 'sweep' and 'cogging'."""
+    steps, linear_steps = fit_steps(recordings['steps'])
+    response = frequency_response([recordings['sweep']])
+    slow = fit_free_motor([recordings['cogging']], chosen.NOMINAL)
+    known = slow.model(chosen.NOMINAL)
+    joint = fit_free_motor([recordings['cogging'], recordings['steps'], recordings['sweep']],
+                           known)
+    loaded = fit_free_motor([recordings['steps_added']], known)
+    bare = fit_free_motor([recordings['steps']], known)
+    constant = torque_constant(bare.estimates['inertia'], loaded.estimates['inertia'],
+                               chosen.ADDED_INERTIA, chosen.NOMINAL.motor.torque_constant)
+    orders, spectrum = _spectrum(recordings['cogging'], slow)
+    found = joint.model(chosen.NOMINAL)
+    # Friction and load are for the strokes to find; the nominal plant has none (25).
+    nominal = replace(chosen.NOMINAL, motor=found.motor, cogging=found.cogging)
+    return NominalResult(steps, linear_steps, response, fit_response(response), joint, constant,
+                         orders, spectrum, nominal)
+
+
+def compare_cogging(before: Recording, after: Recording) -> CoggingEffect:
+    """Compare the tracking of the slow strokes without and with cogging compensation."""
+    errors = []
+    for recording in (before, after):
+        motion, = motions(recording)[:1]
+        reference = recording.reference
+        wanted = np.interp(motion.time, reference.time, reference.position)
+        speed = np.interp(motion.time, reference.time, reference.velocity)
+        # At steady slow speed, the integral part settled: a turn's own error is not the cogging's.
+        steady = (np.abs(speed) > 1.5) & (np.abs(speed) < 4.5)
+        steady = ndimage.binary_erosion(steady, np.ones(round(2.0 * SETTLING / motion.interval)),
+                                        origin=-round(SETTLING / motion.interval) + 1)
+        error = np.where(steady, motion.kernel.apply(wanted - motion.position), np.nan)
+        # The steady part of the error is friction's; cogging's changes with the angle.
+        for sign in (-1.0, 1.0):
+            part = steady & (np.sign(speed) == sign)
+            error[part] -= np.mean(error[part])
+        errors.append((motion.time, error))
+    size = min(errors[0][0].size, errors[1][0].size)
+    one, two = errors[0][1][:size], errors[1][1][:size]
+    return CoggingEffect(errors[0][0][:size], one, two, float(np.sqrt(np.nanmean(one**2))),
+                         float(np.sqrt(np.nanmean(two**2))))
+
+
+def _spectrum(recording: Recording, slow: Fit) -> tuple[Array, Array]:
+    """Return orders (k,) and the amplitude [N·m] that each would have, cogging not fitted."""
+    pieces = [piece for piece in motions(recording) if piece.rows.size]
+    plain = fit_jointly(pieces, Form('polynomial', 0, held=frozenset({'load_gain'})), slow.values)
+    orders = np.arange(1.0, 40.0, 0.05)
+    power = order_spectrum(pieces, plain.residual, orders)
+    # A wave of amplitude a that passes whole explains a²/2 a sample.
+    return orders, np.sqrt(2.0 * power / plain.residual.size)
