@@ -1,0 +1,88 @@
+"""The drive behind the plant node: limits, timeout, sensors, effects by text."""
+
+import math
+
+import numpy as np
+import pytest
+
+from engb_core.errors import InputError
+from engb_core.model import Model
+from engb_core.sensors import SensorChain, SensorSettings, VelocityFromPosition
+from engb_core.simulation import BrakePlant
+from engb_core.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
+from engb_ros.files import TRUE_BRAKE
+
+BRAKE = Model.read(TRUE_BRAKE)
+
+
+def test_it_is_the_plant_seen_through_the_sensors():
+    brake = VirtualBrake(BRAKE, DriveSettings(command_timeout=10.0))
+    plant = BrakePlant(BRAKE)
+    brake.command(0.08)
+    for _ in range(500):
+        measured = brake.advance()
+        plant.advance(0.08, 1e-3)
+    assert brake.plant.position == pytest.approx(plant.position, rel=1e-9)
+    count = 2.0 * math.pi / 8192
+    assert measured.position == pytest.approx(plant.position, abs=count)
+    assert measured.position / count == pytest.approx(round(measured.position / count))
+    assert measured.velocity == pytest.approx(plant.velocity, abs=1.5)
+    assert measured.effort == pytest.approx(0.08, abs=0.01)
+
+
+def test_without_commands_the_drive_lets_go():
+    brake = VirtualBrake(BRAKE, DriveSettings(command_timeout=0.05))
+    brake.command(0.1)
+    efforts = [brake.advance().effort for _ in range(100)]
+    assert np.mean(efforts[:50]) > 0.09
+    assert abs(np.mean(efforts[52:])) < 0.002
+
+
+def test_what_is_not_finite_is_dropped_and_what_is_too_much_is_cut():
+    brake = VirtualBrake(BRAKE)
+    brake.command(9.0)
+    assert brake.torque == 0.75
+    brake.command(math.nan)
+    brake.command(-math.inf)
+    assert (brake.torque, brake.rejected) == (0.75, 2)
+
+
+def test_the_same_seed_gives_the_same_noise():
+    def efforts(seed):
+        chain = SensorChain(SensorSettings(seed=seed))
+        return [chain.measure(1e-3 * index, 0.0, 0.1)[2] for index in range(200)]
+
+    assert efforts(1) == efforts(1) != efforts(2)
+    assert np.std(efforts(3)) == pytest.approx(0.002, rel=0.2)
+
+
+def test_velocity_is_derived_from_uneven_samples():
+    derived = VelocityFromPosition(50.0)
+    time = np.cumsum(np.random.default_rng(1).uniform(5e-4, 2e-3, 400))
+    for now in time:
+        derived.step(now, 7.0 * now)
+    assert derived.velocity == pytest.approx(7.0, rel=1e-3)
+    assert derived.step(math.nan, 1.0) == derived.velocity
+
+
+def test_a_profile_is_linear_and_held():
+    profile = Profile([1.0, 2.0, 4.0], [0.0, 10.0, 20.0], 'disc_speed')
+    assert [profile.at(time) for time in (0.0, 1.5, 3.0, 9.0)] == [0.0, 5.0, 15.0, 20.0]
+    for times in ([0.0], [0.0, 0.0, 1.0], []):
+        with pytest.raises(InputError, match='disc_speed'):
+            Profile(times, [1.0, 2.0, 3.0], 'disc_speed')
+
+
+def test_effects_come_as_text():
+    effects = parse_effects('stribeck_friction: {breakaway_ratio: 1.4, stribeck_velocity: 2}\n'
+                            'backlash: {gap: 0.2}')
+    assert [entry.effect for entry in effects] == ['stribeck_friction', 'backlash']
+    assert effects[0].parameters == {'breakaway_ratio': 1.4, 'stribeck_velocity': 2.0}
+    assert parse_effects('') == ()
+
+
+@pytest.mark.parametrize('text', ['[1, 2', 'backlash', 'backlash: 3', 'backlash: {gap: wide}',
+                                  'backlash: {gap: .nan}'])
+def test_bad_effects_are_refused(text):
+    with pytest.raises(InputError, match='effects'):
+        parse_effects(text)
