@@ -1,0 +1,133 @@
+"""Runs the reproduction's experiments on live nodes and records each into a bag."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+import math
+from pathlib import Path
+import tempfile
+import time
+from typing import Any
+
+from engb_core.model import Model
+from engb_core.reproduce import chosen
+from engb_core.reproduce.plan import Experiment
+from engb_ros import interface
+from engb_ros.runner import reserved_domain, Runner, RunnerError
+
+__all__ = ['record_experiment']
+
+Progress = Callable[[str], None]
+
+CHANGE_STATE = interface.Service('~/change_state', 'lifecycle_msgs/srv/ChangeState',
+                                 'lifecycle transition')
+CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4
+
+# Until all nodes hear each other [s]; discovery takes seconds on a loaded machine.
+PATIENCE = 60.0
+
+
+def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int,
+                      progress: Progress, every: int = 1) -> None:
+    """Run plant, controller (or excitation) and recorder as processes; leave the bag at `bag`.
+
+    The plant waits for an answer to each sample (lockstep), and starts only when all hear each
+    other: a loaded machine makes the run longer, never different.
+
+    Args:
+        experiment: what to run.
+        model: the controller's.
+        bag: folder, made anew.
+        seed: of the sensor noise.
+        progress: told how far it is.
+        every: keep every n-th message of each topic.
+
+    Raises:
+        RunnerError: a node ended, or did not answer.
+    """
+    from engb_ros.probe import Probe
+    with tempfile.TemporaryDirectory(prefix='engb_experiment_') as folder, \
+            reserved_domain() as domain, Runner(domain) as runner, Probe(domain) as probe:
+        scratch = Path(folder)
+        runner.start('plant', parameters=_plant(experiment, scratch, seed))
+        driver, parameters = _driver(experiment, model, scratch)
+        runner.start(driver, parameters=parameters)
+        runner.start('recorder', parameters={
+            'bag': str(bag), 'compression': 'zstd', 'chunk_time': 5.0, 'every': every,
+            'topics': ['joint_states', 'reference', 'disc_speed']})
+        disc = probe.listen(interface.DISC_SPEED)
+        runner.wait_until(lambda: probe.ready('plant', CHANGE_STATE), 'the plant', PATIENCE,
+                          probe.spin)
+        _change(probe, CONFIGURE)
+        runner.wait_until(lambda: _all_connected(probe), 'the nodes to hear each other',
+                          PATIENCE, probe.spin)
+        _change(probe, ACTIVATE)
+        wanted = math.ceil(experiment.duration * 100.0)
+        _follow(runner, probe, disc, wanted, lambda done: progress(
+            f'{experiment.name}: {done / 100.0:.0f} of {experiment.duration:.0f} s'))
+        _change(probe, DEACTIVATE)
+        runner.stop(['recorder'])
+        runner.stop()
+
+
+def _plant(experiment: Experiment, folder: Path, seed: int) -> dict[str, Any]:
+    path = folder / 'brake.yaml'
+    experiment.brake.write(path)
+    return {'autostart': False, 'model': path, 'lockstep': True, 'speed': 0.0,
+            'seed': seed + experiment.seed, 'disc_speed_values': [experiment.disc_speed],
+            **chosen.SENSORS}
+
+
+def _driver(experiment: Experiment, model: Model, folder: Path) -> tuple[str, Mapping[str, Any]]:
+    if experiment.excitation is not None:
+        return 'excitation', asdict(experiment.excitation)
+    path = folder / 'model.yaml'
+    model.write(path)
+    reference = experiment.reference
+    parameters: dict[str, Any] = {
+        'model': path, 'reference': reference.kind,
+        'load_feedforward': experiment.load_feedforward,
+        'friction_feedforward': experiment.friction_feedforward,
+        'stroke_amplitudes': list(reference.amplitudes),
+        'stroke_acceleration': reference.acceleration,
+        'stroke_repetitions': reference.repetitions,
+        'stop_time': reference.stop_time,
+        'slow_speeds': list(reference.slow_speeds),
+        'slow_range': list(reference.slow_range),
+        **asdict(experiment.gains)}
+    if experiment.table is not None:
+        parameters['reference_file'] = folder / 'reference.csv'
+        experiment.table.write(parameters['reference_file'])
+    return 'controller', parameters
+
+
+def _change(probe: Any, transition: int) -> None:
+    from lifecycle_msgs.srv import ChangeState
+    request = ChangeState.Request()
+    request.transition.id = transition
+    answer = probe.call('plant', CHANGE_STATE, PATIENCE, request)
+    if not answer.success:
+        raise RunnerError(f'the plant refused transition {transition}')
+
+
+def _all_connected(probe: Any) -> bool:
+    return (probe.subscribers(interface.JOINT_STATES) >= 2
+            and probe.publishers(interface.JOINT_STATES) >= 1
+            and probe.publishers(interface.EFFORT_COMMAND) >= 1
+            and probe.subscribers(interface.EFFORT_COMMAND) >= 1)
+
+
+def _follow(runner: Runner, probe: Any, messages: list[Any], wanted: int,
+            tell: Callable[[int], None]) -> None:
+    last, since, told = 0, time.monotonic(), 0
+    while len(messages) < wanted:
+        probe.spin(0.05)
+        runner.check()
+        if len(messages) > last:
+            last, since = len(messages), time.monotonic()
+        elif time.monotonic() - since > PATIENCE:
+            raise RunnerError(f'the plant has sent nothing for {PATIENCE:.0f} s')
+        if last - told >= 100:
+            told = last
+            tell(told)
