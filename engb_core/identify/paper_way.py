@@ -67,7 +67,7 @@ def stroke_data(piece: Motion, stroke: Stroke, values: Array) -> tuple[
 
 
 def paper_way(pieces: Sequence[Motion], start: Model, resampling: str = 'nearest',
-              points: int = GRID_POINTS) -> PaperResult:
+              points: int = GRID_POINTS, observed: list[Array] | None = None) -> PaperResult:
     """Do steps 2 to 6 as the paper has them.
 
     Args:
@@ -75,13 +75,15 @@ def paper_way(pieces: Sequence[Motion], start: Model, resampling: str = 'nearest
         start: the nominal model, for J, B and known cogging.
         resampling: 'nearest' (the paper), 'interpolated', or 'sample' (no step 3).
         points: M, the size of a stroke's grid θ_R.
+        observed: d̂ of each motion (n,) [N·m], in place of step 2.
 
     Raises:
         InputError: no strokes.
     """
     strokes = find_strokes(pieces)
-    observed = [disturbance(piece, start.motor.inertia, start.motor.viscous_friction)
-                + _known_cogging(piece, start) for piece in pieces]
+    if observed is None:
+        observed = [disturbance(piece, start.motor.inertia, start.motor.viscous_friction)
+                    + _known_cogging(piece, start) for piece in pieces]
     resampled = []
     for stroke in strokes:
         clamp, release = stroke_data(pieces[stroke.motion], stroke, observed[stroke.motion])

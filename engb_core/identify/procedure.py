@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -100,7 +100,8 @@ class IdentifiedModel:
 
 
 def identify(recordings: Sequence[Recording], model: Model | None = None,
-             progress: Progress | None = None) -> IdentifiedModel:
+             progress: Progress | None = None,
+             prior: Mapping[str, Estimate] | None = None) -> IdentifiedModel:
     """Identify the model from recorded clamp and release strokes.
 
     Args:
@@ -108,6 +109,8 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
         model: the start model; J and B of the paper's way come from it, and whatever the
             recordings can't determine. None: the paper's Table 1.
         progress: called with one line of text per step.
+        prior: numbers known from elsewhere with their standard deviation, by the names of
+            `estimates` (J and B of a step test, say); they join the regression.
 
     Raises:
         InputError: no motion, or no clamp stroke with a release after it.
@@ -124,6 +127,8 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
     tell(f'steps 2 to 6: {len(paper.strokes)} strokes, load to '
          f'{float(np.max(paper.load.torque(paper.parts.position))):.3g} N·m')
     found = _joint(pieces, start, paper, tell)
+    if prior:
+        found = fit(pieces, found.form, found.values, prior)
     return IdentifiedModel(found.model(start), start, found.estimates, pieces, paper, found)
 
 

@@ -9,7 +9,7 @@ don't mirror included, and the intervals follow from the residual's own colour.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -120,9 +120,28 @@ class Fit:
             cogging=waves)
 
 
-def fit(pieces: Sequence[Motion], form: Form, start: dict[str, float]) -> Fit:
-    """Fit `form` to the motions from `start` (numbers by name; what is missing starts at 0)."""
-    problem = _Problem(pieces, form)
+def fit(pieces: Sequence[Motion], form: Form, start: dict[str, float],
+        prior: Mapping[str, Estimate] | None = None) -> Fit:
+    """Fit `form` to the motions.
+
+    Args:
+        pieces: the motions.
+        form: what is looked for.
+        start: numbers by name; what is missing starts at 0.
+        prior: numbers known from elsewhere, each weighed by its standard deviation.
+    """
+    if prior:
+        # How much a known number weighs follows from how well this recording can be fitted.
+        first = fit(pieces, form, start)
+        size = first.rms * np.sqrt(first.residual.size / first.effective_samples)
+        known = {name: prior[name] for name in form.names if name in prior
+                 and name not in form.held}
+        return _fit(_Problem(pieces, form, known, size), first.values)
+    return _fit(_Problem(pieces, form), start)
+
+
+def _fit(problem: _Problem, start: dict[str, float]) -> Fit:
+    form = problem.form
     fixed = np.array([start.get(name, 0.0) for name in form.names])
     free = np.array([name not in form.held for name in form.names])
     unit = problem.units_of_size()
@@ -161,14 +180,16 @@ def fit(pieces: Sequence[Motion], form: Form, start: dict[str, float]) -> Fit:
     estimates = {name: Estimate(value, float(sigma), units[name], bool(is_free), freedom)
                  for (name, value), sigma, is_free
                  in zip(named.items(), deviation, free, strict=True)}
-    return Fit(form, named, estimates, -residual, float(np.sqrt(np.mean(residual**2))),
+    measured = -residual[:problem.rows]
+    return Fit(form, named, estimates, measured, float(np.sqrt(np.mean(measured**2))),
                freedom + int(free.sum()), whole)
 
 
 class _Problem:
     """Residual and Jacobian of one form over several motions."""
 
-    def __init__(self, pieces: Sequence[Motion], form: Form) -> None:
+    def __init__(self, pieces: Sequence[Motion], form: Form,
+                 prior: Mapping[str, Estimate] | None = None, size: float = 1.0) -> None:
         self.pieces = [piece for piece in pieces if piece.rows.size]
         self.form = form
         self.measured = [piece.smooth(piece.effort) for piece in self.pieces]
@@ -182,6 +203,11 @@ class _Problem:
             places.append(begin + piece.rows // piece.stride)
             # Room, so that no correlation is counted from one piece to the next.
             begin = int(places[-1][-1]) + 1000
+        self.rows = sum(place.size for place in places)
+        self.prior = [(form.names.index(name), entry.value, size / entry.std)
+                      for name, entry in (prior or {}).items()]
+        # Each known number is one more row, on its own.
+        places += [np.array([begin + 1000 * number]) for number in range(len(self.prior))]
         self.place = np.concatenate(places)
         self.reach = max(float(np.abs(piece.position).max()) for piece in self.pieces)
         self.speed = max(piece.top_speed for piece in self.pieces)
@@ -227,6 +253,9 @@ class _Problem:
             residuals.append(named['inertia'] * inertial + named['viscous_friction'] * viscous
                              + named['lag'] * change + smooth[0] - measured)
             tables.append(np.column_stack([inertial, viscous, change, smooth[1:].T]))
+        for index, known, weight in self.prior:
+            residuals.append(np.array([weight * (values[index] - known)]))
+            tables.append(weight * np.eye(1, values.size, index))
         result = np.concatenate(residuals), np.concatenate(tables)
         self._last = values.copy(), result
         return result

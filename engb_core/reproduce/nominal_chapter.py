@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from engb_core.identify.cogging import order_spectrum
 from engb_core.identify.nominal import (
@@ -33,7 +32,7 @@ __all__ = ['analyse_nominal', 'CoggingEffect', 'compare_cogging', 'NominalResult
 Array = NDArray[np.float64]
 
 # How long a turn disturbs the tracking [s].
-SETTLING = 0.8
+SETTLING = 1.2
 
 
 @dataclass(frozen=True)
@@ -58,6 +57,20 @@ class NominalResult:
     orders: Array
     spectrum: Array
     nominal: Model
+
+    @property
+    def prior(self) -> dict[str, Estimate]:
+        """What the strokes' joint regression may rely on: J, B and the cogging, by name."""
+        return {name: estimate for name, estimate in self.joint.estimates.items()
+                if name in ('inertia', 'viscous_friction')
+                or name.startswith(('sine', 'cosine'))}
+
+    @property
+    def classical(self) -> Model:
+        """The nominal model as the classical reading of the step test has it."""
+        motor = replace(self.nominal.motor, inertia=self.linear_steps.inertia.value,
+                        viscous_friction=self.linear_steps.viscous_friction.value)
+        return replace(self.nominal, motor=motor)
 
 
 @dataclass(frozen=True)
@@ -101,8 +114,8 @@ def compare_cogging(before: Recording, after: Recording) -> CoggingEffect:
         speed = np.interp(motion.time, reference.time, reference.velocity)
         # At steady slow speed, the integral part settled: a turn's own error is not the cogging's.
         steady = (np.abs(speed) > 1.5) & (np.abs(speed) < 4.5)
-        steady = ndimage.binary_erosion(steady, np.ones(round(2.0 * SETTLING / motion.interval)),
-                                        origin=-round(SETTLING / motion.interval) + 1)
+        for begin in np.flatnonzero(np.diff(steady.astype(int)) == 1):
+            steady[begin:begin + round(SETTLING / motion.interval)] = False
         error = np.where(steady, motion.kernel.apply(wanted - motion.position), np.nan)
         # The steady part of the error is friction's; cogging's changes with the angle.
         for sign in (-1.0, 1.0):
