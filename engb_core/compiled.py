@@ -1,4 +1,4 @@
-"""Compiled scalar code: numba where it is installed, plain Python (slow, same numbers) where not."""
+"""Compiled scalar code: numba where it is installed, plain Python (slow, same numbers) else."""
 
 from __future__ import annotations
 

@@ -106,7 +106,8 @@ def low_passed_noise(motion: Motion, comparison: Comparison, stride: int) -> flo
     the very band in which models are compared.
     """
     reach = comparison.taps.size // 2
-    standing = minimum_filter1d((comparison.weight == 0.0) & motion.known, 2 * (reach + stride) + 1)
+    standing = minimum_filter1d((comparison.weight == 0.0) & motion.known,
+                                2 * (reach + stride) + 1)
     whole = Comparison(comparison.taps, np.arange(motion.time.size, dtype=np.int64),
                        np.ones(motion.time.size), np.ones(motion.time.size),
                        1.0)

@@ -53,7 +53,7 @@ class LoadTorque:
 
 @dataclass(frozen=True)
 class Friction:
-    """T_C = (coulomb + load_gain·|T_L|)·sat(ω / saturation_velocity), after equations (13), (42)."""
+    """T_C = (coulomb + load_gain·|T_L|)·sat(ω / saturation_velocity), from (13) and (42)."""
 
     coulomb: float = 0.0
     load_gain: float = 0.0
@@ -82,7 +82,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class EffectSetting:
-    """One effect that a diagnosis added: its id and its parameters (numbers or lists of numbers)."""
+    """One effect that a diagnosis added: its id and its parameters (numbers, lists of them)."""
 
     effect: str
     parameters: dict[str, Any] = field(default_factory=dict)

@@ -19,7 +19,7 @@ MINIMUM_SAMPLES = 20
 
 @dataclass(frozen=True)
 class Signal:
-    """A side signal on its own clock: `time` (k,) [s from the recording's first sample], `value` (k,)."""
+    """A side signal on its own clock: `time` (k,) [s from the first sample], `value` (k,)."""
 
     time: Array
     value: Array

@@ -84,7 +84,7 @@ class QualityOfFit:
 
 @dataclass(frozen=True)
 class NextExperiment:
-    """The reference that would separate rivals; `time`, `position` hold it, `reference` says it."""
+    """A reference that would separate rivals: `time`, `position` hold it, `reference` says it."""
 
     reason: str
     discriminates: tuple[str, ...]
@@ -140,7 +140,7 @@ class ResidualOver:
 
 @dataclass(frozen=True)
 class Candidate:
-    """One hypothesis that was weighed: its effects, probability, held-out rms and share explained."""
+    """One hypothesis that was weighed: effects, probability, held-out rms, share explained."""
 
     effects: tuple[str, ...]
     probability: float

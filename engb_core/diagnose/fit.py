@@ -18,9 +18,12 @@ from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
 from engb_core.effects.base import Parameter
 
-__all__ = ['Fit', 'Fitter']
+__all__ = ['Fit', 'Fitter', 'StartColumns']
 
 Array = NDArray[np.float64]
+
+# Part of the refitted model's typical residual that is added to the noise in the weights.
+MISSED_PART = 0.3
 
 
 @dataclass(frozen=True)
@@ -62,11 +65,17 @@ class Fitter:
         self.problem = problem
         self.measured = problem.measured
         self.sigma = problem.sigma
+        self.spread = self.sigma
         self.fitted = problem.fitted
         self.numbers = nominal_numbers(problem.model, problem.scene)
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
         self._base: dict[tuple[NominalNumber, ...], Fit] = {}
         self._starts: dict[tuple, list[StartColumns]] = {}
+        # Where a model misses by far more than the noise, values of little noise must not
+        # outweigh all others: what is missed weighs on every value alike.
+        missed = 1.4826 * float(np.median(np.abs(self.base().residual[self.fitted])))
+        self.spread = np.hypot(self.sigma, MISSED_PART * missed)
+        self._base.clear()
 
     # -- prediction ------------------------------------------------------------------------------
 
@@ -196,7 +205,7 @@ class Fitter:
                    self._cost(hypothesis, vector, residual))
 
     def _cost(self, hypothesis: Hypothesis, vector: Array, residual: Array) -> float:
-        scaled = (residual / self.sigma)[self.fitted]
+        scaled = (residual / self.spread)[self.fitted]
         if not np.isfinite(scaled).all():
             return np.inf
         centre, spread = self._prior(hypothesis)
@@ -267,8 +276,8 @@ class Fitter:
 
     def _least_squares(self, base: Fit, design: Array) -> tuple[Array, float]:
         rows = self.fitted
-        scaled = design[rows] / self.sigma[rows, None]
-        target = (base.residual / self.sigma)[rows]
+        scaled = design[rows] / self.spread[rows, None]
+        target = (base.residual / self.spread)[rows]
         norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled)) + 1e-300
         scaled = scaled / norm
         gram = scaled.T @ scaled
@@ -297,7 +306,7 @@ class Fitter:
         centre, spread = self._prior(hypothesis)
         count = len(hypothesis.numbers)
         rows = self.fitted
-        weight = 1.0 / self.sigma[rows]
+        weight = 1.0 / self.spread[rows]
         held = self._delay_held(hypothesis)
         if held is not None:
             vector = vector.copy()

@@ -21,8 +21,15 @@ __all__ = ['NumberFinding', 'level', 'wrong_numbers']
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
               'coulomb': 'coulomb_friction_error', 'load_gain': 'load_dependent_friction'}
 _LOAD_EFFECTS = ('load_stiffness_error', 'contact_shift', 'torque_offset')
-# Rise of the mean squared residual (noise = 1) at which a held number counts as insisted upon.
+# Rise of the mean squared residual (noise = 1) at which a held number counts as insisted upon,
+# and the part of the file's whole excess that it must be.
 INSISTED = 0.25
+INSISTED_PART = 0.08
+# A second wrong number is named if the data insist on it nearly as much as on the first: the
+# others of a refitted file moved along with the one that is wrong.
+SECOND = 0.6
+# A file that fits nearly as well as any numbers without the effects was refitted around them.
+REFITTED = 1.3
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,8 @@ class NumberFinding:
 
 def level(fit: Fit, fitter: Fitter) -> float:
     """Return the mean squared residual over all that was recorded, in units of the noise's."""
-    return float(np.mean((fit.residual / fitter.sigma) ** 2))
+    weight = 1.0 / fitter.spread ** 2
+    return float(np.sum(weight * fit.residual ** 2) / np.sum(weight * fitter.sigma ** 2))
 
 
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
@@ -52,15 +60,20 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     groups = _groups(fitter)
     rises = {name: level(_without(fitter, explained, members), fitter) - floor
              for name, members in groups.items()}
-    insisted = [name for name in rises if rises[name] > max(INSISTED, 0.1 * max(rises.values()))]
+    excess = max(level(fitter.nominal(), fitter) - 1.0, 0.0)
+    least = max(INSISTED, INSISTED_PART * excess, SECOND * max(rises.values()))
+    insisted = [name for name in rises if rises[name] >= least]
     insisted.sort(key=lambda name: -rises[name])
     if not insisted:
         return []
     if explained.hypothesis.variants:
+        before = max(level(fitter.base(), fitter) - 1.0, 0.0)
+        if excess < REFITTED * before:
+            return []
         insisted = [name for name in insisted if _alone(fitter, explained, groups, [name])
                     < floor + max(INSISTED, 0.15 * rises[name])][:1]
     elif len(insisted) > 1 and _alone(fitter, explained, groups, insisted[:1]) \
-            < floor + max(INSISTED, 0.1 * rises[insisted[0]]) or len(insisted) > 1 and rises[insisted[0]] > 4.0 * rises[insisted[1]]:
+            < floor + max(INSISTED, 0.1 * rises[insisted[0]]):
         insisted = insisted[:1]
     found = []
     for name in insisted:
@@ -73,8 +86,8 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
 def _groups(fitter: Fitter) -> dict[str, set[str]]:
     names = [number.name for number in fitter.numbers]
     groups = {name: {name} for name in names if name in _BY_NUMBER}
-    load = {name for name in names if name == 'contact_angle' or name.startswith('load_a')
-            or name.startswith('load_p') or (name[0] == 'p' and name[1:].isdigit())}
+    load = {name for name in names if name.startswith(('contact_angle', 'load_a', 'load_p'))
+            or (name[0] == 'p' and name[1:].isdigit())}
     if load:
         groups['load'] = load
     return groups

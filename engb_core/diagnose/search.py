@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
@@ -15,9 +14,7 @@ from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import catalogue
 from engb_core.inverse_dynamics import effort_of_motion
 
-__all__ = ['Search', 'explained_by', 'physics_effects', 'search']
-
-Array = NDArray[np.float64]
+__all__ = ['Search', 'physics_effects', 'search']
 
 # Singles that are built upon, and companions that are fitted for each of them.
 FOLLOWED = 5
@@ -142,8 +139,3 @@ def _orders(fitter: Fitter, start: Fit, relative: bool) -> list[float]:
         residual.append(left * by)
         weight.append(run.comparison.weight * by ** 2)
     return leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)))
-
-
-def explained_by(fit: Fit, fitter: Fitter, rows: NDArray[np.bool_]) -> float:
-    """Return the mean squared residual over `rows` in units of the noise's."""
-    return float(np.mean((fit.residual / fitter.sigma)[rows] ** 2))

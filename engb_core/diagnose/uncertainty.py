@@ -23,11 +23,11 @@ def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     """
     jacobian = fit.jacobian
     rows = fitter.fitted
-    scaled = jacobian[rows] / fitter.sigma[rows, None]
+    scaled = jacobian[rows] / fitter.spread[rows, None]
     norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled)) + 1e-300
     gram = (scaled / norm).T @ (scaled / norm)
     inverse = np.linalg.pinv(gram, rcond=1e-10, hermitian=True)
-    residual = (fit.residual / fitter.sigma)[rows]
+    residual = (fit.residual / fitter.spread)[rows]
     return np.sqrt(np.maximum(np.diag(inverse), 0.0) * _inflation(residual)) / norm
 
 
@@ -44,7 +44,7 @@ def _inflation(residual: NDArray[np.float64]) -> float:
         if rho < 0.05:
             break
         colour += 2.0 * rho
-    return max(variance, 1.0) * colour
+    return variance * colour
 
 
 def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEstimate]:

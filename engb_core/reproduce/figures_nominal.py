@@ -1,0 +1,139 @@
+"""Pictures of chapter 2 and section 3.2: the mechanism, the Bode plot, the cogging."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core import statics
+from engb_core.kinematics import Mechanism
+from engb_core.report.figures import Axis, Band, Figure, Line, Panel, Points
+from engb_core.reproduce import chosen
+from engb_core.reproduce.nominal_chapter import CoggingEffect, NominalResult
+
+__all__ = ['bode', 'cogging_spectrum', 'cogging_tracking', 'mechanism_chain',
+           'small_angle_error']
+
+Array = NDArray[np.float64]
+
+
+def mechanism_chain(mechanism: Mechanism) -> Figure:
+    """Clamp force and motor torque over the stroke, disc standing and turning either way."""
+    angle = np.linspace(0.0, mechanism.stroke, 200)
+    force = statics.clamp_force(mechanism, angle)
+    posture = mechanism.posture(angle)
+    torques = [Line(label, angle, 1e3 * statics.torque_of_clamp_force(
+        mechanism, force, angle, friction, driving), colour, dash)
+        for label, friction, driving, colour, dash in (
+            ('applying, disc standing', 0.0, True, 'recorded', 'solid'),
+            ('releasing, disc standing', 0.0, False, 'recorded', 'dash'),
+            ('applying, disc helping', chosen.PAD_FRICTION, True, 'after', 'solid'),
+            ('applying, disc hindering', -chosen.PAD_FRICTION, True, 'before', 'solid'))]
+    return Figure(
+        'Chapter 2: clamp force and motor torque over the stroke', Axis('Motor angle', 'rad'),
+        (Panel(Axis('Clamp force', 'kN'), (Line('', angle, 1e-3 * force, 'recorded'),), 130),
+         Panel(Axis('Motor torque', 'mN·m'), tuple(torques), 190),
+         Panel(Axis('Gear angle θ_g', '°'),
+               (Line('', angle, np.degrees(posture.gear_angle), 'muted'),), 100)),
+        alt='Clamp force and motor torque rise with the motor angle; a helping disc lowers the '
+            'torque, a hindering one raises it.',
+        caption='The exact chain (2)–(22). Between applying and releasing lie the losses of gear '
+                'and screw, which an identification sees as friction that grows with load.')
+
+
+def small_angle_error(mechanism: Mechanism) -> Figure:
+    """The error of (23), (24) and of the paper's (9)–(12) over the stroke."""
+    angle = np.linspace(0.5, mechanism.stroke, 200)
+    exact, small = mechanism.posture(angle), mechanism.small_angle_posture(angle)
+    contact = float(statics.motor_angle(mechanism, 0.0))
+    loaded = np.linspace(contact + 0.5, mechanism.stroke, 200)
+    force = statics.clamp_force(mechanism, loaded)
+    torque = (statics.paper_torque(mechanism, force, loaded)
+              / statics.torque_of_clamp_force(mechanism, force, loaded))
+    return Figure(
+        'Error of the small-angle forms over the stroke', Axis('Motor angle', 'rad'),
+        (Panel(Axis('Error', '%'), (
+            Line('pad travel y_p, (23) and (24)', angle,
+                 100.0 * (small.pad_onto / exact.pad_onto - 1.0), 'after'),
+            Line('wedge slope taken as d/r', angle,
+                 100.0 * (mechanism.gear_offset / mechanism.gear_radius / exact.wedge - 1.0),
+                 'before'),
+            Line('torque at a given force, (9) to (12)', loaded, 100.0 * (torque - 1.0),
+                 'third')), 200, zero=True),),
+        alt='All three errors grow with the angle.',
+        caption=f'At the end of the stroke the gear stands at '
+                f'{math.degrees(float(exact.gear_angle[-1])):.1f}°. Travel is off by '
+                f'{100 * float(small.pad_onto[-1] / exact.pad_onto[-1] - 1):.1f} %, torque by '
+                f'{100 * float(torque[-1] - 1):.1f} %; the wedge slope, from which the pad '
+                'friction is worked out, by more.')
+
+
+def bode(result: NominalResult) -> Figure:
+    """Figure 6: measured response with coherence, models on top."""
+    data = result.response
+    frequency = data.frequency
+    grid = np.geomspace(frequency[0], frequency[-1], 120)
+    laplace = 2j * np.pi * grid
+    joint = result.joint.values
+    curves = [('joint regression (J, B apart from friction)', joint['inertia'],
+               joint['viscous_friction'], 'after', 'solid'),
+              ('fitted to the response', result.linear_sweep.inertia.value,
+               result.linear_sweep.viscous_friction.value, 'before', 'dash'),
+              ('classical step test', result.linear_steps.inertia.value,
+               result.linear_steps.viscous_friction.value, 'third', 'dot')]
+    magnitude = 20.0 * np.log10(np.abs(data.response))
+    deviation = 8.686 * data.deviation()
+    gains = [Line(label, grid, 20.0 * np.log10(np.abs(1.0 / (laplace * inertia + viscous))),
+                  colour, dash) for label, inertia, viscous, colour, dash in curves]
+    phases = [Line(label, grid, np.degrees(np.angle(1.0 / (laplace * inertia + viscous))),
+                   colour, dash) for label, inertia, viscous, colour, dash in curves]
+    return Figure(
+        'Figure 6: Bode plot, torque to velocity', Axis('Frequency', 'Hz', log=True),
+        (Panel(Axis('Magnitude', 'dB re 1 rad/(s·N·m)'), (
+            Band('±2σ', frequency, magnitude - 2 * deviation, magnitude + 2 * deviation),
+            Points('measured', frequency, magnitude), *gains), 220),
+         Panel(Axis('Phase', '°'), (Points('measured', frequency,
+                                           np.degrees(np.angle(data.response))), *phases), 150),
+         Panel(Axis('Coherence', '-', limits=(0.0, 1.05)),
+               (Line('coherence', frequency, data.coherence, 'muted'),), 90)),
+        alt='Magnitude, phase and coherence of torque to velocity, measured and modelled.',
+        caption='Paper: “Bode plot of the frequency response obtained by various sine sweep '
+                'input and the determined nominal model.” To see: the linear model holds over '
+                'the range, while Coulomb friction lowers the low frequencies below what J and B '
+                'alone would give. A linear fit to the response, and the classical step test '
+                'still more, pay for it with J and B.')
+
+
+def cogging_spectrum(result: NominalResult) -> Figure:
+    """The order spectrum of the slow strokes' residual."""
+    waves = result.nominal.cogging
+    found = ', '.join(f'order {entry.order:g}: {1e3 * entry.amplitude:.2f} mN·m'
+                      for entry in waves)
+    return Figure(
+        'Cogging: what friction leaves over, by order', Axis('Order', 'cycles per revolution'),
+        (Panel(Axis('Amplitude', 'mN·m'),
+               (Line('residual of the slow strokes', result.orders, 1e3 * result.spectrum,
+                     'recorded', width=1.2),
+                Points('found', [entry.order for entry in waves],
+                       [1e3 * entry.amplitude for entry in waves], 'after')), 180),),
+        alt='Peaks of the order spectrum at the cogging orders.',
+        caption=f'Orders and phases are found, not given ({found}); the simulated motor has '
+                + ', '.join(f'order {entry.order:g}: {1e3 * entry.amplitude:.2f} mN·m'
+                            for entry in chosen.COGGING)
+                + '. Above order 12 the kernel lets less of a wave pass at this speed.')
+
+
+def cogging_tracking(effect: CoggingEffect) -> Figure:
+    """Tracking error of the slow strokes, before and after compensation."""
+    return Figure(
+        'Cogging: tracking error of the slow strokes', Axis('Time', 's'),
+        (Panel(Axis('Error', 'mrad'),
+               (Line('without compensation', effect.time, 1e3 * effect.before, 'before',
+                     width=1.1),
+                Line('with compensation', effect.time, 1e3 * effect.after, 'after', width=1.1)),
+               170, zero=True),),
+        alt='The periodic error vanishes with compensation.',
+        caption=f'At steady speed, mean taken off: {1e3 * effect.rms_before:.2f} mrad rms '
+                f'without, {1e3 * effect.rms_after:.2f} mrad with the cogging fed forward.')
