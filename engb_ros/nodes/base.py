@@ -97,10 +97,10 @@ class ManagedNode(LifecycleNode):
         self._owned.append((self.destroy_lifecycle_publisher, publisher))
         return publisher
 
-    def listen(self, topic: Topic, callback: Callable[[Any], None]) -> Any:
-        """Return a subscription to `topic` as the loop reads it."""
+    def listen(self, topic: Topic, callback: Callable[[Any], None], every: bool = False) -> Any:
+        """Return a subscription to `topic`: to its newest message, or to `every` one."""
         subscription = self.create_subscription(
-            message_class(topic.type), topic.name, callback, subscription_qos(topic))
+            message_class(topic.type), topic.name, callback, subscription_qos(topic, every))
         self._owned.append((self.destroy_subscription, subscription))
         return subscription
 

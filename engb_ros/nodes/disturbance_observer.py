@@ -42,7 +42,7 @@ class DisturbanceObserverNode(ManagedNode):
         self._every = values['publish_every']
         self._count = 0
         self._publish = self.advertise(interface.DISTURBANCE).publish
-        self.listen(interface.JOINT_STATES, self._on_joint_states)
+        self.listen(interface.JOINT_STATES, self._on_joint_states, every=True)
 
     def start(self) -> None:
         """Begin without a past."""

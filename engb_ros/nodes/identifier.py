@@ -59,7 +59,7 @@ class IdentifierNode(ManagedNode):
         self._every = values['publish_every']
         self._publish_load = self.advertise(interface.LOAD_TORQUE).publish
         self._publish_friction = self.advertise(interface.FRICTION_TORQUE).publish
-        self.listen(interface.JOINT_STATES, self._on_joint_states)
+        self.listen(interface.JOINT_STATES, self._on_joint_states, every=True)
         self.serve(interface.IDENTIFY, self._identify)
         self.serve(interface.WRITE_MODEL, self._write_model)
         self.serve(interface.CLEAR, self._clear)

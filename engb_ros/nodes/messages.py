@@ -39,15 +39,16 @@ def publisher_qos(topic: Topic) -> QoSProfile:
                     else DurabilityPolicy.VOLATILE))
 
 
-def subscription_qos(topic: Topic) -> QoSProfile:
-    """Return the QoS with which a topic is read in the loop."""
-    if topic.kind == 'command':
-        return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1,
-                          reliability=ReliabilityPolicy.BEST_EFFORT)
-    if topic.kind == 'state':
-        return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=10,
+def subscription_qos(topic: Topic, every: bool = False) -> QoSProfile:
+    """Return the QoS with which a topic is read: the newest message only, or every one."""
+    if topic.kind == 'status':
+        return publisher_qos(topic)
+    if every:
+        return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=_DEPTH['state'],
                           reliability=ReliabilityPolicy.RELIABLE)
-    return publisher_qos(topic)
+    return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1,
+                      reliability=(ReliabilityPolicy.BEST_EFFORT if topic.kind == 'command'
+                                   else ReliabilityPolicy.RELIABLE))
 
 
 class JointSample(NamedTuple):

@@ -1,0 +1,67 @@
+"""The plant node: pace, drive timeout, effects, bad commands, simulated time."""
+
+import math
+import time
+
+from engb_ros.interface import CLOCK, DISC_SPEED, EFFORT_COMMAND, JOINT_STATES
+
+
+def stamp(message):
+    return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+
+
+def test_it_keeps_real_time_and_lets_go_without_commands(runner, probe):
+    runner.start('plant', parameters={'rate': 200.0, 'effort_noise': 0.0,
+                                      'model': '', 'disc_speed_values': [12.0]})
+    states, discs = probe.listen(JOINT_STATES), probe.listen(DISC_SPEED)
+    runner.wait_until(lambda: len(states) > 20 and probe.subscribers(EFFORT_COMMAND), 'samples',
+                      pause=probe.spin)
+    begin, first = time.monotonic(), stamp(states[-1])
+    runner.wait_until(lambda: stamp(states[-1]) - first > 1.0, 'a second', pause=probe.spin)
+    assert 0.9 < time.monotonic() - begin < 5.0   # late on a loaded computer, never early
+    assert discs[-1].data == 12.0
+    assert abs(states[-1].position[0]) < 0.5   # the cogging torque moves it a little
+
+    def turning():
+        probe.publish(EFFORT_COMMAND, 0.1)
+        probe.spin()
+        return states[-1].velocity[0] > 10.0
+
+    runner.wait_until(turning, 'the motor to turn', pause=probe.spin)
+    assert states[-1].effort[0] == 0.1
+    runner.wait_until(lambda: states[-1].effort[0] == 0.0, 'the drive to let go',
+                      pause=probe.spin)
+    probe.publish(EFFORT_COMMAND, math.nan)
+    probe.publish(EFFORT_COMMAND, math.inf)
+    count = len(states)
+    runner.wait_until(lambda: len(states) > count + 50, 'more samples', pause=probe.spin)
+    assert all(math.isfinite(message.effort[0] + message.position[0]) for message in states)
+    runner.stop()
+
+
+def test_in_lockstep_each_sample_waits_for_a_command_and_time_is_exact(runner, probe):
+    runner.start('plant', parameters={'lockstep': True, 'speed': 0.0, 'publish_clock': True})
+    states, clocks = [], probe.listen(CLOCK)
+
+    def answer(message):
+        states.append(message)
+        probe.publish(EFFORT_COMMAND, 0.05 if len(states) < 100 else 0.0)
+
+    probe.listen(JOINT_STATES, answer)
+    runner.wait_until(lambda: len(states) > 400, '400 samples', pause=probe.spin, timeout=60.0)
+    stamps = [message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+              for message in states]
+    assert {later - earlier for earlier, later in zip(stamps, stamps[1:], strict=False)} \
+        == {1_000_000}
+    known = {clock.clock.sec * 10**9 + clock.clock.nanosec for clock in clocks}
+    assert len(known & set(stamps)) > 300
+    runner.stop()
+
+
+def test_any_effect_of_the_library_can_be_switched_on(runner, probe):
+    effects = ('{torque_offset: {offset: 0.03}, stribeck_friction: {breakaway_ratio: 1.5, '
+               'stribeck_velocity: 3.0}, disc_runout: {amplitude: 0.01}}')
+    runner.start('plant', parameters={'effects': effects, 'rate': 200.0})
+    states = probe.listen(JOINT_STATES)
+    runner.wait_until(lambda: len(states) > 10, 'samples', pause=probe.spin)
+    runner.stop()
