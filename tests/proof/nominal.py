@@ -6,18 +6,25 @@ set to zero while the shaft stands, then filtered, then judged where it moves.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from .truth_plant import Run
-
-__all__ = ['FIT_NAMES', 'Nominal', 'STANDSTILL', 'low_pass', 'moving', 'refit', 'residual',
-           'rms', 'torque_of']
+__all__ = ['FIT_NAMES', 'Moving', 'Nominal', 'STANDSTILL', 'low_pass', 'moving', 'refit',
+           'residual', 'rms', 'torque_of']
 
 STANDSTILL = 0.3
 FIT_NAMES = ('inertia', 'viscous', 'p0', 'p1', 'p2', 'p3', 'contact', 'coulomb', 'gain',
              'saturation')
+
+
+class Moving(Protocol):
+    """Anything with a motion on the 1 ms grid."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -68,7 +75,7 @@ def _load(model: Nominal, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return s, touch * (p[0] + s * (p[1] + s * (p[2] + s * p[3])))
 
 
-def torque_of(model: Nominal, run: Run) -> np.ndarray:
+def torque_of(model: Nominal, run: Moving) -> np.ndarray:
     """Torque [N·m] that the model says the run's motion needs."""
     _, load = _load(model, run.position)
     slip = np.clip(run.velocity / model.saturation, -1.0, 1.0)
@@ -76,7 +83,7 @@ def torque_of(model: Nominal, run: Run) -> np.ndarray:
             + (model.coulomb + model.gain * np.abs(load)) * slip)
 
 
-def _jacobian(model: Nominal, run: Run) -> np.ndarray:
+def _jacobian(model: Nominal, run: Moving) -> np.ndarray:
     s, load = _load(model, run.position)
     slip = np.clip(run.velocity / model.saturation, -1.0, 1.0)
     lever = 1.0 + model.gain * np.sign(load) * slip
@@ -91,13 +98,13 @@ def _jacobian(model: Nominal, run: Run) -> np.ndarray:
     return np.stack(rows, axis=1)
 
 
-def residual(model: Nominal, run: Run, effort: np.ndarray, cutoff: float = 20.0) -> np.ndarray:
+def residual(model: Nominal, run: Moving, effort: np.ndarray, cutoff: float = 20.0) -> np.ndarray:
     """Low-passed effort minus model, at the samples in motion."""
     move = moving(run.velocity)
     return low_pass(move * (effort - torque_of(model, run)), cutoff=cutoff)[move]
 
 
-def refit(model: Nominal, run: Run, effort: np.ndarray, locked: tuple[str, ...] = (),
+def refit(model: Nominal, run: Moving, effort: np.ndarray, locked: tuple[str, ...] = (),
           extra: np.ndarray | None = None) -> Nominal:
     """Least squares of all numbers but the `locked`, by damped Gauss-Newton.
 

@@ -23,9 +23,10 @@ import tempfile
 import time
 
 from .generate import generate, parse_strata
-from .score import CaseScore, score_case, summarise
+from .score import CaseScore, score_case
 from .sealing import digest_of
 from .summary import as_text
+from .totals import summarise
 
 __all__ = ['run_tool', 'TOOL']
 
@@ -51,10 +52,12 @@ def run_tool(case: Path, results: Path, tool: list[str] = TOOL) -> str | None:
         failure = _call([*tool, 'diagnose', str(_recording(copy, 'train')), '--model',
                          str(copy / 'nominal.yaml'), '--out', str(out)])
         seconds = time.monotonic() - start
-        if failure is None:
-            failure = _call([*tool, 'predict', str(_recording(copy, 'test')), '--model',
-                             str(out / 'model.yaml'), '--out', str(out / 'corrected.npz')])
-        for name in ('diagnosis.json', 'model.yaml', 'report.html', 'corrected.npz'):
+        for model, name in ((out / 'model.yaml', 'corrected'), (copy / 'nominal.yaml', 'nominal')):
+            if failure is None:
+                failure = _call([*tool, 'predict', str(_recording(copy, 'test')), '--model',
+                                 str(model), '--out', str(out / f'{name}.npz')])
+        for name in ('diagnosis.json', 'model.yaml', 'report.html', 'corrected.npz',
+                     'nominal.npz'):
             if (out / name).exists():
                 shutil.copy(out / name, results / name)
     (results / 'run.json').write_text(json.dumps({'seconds': seconds, 'failure': failure}), 'utf8')

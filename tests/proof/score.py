@@ -1,4 +1,4 @@
-"""Scores of a diagnosis tool against sealed truth.
+"""Scores of a diagnosis tool against sealed truth, case by case; totals.py sums them up.
 
 Definitions (all over the cases whose tool run ended; others count as silent and are listed):
 
@@ -16,10 +16,12 @@ Definitions (all over the cases whose tool run ended; others count as silent and
   hidden effects add to the lacking model on `train` (low-passed, standstill masked, smeared
   over 0.1 s, holes up to 0.2 s closed); precision = claimed and true / claimed duration,
   recall = claimed and true / true duration, with the claims on `train`.
-- held-out error removed: 1 - e(corrected) / e(nominal), e the rms on `test` of prediction minus
-  the noise-free effort (the oracle, 0 error = 100 %), low-passed, standstill masked; over cases
-  where e(nominal) exceeds half the noise floor; each clipped to ±1. `energy` uses squares.
-- harm: e(corrected) > 1.05·e(nominal) and e(corrected) - e(nominal) > 0.2 noise floors.
+- held-out error removed: (e(nominal) - e(corrected)) / (e(nominal) - e(oracle)), e the rms on
+  `test` of prediction minus the noise-free effort, low-passed, standstill masked; the oracle
+  knows the true equations and all but the recording's noise (sealing.py); over cases where
+  e(nominal) exceeds e(oracle) by half a noise floor; each clipped to ±1. `energy` uses squares.
+- harm: e(corrected) > 1.05·e(nominal) and e(corrected) - e(nominal) > 0.2 noise floors, both as
+  the tool itself predicts (`nominal.npz`; without it, as the truth's side does).
 """
 from __future__ import annotations
 
@@ -28,15 +30,11 @@ import json
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import beta
 
 from .nominal import low_pass, moving, rms
 from .sealing import BIN, open_truth
 
-__all__ = ['CaseScore', 'clopper_pearson', 'score_case', 'summarise']
-
-_AROUND_ONE = {'scale', 'breakaway_ratio', 'friction_ratio', 'load_ratio'}
-_LIBRARY_CONFIDENT = 0.5
+__all__ = ['CaseScore', 'score_case', 'true_bins']
 
 
 @dataclass(frozen=True)
@@ -58,6 +56,8 @@ class CaseScore:
     removed_energy: float | None
     harm: bool | None
     before: float
+    oracle: float
+    own_before: float | None
     after: float | None
     floor: float
     seconds: float | None
@@ -72,16 +72,6 @@ class CaseScore:
     def both(self) -> bool:
         """The first two claims are the two hidden effects."""
         return {name for name, _ in self.claims[:2]} == set(self.hidden)
-
-
-def clopper_pearson(hits: int, count: int, level: float = 0.95) -> tuple[float, float]:
-    """Exact interval of a share."""
-    if count == 0:
-        return 0.0, 1.0
-    tail = (1.0 - level) / 2.0
-    low = 0.0 if hits == 0 else float(beta.ppf(tail, hits, count - hits + 1))
-    high = 1.0 if hits == count else float(beta.ppf(1.0 - tail, hits + 1, count - hits))
-    return low, high
 
 
 def true_bins(energy: np.ndarray, share: float = 0.9) -> np.ndarray:
@@ -112,24 +102,37 @@ def _localised(diagnosis: dict, energy: np.ndarray) -> tuple[float | None, float
     return precision, recall
 
 
-def _errors(predicted: tuple[np.ndarray, np.ndarray] | None, arrays: dict[str, np.ndarray],
-            cutoff: float) -> tuple[float, float | None]:
+@dataclass(frozen=True)
+class _Errors:
+    """Rms errors [N·m] on the test recording; None where there is no prediction."""
+
+    nominal: float
+    oracle: float
+    corrected: float | None
+    own_nominal: float | None
+
+
+def _errors(results: Path, arrays: dict[str, np.ndarray], cutoff: float) -> _Errors:
     truth = arrays['test_effort'].astype(float)
     move = moving(arrays['test_velocity'])
 
     def size(effort: np.ndarray) -> float:
         return rms(low_pass(move * (effort - truth), cutoff=cutoff)[move])
 
-    before = size(arrays['test_nominal'].astype(float))
-    if predicted is None:
-        return before, None
-    time, effort = predicted
-    good = np.isfinite(time) & np.isfinite(effort)
-    if good.sum() < 100:
-        return before, None
-    time, index = np.unique(time[good], return_index=True)
-    grid = np.arange(truth.size) * 1e-3
-    return before, size(np.interp(grid, time, effort[good][index]))
+    def predicted(path: Path) -> float | None:
+        if not path.exists():
+            return None
+        with np.load(path) as data:
+            time, effort = data['time'].astype(float), data['effort'].astype(float)
+        good = np.isfinite(time) & np.isfinite(effort)
+        if good.sum() < 100:
+            return None
+        time, index = np.unique(time[good], return_index=True)
+        return size(np.interp(np.arange(truth.size) * 1e-3, time, effort[good][index]))
+
+    return _Errors(size(arrays['test_nominal'].astype(float)),
+                   size(arrays['test_oracle'].astype(float)),
+                   predicted(results / 'corrected.npz'), predicted(results / 'nominal.npz'))
 
 
 def _parameters(diagnosis: dict, facts: dict) -> tuple:
@@ -152,18 +155,16 @@ def score_case(name: str, truth: Path, results: Path) -> CaseScore:
     silent = {'effects': [], 'mismatch': {'time': []}, 'verdict': None}
     path = results / 'diagnosis.json'
     diagnosis = json.loads(path.read_text('utf8')) if path.exists() else silent
-    predicted = None
-    if (results / 'corrected.npz').exists():
-        with np.load(results / 'corrected.npz') as data:
-            predicted = data['time'].astype(float), data['effort'].astype(float)
     floor = facts['test_floor']
-    before, after = _errors(predicted, arrays, facts.get('cutoff', 20.0))
-    known = before > 0.5 * floor and after is not None and facts['effects']
-    removed = energy = None
-    if known:
-        removed = float(np.clip(1.0 - after / before, -1.0, 1.0))
-        energy = float(np.clip(1.0 - (after / before) ** 2, -1.0, 1.0))
-    harm = None if after is None else bool(after > 1.05 * before and after - before > 0.2 * floor)
+    e = _errors(results, arrays, facts['cutoff'])
+    removed = energy = harm = None
+    if e.corrected is not None:
+        if facts['effects'] and e.nominal > e.oracle + 0.5 * floor:
+            removed = float(np.clip((e.nominal - e.corrected) / (e.nominal - e.oracle), -1, 1))
+            energy = float(np.clip((e.nominal ** 2 - e.corrected ** 2)
+                                   / (e.nominal ** 2 - e.oracle ** 2), -1, 1))
+        own = e.nominal if e.own_nominal is None else e.own_nominal
+        harm = bool(e.corrected > 1.05 * own and e.corrected - own > 0.2 * floor)
     where = _localised(diagnosis, arrays['train_energy']) if facts['effects'] else (None, None)
     return CaseScore(
         name, facts['stratum'], facts['motion'], facts['refitted'],
@@ -171,108 +172,5 @@ def score_case(name: str, truth: Path, results: Path) -> CaseScore:
         tuple(e['formulation'] for e in facts['effects']),
         tuple((c['effect'], float(c['probability'])) for c in diagnosis['effects']),
         diagnosis.get('verdict'), _parameters(diagnosis, facts), where[0], where[1], removed,
-        energy, harm, before, after, floor, run.get('seconds'), run.get('failure'))
-
-
-def _mean(values: list) -> float | None:
-    kept = [float(v) for v in values if v is not None]
-    return float(np.mean(kept)) if kept else None
-
-
-def _share(cases: list[CaseScore], test) -> dict[str, object] | None:
-    if not cases:
-        return None
-    hits = sum(bool(test(c)) for c in cases)
-    return {'share': hits / len(cases), 'hits': hits, 'of': len(cases),
-            'interval': clopper_pearson(hits, len(cases))}
-
-
-def _right(case: CaseScore, effect: str) -> bool:
-    return effect in case.hidden or (effect == 'self_energizing'
-                                     and 'pad_friction_fade' in case.hidden)
-
-
-def calibration(cases: list[CaseScore]) -> dict[str, object]:
-    """Reliability bins and the expected calibration error of all claims."""
-    claims = [(p, _right(c, e)) for c in cases for e, p in c.claims]
-    bins, error = [], 0.0
-    for k in range(10):
-        inside = [(p, r) for p, r in claims if k / 10 <= p < (k + 1) / 10 or (k == 9 and p == 1)]
-        if inside:
-            said, right = np.mean([p for p, _ in inside]), np.mean([r for _, r in inside])
-            error += len(inside) / len(claims) * abs(said - right)
-            bins.append({'said': float(said), 'right': float(right), 'claims': len(inside)})
-    return {'expected_error': float(error) if claims else None, 'bins': bins,
-            'claims': len(claims)}
-
-
-def parameter_table(cases: list[CaseScore]) -> dict[str, object]:
-    """Median errors by effect and parameter, and the coverage of 2·std."""
-    rows: dict[str, list[tuple[float, float, bool | None]]] = {}
-    for case in cases:
-        if case.stratum == 'pair':
-            continue
-        for effect, name, truth, value, std in case.parameters:
-            off = abs(value - truth)
-            scale = abs(truth - 1.0) if name in _AROUND_ONE else abs(truth)
-            held = None if std is None else off <= 2.0 * std
-            rows.setdefault(f'{effect}.{name}', []).append(
-                (off / max(abs(truth), 1e-12), off / max(scale, 1e-12), held))
-    table = {key: {'cases': len(v), 'median_error': float(np.median([r[0] for r in v])),
-                   'median_deviation': float(np.median([r[1] for r in v])),
-                   'coverage': _mean([r[2] for r in v])} for key, v in sorted(rows.items())}
-    every = [r for v in rows.values() for r in v]
-    return {'by_parameter': table,
-            'median_error': float(np.median([r[0] for r in every])) if every else None,
-            'median_deviation': float(np.median([r[1] for r in every])) if every else None,
-            'coverage': _mean([r[2] for r in every])}
-
-
-def summarise(cases: list[CaseScore]) -> dict[str, object]:
-    """All scores of a set, ready for JSON."""
-    strata = sorted({c.stratum for c in cases})
-    of = {s: [c for c in cases if c.stratum == s] for s in strata}
-    singles = of.get('strong', []) + of.get('subtle', [])
-    confusion: dict[str, dict[str, int]] = {}
-    by_effect: dict[str, dict[str, object] | None] = {}
-    for case in cases:
-        if len(case.hidden) < 2:
-            row = confusion.setdefault(case.hidden[0] if case.hidden else 'clean', {})
-            said = case.claims[0][0] if case.claims else 'nothing'
-            row[said] = row.get(said, 0) + 1
-    for effect in sorted({c.hidden[0] for c in singles}):
-        by_effect[effect] = _share([c for c in singles if c.hidden[0] == effect],
-                                   lambda c: c.named_first)
-    seconds = [c.seconds for c in cases if c.seconds is not None]
-    hidden = [c for c in cases if c.hidden]
-    return {
-        'cases': len(cases),
-        'named_first': {
-            f'{s}{m}': _share([c for c in of.get(s, []) if not m or c.motion == m.strip()],
-                              lambda c: c.named_first)
-            for s in ('strong', 'subtle') for m in ('', ' rich', ' routine')},
-        'named_first_by_effect': by_effect,
-        'pairs_both': _share(of.get('pair', []), lambda c: c.both),
-        'pairs_first': _share(of.get('pair', []), lambda c: c.named_first),
-        'false_alarms': _share(of.get('clean', []), lambda c: bool(c.claims)),
-        'confident_wrong_outside': _share(
-            of.get('outside', []),
-            lambda c: any(p > _LIBRARY_CONFIDENT for _, p in c.claims)),
-        'singles_with_false_extra': _share(
-            singles, lambda c: any(not _right(c, e) for e, p in c.claims if p > 0.5)),
-        'calibration': calibration(cases),
-        'parameters': parameter_table(cases),
-        'localisation': {
-            'precision': _mean([c.precision for c in hidden]),
-            'recall': _mean([0.0 if c.recall is None else c.recall for c in hidden])},
-        'held_out_removed': {
-            **{s: _mean([c.removed for c in of[s]]) for s in strata if s != 'clean'},
-            'named_singles': _mean([c.removed for c in singles if c.named_first])},
-        'held_out_energy_removed': {
-            **{s: _mean([c.removed_energy for c in of[s]]) for s in strata if s != 'clean'},
-            'named_singles': _mean([c.removed_energy for c in singles if c.named_first])},
-        'harm': _share([c for c in cases if c.harm is not None], lambda c: c.harm),
-        'seconds': {'mean': _mean(seconds), 'max': max(seconds, default=None)},
-        'failures': [{'case': c.name, 'failure': c.failure} for c in cases if c.failure],
-        'confusion': confusion,
-    }
+        energy, harm, e.nominal, e.oracle, e.own_nominal, e.corrected, floor,
+        run.get('seconds'), run.get('failure'))

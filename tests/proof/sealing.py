@@ -1,6 +1,8 @@
 """Write a case's folder, and its truth elsewhere with a digest.
 
 Truth of one case is one `.npz`: `truth` (JSON text) and arrays on the 1 ms grid of the runs.
+`test_nominal` and `test_oracle` are what the nominal model, and what the true equations, say of
+the *recorded* motion of the test run; `test_effort` is the noise-free torque that it needed.
 The digest of a set is the SHA-256 over its sorted truth files' names and SHA-256 sums.
 """
 from __future__ import annotations
@@ -16,6 +18,7 @@ from .bagfile import Bench, LAYOUTS, write_model, write_recording
 from .cases import Case, Take
 from .nominal import low_pass, moving, Nominal, residual, rms, torque_of
 from .plant_record import settings_of
+from .sensors import motion_of
 
 __all__ = ['BIN', 'digest_of', 'open_truth', 'write_case']
 
@@ -79,14 +82,16 @@ def write_case(case: Case, folder: Path, truth: Path, rng: np.random.Generator) 
     write_model(folder / 'nominal.yaml', case.nominal, case.plant)
     truth.parent.mkdir(parents=True, exist_ok=True)
     test = case.test.run
+    told = motion_of(case.test.recorded, test.position.size)
+    added = test.effort - torque_of(case.lacking, test)
     np.savez_compressed(
         truth, truth=np.array(json.dumps(_facts(case, bench))),
         train_energy=_energy(case, case.train).astype(np.float32),
         train_velocity=case.train.run.velocity[::10].astype(np.float32),
         test_effort=test.effort.astype(np.float32), test_velocity=test.velocity.astype(np.float32),
         test_position=test.position.astype(np.float32),
-        test_nominal=torque_of(case.nominal, test).astype(np.float32),
-        test_lacking=torque_of(case.lacking, test).astype(np.float32))
+        test_nominal=torque_of(case.nominal, told).astype(np.float32),
+        test_oracle=(torque_of(case.lacking, told) + added).astype(np.float32))
 
 
 def open_truth(path: Path) -> tuple[dict, dict[str, np.ndarray]]:

@@ -8,7 +8,7 @@ import numpy as np
 from .nominal import low_pass, rms
 from .truth_plant import Run, TICK
 
-__all__ = ['Recorded', 'Sensors', 'draw_sensors', 'record']
+__all__ = ['Motion', 'Recorded', 'Sensors', 'draw_sensors', 'motion_of', 'record']
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,28 @@ class Recorded:
     def floor(self, cutoff: float = 20.0) -> float:
         """Low-passed noise floor of the effort [N·m]."""
         return rms(low_pass(self.noise, cutoff=cutoff))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion on the 1 ms grid: position [rad], velocity [rad/s], acceleration [rad/s²]."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+
+def motion_of(recorded: Recorded, count: int, cutoff: float = 150.0) -> Motion:
+    """The motion that a recording tells, on `count` ticks, for what an oracle can know.
+
+    Positions in order of time, interpolated, low-passed without phase, differenced.
+    """
+    good = np.isfinite(recorded.position)
+    stamp, first = np.unique(recorded.stamp[good], return_index=True)
+    grid = np.arange(count) * TICK
+    position = low_pass(np.interp(grid, stamp, recorded.position[good][first]), cutoff=cutoff)
+    velocity = np.gradient(position, TICK)
+    return Motion(position, velocity, np.gradient(velocity, TICK))
 
 
 def draw_sensors(rng: np.random.Generator) -> Sensors:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.proof.score import clopper_pearson, score_case, summarise, true_bins
+from tests.proof.score import score_case, true_bins
 from tests.proof.sealing import BIN
 from tests.proof.summary import as_text
+from tests.proof.totals import clopper_pearson, summarise
 
 FLOOR = 4e-4
 HIDDEN = {'strong': ['cogging_torque'], 'subtle': ['backlash'],
@@ -28,7 +29,8 @@ def arrays_of(stratum: str) -> dict[str, np.ndarray]:
     if stratum != 'clean':
         energy[200:400] = np.hanning(200)
     return {'train_energy': energy, 'test_effort': effort,
-            'test_velocity': np.full(time.size, 5.0), 'test_nominal': effort + off}
+            'test_velocity': np.full(time.size, 5.0), 'test_nominal': effort + off,
+            'test_oracle': effort}
 
 
 def write_truth(folder: Path) -> list[str]:
