@@ -1,6 +1,7 @@
 """Build of the ament_python package engb_ros (metadata stays here: colcon reads it)."""
 
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
@@ -10,7 +11,8 @@ setup(
     name=PACKAGE,
     version='0.1.0',
     description='Finds the physics that a brake actuator model leaves out; ROS 2 Jazzy nodes.',
-    long_description=open('README.md', encoding='utf-8').read(),
+    # colcon --symlink-install runs a link to this file in its build folder, without the README.
+    long_description=(Path(__file__).resolve().parent / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     license='Apache-2.0',
     author='engb_ros maintainers',
