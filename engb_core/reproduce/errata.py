@@ -38,7 +38,7 @@ ERRATA: tuple[Erratum, ...] = (
     Erratum(
         '(8), (9), (44)', 'd/r for the wedge’s slope', 'w = d·cos θ_g/(r + d·sin θ_g)',
         'The text calls the small-angle error negligible below 5°. For the travel it is (under '
-        '2 %), but the slope falls by d/r·θ_g, 3.5 % at 4.6° with d/r = 0.43; a pad friction worked '
+        '2 %), but the slope falls by about d/r·θ_g, 3.4 % at 4.4°; a pad friction worked '
         'out with d/r is too large by as much.'),
     Erratum(
         '(14)', 'θ_bs = N_g·θ_M, N_g = r₂/r₁', 'θ_bs = θ_M/N_g',
