@@ -148,6 +148,8 @@ def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: A
         for function, effect in physics.stages['actuation']:
             function.loop(physics.parameters[effect], state[effect], samples, EFFORT)
         change = torque - samples[:, EFFORT]
+        if not np.isfinite(change).all():
+            return torque
         effort += change
         if np.max(np.abs(change)) < 1e-6 * np.max(np.abs(torque)):
             break

@@ -73,9 +73,18 @@ class Fitter:
         self._starts: dict[tuple, list[StartColumns]] = {}
         # Where a model misses by far more than the noise, values of little noise must not
         # outweigh all others: what is missed weighs on every value alike.
-        missed = 1.4826 * float(np.median(np.abs(self.base().residual[self.fitted])))
-        self.spread = np.hypot(self.sigma, MISSED_PART * missed)
+        self.spread = self._spread(np.abs(self.base().residual))
         self._base.clear()
+
+    def _spread(self, missed: Array) -> Array:
+        """Return what weighs the values: noise, timing, and part of what the base misses."""
+        typical = 1.4826 * float(np.median(missed[self.fitted]))
+        rate = self.problem.rate
+        fast = self.fitted & (rate > np.quantile(rate, 0.9)) & (rate > 0)
+        # Where effort changes fast a model misses by timing and by its smoothness.
+        late = float(np.median(missed[fast] / rate[fast])) if fast.sum() > 20 else 0.0
+        return np.sqrt(self.sigma ** 2 + (MISSED_PART * typical) ** 2
+                       + (MISSED_PART * late * rate) ** 2)
 
     # -- prediction ------------------------------------------------------------------------------
 
@@ -278,7 +287,8 @@ class Fitter:
         rows = self.fitted
         scaled = design[rows] / self.spread[rows, None]
         target = (base.residual / self.spread)[rows]
-        norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled)) + 1e-300
+        norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled))
+        norm[norm == 0.0] = 1.0
         scaled = scaled / norm
         gram = scaled.T @ scaled
         count = len(base.hypothesis.numbers)

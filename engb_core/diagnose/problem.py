@@ -37,7 +37,7 @@ class Run:
     """One recording, ready: its motion, its filter, its filtered effort and noise.
 
     `measured` (m,) filtered effort; `noise` (m,) its noise; `sigma` (m,) noise and uncertainty
-    of timing together; `fitted` (m,) True where a fit may look; the rest, and all of a held-out
+    of timing together; `rate` (m,) how fast effort changes [N·m/s]; `fitted` (m,) True where a fit may look; the rest, and all of a held-out
     recording, is only judged.
     """
 
@@ -48,6 +48,7 @@ class Run:
     measured: Array
     noise: Array
     sigma: Array
+    rate: Array
     fitted: NDArray[np.bool_]
     held_out: bool
 
@@ -70,6 +71,11 @@ class Problem:
     def measured(self) -> Array:
         """Filtered effort of all fitted runs, (m,)."""
         return np.concatenate([run.measured for run in self.runs])
+
+    @property
+    def rate(self) -> Array:
+        """How fast the filtered effort changes, (m,) [N·m/s], never negative."""
+        return np.concatenate([run.rate for run in self.runs])
 
     @property
     def sigma(self) -> Array:
@@ -136,7 +142,7 @@ def _slowest(motions: Sequence[Motion], model: Model, scene: Scene) -> float:
     # saturation stands for a stick that it does not describe.
     by_counts = max(motion.quantum for motion in motions) / 0.015
     saturation = 2.0 * model.friction.saturation_velocity
-    by_model = saturation if saturation < 0.01 * scene.speed else 0.0
+    by_model = saturation if saturation < 0.02 * scene.speed else 0.0
     return max(by_counts, by_model, 0.002 * scene.speed)
 
 
@@ -157,7 +163,7 @@ def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,
     noise = (max(noise * comparison.noise_gain_whole, resolution) if low is None
              else max(low, resolution)) / np.sqrt(comparison.scale)
     smooth = filtered(motion.effort, comparison.taps)
-    rate = np.gradient(smooth, motion.step)[comparison.grid]
+    rate = np.abs(np.gradient(smooth, motion.step))[comparison.grid]
     timing = max(TIMING, TIMING_OF_SAMPLE * motion.recorded_step)
     return Run(recording, motion, motion.samples(), comparison, comparison(motion.effort), noise,
-               np.hypot(noise, timing * rate), fitted, held_out)
+               np.hypot(noise, timing * rate), rate, fitted, held_out)

@@ -24,7 +24,8 @@ def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     jacobian = fit.jacobian
     rows = fitter.fitted
     scaled = jacobian[rows] / fitter.spread[rows, None]
-    norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled)) + 1e-300
+    norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled))
+    norm[norm == 0.0] = 1e-300
     gram = (scaled / norm).T @ (scaled / norm)
     inverse = np.linalg.pinv(gram, rcond=1e-10, hermitian=True)
     residual = (fit.residual / fitter.spread)[rows]
