@@ -56,5 +56,11 @@ def as_text(summary: dict) -> str:
     for truth, row in sorted(summary['confusion'].items()):
         said = ', '.join(f'{k} {v}' for k, v in sorted(row.items(), key=lambda kv: -kv[1]))
         lines.append(f'  {truth:32s}{said}')
+    for miss in summary['misses']:
+        held = ', '.join(f'{e} ({form})' for e, form in zip(miss['hidden'], miss['as'],
+                                                            strict=True)) or 'nothing'
+        said = ', '.join(f'{e} {p:.2f}' for e, p in miss['claims']) or 'nothing'
+        lines.append(f'missed: {miss["case"]} {miss["stratum"]} {miss["motion"]}'
+                     f'{" refitted" if miss["refitted"] else ""}: held {held}; said {said}')
     lines += [f'failed: {f["case"]}: {f["failure"]}' for f in summary['failures']]
     return '\n'.join(lines)

@@ -81,6 +81,20 @@ def parameter_table(cases: list[CaseScore]) -> dict[str, object]:
             'coverage': _mean([r[2] for r in every])}
 
 
+def _well(case: CaseScore) -> bool:
+    if case.stratum == 'pair':
+        return case.both
+    if case.stratum in ('clean', 'outside'):
+        return not any(p > (_CONFIDENT if case.hidden else 0.0) for _, p in case.claims)
+    return case.named_first
+
+
+def _miss(case: CaseScore) -> dict[str, object]:
+    return {'case': case.name, 'stratum': case.stratum, 'motion': case.motion,
+            'refitted': case.refitted, 'hidden': case.hidden, 'as': case.formulations,
+            'claims': case.claims}
+
+
 def summarise(cases: list[CaseScore]) -> dict[str, object]:
     """All scores of a set, ready for JSON."""
     strata = sorted({c.stratum for c in cases})
@@ -128,4 +142,5 @@ def summarise(cases: list[CaseScore]) -> dict[str, object]:
         'seconds': {'mean': _mean(seconds), 'max': max(seconds, default=None)},
         'failures': [{'case': c.name, 'failure': c.failure} for c in cases if c.failure],
         'confusion': confusion,
+        'misses': [_miss(c) for c in cases if not _well(c)],
     }
