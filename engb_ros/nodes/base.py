@@ -25,8 +25,8 @@ from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
 
 __all__ = ['ManagedNode', 'make_executor', 'run']
 
-# After the signal to stop, a node that still has work is let finish for so long [s].
-LONGEST_FINISH = 5.0
+# After the signal to stop, a node that still has work may finish it [s]; launch waits 5 s.
+LONGEST_FINISH = 3.0
 
 AUTOSTART = ParameterSpec('autostart', True, 'configure and activate the node by itself')
 

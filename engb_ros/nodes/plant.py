@@ -15,7 +15,6 @@ from std_msgs.msg import Float64
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.sensors import SensorSettings
-from engb_core.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
 from engb_ros import interface
 from engb_ros.files import TRUE_BRAKE
 from engb_ros.nodes.base import ManagedNode, run
@@ -76,6 +75,9 @@ class PlantNode(ManagedNode):
         if values['speed'] == 0.0 and not values['lockstep']:
             raise InputError('parameter speed is 0.0 without lockstep; nothing would set the '
                              'pace: set lockstep, or a speed above 0')
+        # Here, not on top: compiling it at the first start takes seconds, in which a signal must
+        # already be heeded.
+        from engb_core.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
         model = Model.read(values['model'] or TRUE_BRAKE)
         model = replace(model, effects=model.effects + parse_effects(values['effects']))
         self._brake = VirtualBrake(
