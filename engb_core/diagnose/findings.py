@@ -57,11 +57,13 @@ def _physics(fitter: Fitter, chosen: Fit, selection: Selection) -> list[EffectFi
     variants = chosen.hypothesis.variants
     if not variants:
         return []
-    known = something_known(selection.share, selection.excess_after, selection.excess_before)
+    before = max(selection.excess_before, selection.nominal_excess)
+    share = max(0.0, 1.0 - selection.excess_after / before)
+    known = something_known(share, selection.excess_after, before)
     matters = []
     for index in range(len(variants)):
         if len(variants) == 1:
-            matters.append(selection.excess_before - selection.excess_after)
+            matters.append(1.0)
         else:
             smaller = fitter.without(chosen, index)
             matters.append(max(level(smaller, fitter) - level(chosen, fitter), 1e-6))
@@ -70,7 +72,7 @@ def _physics(fitter: Fitter, chosen: Fit, selection: Selection) -> list[EffectFi
     for index, variant in enumerate(variants):
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
-        weights = rival_weights(chosen, rivals, fitter, selection.excess_before)
+        weights = rival_weights(chosen, rivals, fitter, before)
         alternatives = tuple(
             (_other(fit, chosen), known * weight)
             for fit, weight in zip(rivals, weights[1:], strict=True) if known * weight > TOLD)
@@ -79,7 +81,7 @@ def _physics(fitter: Fitter, chosen: Fit, selection: Selection) -> list[EffectFi
         findings.append(EffectFinding(
             effect=variant.effect.id, probability=known * weights[0],
             parameters=estimates(chosen, fitter, index),
-            share=selection.share * matters[index] / total, alternatives=alternatives,
+            share=share * matters[index] / total, alternatives=alternatives,
             statement=variant.effect.statement(values)))
     return findings
 

@@ -323,6 +323,9 @@ class Fitter:
             vector[held] = 0.0
         best = self._evaluate(hypothesis, np.clip(vector, low, high))
         damping = 1e-4
+        largest = np.array([(-np.inf, np.inf)] * count
+                           + [_largest_step(hypothesis.parameter(place - count))
+                              for place in range(count, hypothesis.size)]).T.reshape(2, -1)
         effects = None
         for _ in range(rounds):
             if effects is None:
@@ -338,10 +341,9 @@ class Fitter:
                 + (centre - best.vector) / spread ** 2
             if held is not None:
                 right[held] = 0.0
-            step = np.linalg.solve(gram + damping * np.diag(np.diag(gram)), right)
-            for place in range(count, hypothesis.size):
-                step[place] = np.clip(step[place], *_largest_step(
-                    hypothesis.parameter(place - count)))
+            least = np.maximum(low - best.vector, largest[0])
+            most = np.minimum(high - best.vector, largest[1])
+            step = _bounded_step(gram + damping * np.diag(np.diag(gram)), right, least, most)
             trial = self._evaluate(hypothesis, np.clip(best.vector + step, low, high))
             if trial.cost < best.cost:
                 done = best.cost - trial.cost < tolerance * best.cost
@@ -373,6 +375,25 @@ def _weak_prior(parameter: Parameter) -> tuple[float, float]:
     if parameter.none is not None:
         return parameter.none, 1e6
     return float(np.mean(parameter.starts)), float(max(np.ptp(parameter.starts), 0.5))
+
+
+def _bounded_step(gram: Array, right: Array, least: Array, most: Array) -> Array:
+    """Return the least-squares step within bounds: what would leave them stays at its bound and
+    the others are solved for anew."""
+    step = np.linalg.solve(gram, right)
+    fixed = np.zeros(step.size, bool)
+    for _ in range(step.size):
+        outside = ~fixed & ((step < least) | (step > most))
+        if not outside.any():
+            break
+        step[outside] = np.clip(step, least, most)[outside]
+        fixed |= outside
+        free = ~fixed
+        if not free.any():
+            break
+        step[free] = np.linalg.solve(gram[np.ix_(free, free)],
+                                     right[free] - gram[np.ix_(free, fixed)] @ step[fixed])
+    return np.clip(step, least, most)
 
 
 def _step(parameter: Parameter, value: float) -> float:

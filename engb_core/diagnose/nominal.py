@@ -20,10 +20,13 @@ from engb_core.plant import (
     N_VISCOUS,
 )
 
-__all__ = ['DELAY', 'NominalNumber', 'nominal_numbers', 'with_numbers']
+__all__ = ['DELAY', 'LOAD_NUMBERS', 'NominalNumber', 'nominal_numbers', 'with_numbers']
 
 # Effort and position may be sampled up to a sample apart; fitted along, never claimed.
 DELAY = 'sampling_delay'
+# Those that make up the load curve.
+LOAD_NUMBERS = frozenset({'contact_angle', 'load_amplitude', 'load_phase',
+                          *(f'p{power}' for power in range(12))})
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,8 @@ class Run:
     """One recording, ready: its motion, its filter, its filtered effort and noise.
 
     `measured` (m,) filtered effort; `noise` (m,) its noise; `sigma` (m,) noise and uncertainty
-    of timing together; `rate` (m,) how fast effort changes [N·m/s]; `fitted` (m,) True where a fit may look; the rest, and all of a held-out
-    recording, is only judged.
+    of timing together; `rate` (m,) how fast effort changes [N·m/s]; `fitted` (m,) True where a
+    fit may look; the rest, and all of a held-out recording, is only judged.
     """
 
     recording: Recording
@@ -97,7 +97,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
         raise InputError('no recording given')
     motions = [motion_of(recording) for recording in recordings]
     others = [motion_of(recording) for recording in held_out]
-    scene = _scene(motions, model)
+    scene = _scene(recordings, motions, model)
     slowest = _slowest(motions, model, scene)
     runs = tuple(_run(recording, motion, bandwidth, slowest, bool(held_out), False)
                  for recording, motion in zip(recordings, motions, strict=True))
@@ -112,7 +112,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     return Problem(runs, judged, model, scene, floor)
 
 
-def _scene(motions: Sequence[Motion], model: Model) -> Scene:
+def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Model) -> Scene:
     low = min(float(motion.position.min()) for motion in motions)
     high = max(float(motion.position.max()) for motion in motions)
     nominal = nominal_vector(model)
@@ -128,8 +128,8 @@ def _scene(motions: Sequence[Motion], model: Model) -> Scene:
 
     return Scene(
         duration=max(motion.time[-1] for motion in motions),
-        largest_effort=max(float(np.quantile(np.abs(motion.effort), 0.999))
-                           for motion in motions),
+        largest_effort=max(float(np.max(np.abs(recording.effort)))
+                           for recording in recordings),
         largest_load=float(load),
         speed=max(float(np.quantile(np.abs(motion.velocity), 0.995)) for motion in motions),
         sampling=max(motion.recorded_step for motion in motions),

@@ -9,16 +9,19 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.nominal import LOAD_NUMBERS
 from engb_core.diagnose.orders import leading_orders
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import catalogue
 from engb_core.inverse_dynamics import effort_of_motion
 
-__all__ = ['Search', 'physics_effects', 'search']
+__all__ = ['Search', 'extend', 'load_held', 'physics_effects', 'search']
 
 # Singles that are built upon, and companions that are fitted for each of them.
 FOLLOWED = 5
 COMPANIONS = 5
+# Singles and pairs that are iterated on with derivatives at the fit itself.
+REFINED = 5
 
 # What refitting the nominal numbers covers already is not fitted again as an effect.
 _IN_THE_NUMBERS = {'inertia_error', 'viscous_friction_error', 'coulomb_friction_error',
@@ -74,10 +77,15 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
         tell(f'fitting {number + 1} of {len(effects)}: {effect.title}')
         for fit in _with_effect(fitter, base, effect):
             result.add(fit)
+    tell('refining the leading effects')
+    for fit in result.of_size(1)[:REFINED]:
+        result.add(fitter.refine(fit))
     for first in result.of_size(1)[:FOLLOWED]:
         tell(f'pairs with {first.hypothesis.variants[0].effect.title}')
         for fit in _companions(fitter, first, effects, result):
             result.add(fit)
+    for fit in result.of_size(2)[:REFINED]:
+        result.add(fitter.refine(fit))
     return result
 
 
@@ -86,7 +94,7 @@ def extend(result: Search, fit: Fit) -> Fit | None:
     effects = physics_effects(result.fitter)
     found = list(_companions(result.fitter, fit, effects, result))
     for entry in found:
-        result.add(entry)
+        result.add(result.fitter.refine(entry))
     return min(found, key=lambda entry: entry.cost) if found else None
 
 
@@ -110,7 +118,7 @@ def _companions(fitter: Fitter, start: Fit, effects: list[Effect], result: Searc
 
 
 def _with_effect(fitter: Fitter, start: Fit, effect: Effect) -> list[Fit]:
-    return [fitter.fit(variant, start, starts)
+    return [fitter.fit(variant, start, starts, keep=2)
             for variant, starts in _variants_and_starts(fitter, start, effect)]
 
 
@@ -139,3 +147,28 @@ def _orders(fitter: Fitter, start: Fit, relative: bool) -> list[float]:
         residual.append(left * by)
         weight.append(run.comparison.weight * by ** 2)
     return leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)))
+
+
+def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
+    """Return the fits once more with the load curve's numbers as the model file has them, and
+    with them the effects that move the whole curve by one number.
+
+    A free load curve absorbs much: friction that differs by direction is then the same as an
+    offset and a scaled load. If the file's curve is right, one of these fits is as good.
+    """
+    fitter = result.fitter
+    numbers = tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
+    if len(numbers) == len(fitter.numbers):
+        return []
+    held = [fitter.refit(fit, numbers) for fit in fits]
+    base = fitter.base(numbers)
+    for effect_id in ('load_stiffness_error', 'contact_shift', 'torque_offset'):
+        effect = catalogue()[effect_id]
+        if effect.applies is None or effect.applies(fitter.problem.scene):
+            for variant in variants_of(effect, fitter.problem.scene):
+                held.append(fitter.fit(variant, base, rounds=8, keep=2))
+    best: dict[tuple[str, ...], Fit] = {}
+    for fit in held:
+        if fit.hypothesis.ids not in best or fit.cost < best[fit.hypothesis.ids].cost:
+            best[fit.hypothesis.ids] = fit
+    return list(best.values())

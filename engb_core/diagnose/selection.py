@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import math
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.numbers import level
-from engb_core.diagnose.search import extend, Search
+from engb_core.diagnose.nominal import LOAD_NUMBERS
+from engb_core.diagnose.numbers import INSISTED, INSISTED_PART, level
+from engb_core.diagnose.search import extend, load_held, Search
 
 __all__ = ['Selection', 'select']
 
@@ -21,12 +22,15 @@ CLEAN_EXCESS = 0.30
 # A further effect must take away this part of the remaining excess, this much in units of the
 # noise, and this part of the whole mismatch.
 FURTHER_PART = 0.45
+FIRST_PART = 0.15
 FURTHER_LEAST = 0.15
 FURTHER_OF_WHOLE = 0.012
 # An effect that contains another one is preferred only if it takes away this part of what the
 # simpler one leaves.
 CONTAINING_PART = 0.30
 MOST_EFFECTS = 4
+# With the file's load curve held a fit may be this much worse, and is preferred all the same.
+HELD_LOSS = 0.12
 # Each fitted parameter must lower the logarithm of the mean square by this much.
 PARAMETER_PRICE = 0.004
 
@@ -73,9 +77,18 @@ def select(result: Search) -> Selection:
     fitter = result.fitter
     before = excess(result.base, fitter)
     nominal = excess(fitter.nominal(), fitter)
-    chosen = result.base
+    if nominal <= CLEAN_EXCESS:
+        return Selection(result.base, (), nominal, before, before)
     if before <= CLEAN_EXCESS:
-        return Selection(chosen, (), nominal, before, before)
+        chosen, rivals = _by_numbers(result, nominal)
+    else:
+        chosen, rivals = _with_load_held(result, _forward(result, before))
+    return Selection(chosen, tuple(rivals), nominal, before, excess(chosen, fitter))
+
+
+def _forward(result: Search, before: float) -> Fit:
+    fitter = result.fitter
+    chosen = result.base
     for size in range(1, MOST_EFFECTS + 1):
         if size > 2:
             extend(result, chosen)
@@ -88,17 +101,52 @@ def select(result: Search) -> Selection:
         chosen = best
         if excess(chosen, fitter) < FURTHER_LEAST:
             break
+    return chosen
+
+
+def _with_load_held(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
+    """Tell rivals apart by the file's load curve, where the file's curve is right."""
+    fitter = result.fitter
     size = len(chosen.hypothesis.variants)
-    rivals = [fit for fit in result.of_size(size) if fit.hypothesis.ids != chosen.hypothesis.ids] \
-        if size else result.of_size(1)
-    return Selection(chosen, tuple(rivals), nominal, before, excess(chosen, fitter))
+    others = [fit for fit in result.of_size(max(size, 1))
+              if fit.hypothesis.ids != chosen.hypothesis.ids]
+    if size == 0:
+        return chosen, others
+    near = excess(chosen, fitter) * 1.5 + 0.3
+    close = [chosen, *(fit for fit in others if excess(fit, fitter) < near)]
+    return _decided(result, chosen, close, others,
+                    level(chosen, fitter) + max(HELD_LOSS, 0.3 * excess(chosen, fitter)))
+
+
+def _by_numbers(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
+    """Refitted numbers suffice; if it is the load curve that must change, ask what moved it."""
+    fitter, base = result.fitter, result.base
+    numbers = tuple(number for number in base.hypothesis.numbers
+                    if number.name not in LOAD_NUMBERS)
+    rise = level(fitter.refit(base, numbers), fitter) - level(base, fitter)
+    if rise < max(INSISTED, INSISTED_PART * nominal):
+        return base, []
+    return _decided(result, base, result.of_size(1), [],
+                    level(base, fitter) + max(HELD_LOSS, 0.12 * rise))
+
+
+def _decided(result: Search, chosen: Fit, close: list[Fit], others: list[Fit], limit: float,
+             ) -> tuple[Fit, list[Fit]]:
+    fitter = result.fitter
+    held = sorted(load_held(result, close), key=lambda fit: price(fit, fitter))
+    held = [fit for fit in held
+            if len(fit.hypothesis.variants) == max(1, len(chosen.hypothesis.variants))]
+    if not held or level(held[0], fitter) > limit:
+        return chosen, others
+    best = _simplest(held, fitter)
+    return best, [fit for fit in held if fit is not best]
 
 
 def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
     old, new = excess(chosen, fitter), excess(best, fitter)
     gain = old - new
     if not chosen.hypothesis.variants:
-        return gain > FURTHER_LEAST and gain > 0.2 * old
+        return gain > FURTHER_LEAST and gain > FIRST_PART * old
     return gain > FURTHER_LEAST and gain > FURTHER_PART * old and gain > FURTHER_OF_WHOLE * whole
 
 

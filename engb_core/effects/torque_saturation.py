@@ -7,8 +7,10 @@ from engb_core.effects.base import Effect, EFFORT, Parameter
 @effect_function
 def _actuation(parameters, state, sample):
     onset = parameters[2]
-    relative = max(abs(sample[EFFORT]) / parameters[3] - onset, 0.0) / (1.0 - onset)
-    return sample[EFFORT] * (1.0 - parameters[0] * relative ** parameters[1])
+    largest = parameters[3]
+    relative = max(abs(sample[EFFORT]) / largest - onset, 0.0) / (1.0 - onset)
+    loss = parameters[0] * largest * relative ** parameters[1]
+    return sample[EFFORT] - loss if sample[EFFORT] > 0.0 else sample[EFFORT] + loss
 
 
 EFFECT = Effect(
@@ -16,11 +18,11 @@ EFFECT = Effect(
     title='Torque saturation',
     parameters=(
         Parameter('torque_loss', '-', -0.5, 0.6, none=0.0, starts=(0.08,)),
-        Parameter('shape', '-', 0.8, 6.0, starts=(1.2, 2.5), logarithmic=True),
+        Parameter('shape', '-', 1.0, 8.0, starts=(1.2, 3.0), logarithmic=True),
         Parameter('onset', '-', 0.0, 0.8, starts=(0.0, 0.4)),
     ),
     stages={'actuation': _actuation},
-    equation='T_M = effort · (1 − loss · ((|effort/effort_max| − onset)/(1 − onset))₊^shape)',
+    equation='T_M = e − loss · e_max · ((|e/e_max| − onset)/(1 − onset))₊^shape, e the effort',
     reference='Jahns, in: Design of PM motors; iron saturation of the q axis',
     statement=lambda p: (
         f"At the largest recorded effort the motor gives {p['torque_loss'] * 100:.1f} % less "

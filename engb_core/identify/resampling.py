@@ -40,8 +40,15 @@ class Resampled:
         return self.clamp_position - self.release_position
 
 
-def reference_grid(clamp: Array, release: Array, points: int) -> Array:
-    """Return θ_R (points,) [rad], even over what both strokes cover (equations 32, 33).
+def reference_grid(clamp: Array, release: Array, points: int, spacing: str = 'time') -> Array:
+    """Return θ_R (≤ points,) [rad], rising, over what both strokes cover (equations 32, 33).
+
+    Args:
+        clamp, release: θ_M, θ_N (N,) [rad].
+        points: M.
+        spacing: 'time' follows the strokes' own samples, dense where they are slow, as in the
+            paper's Figure 7: at constant acceleration all speeds are then served alike.
+            'position' is even in position.
 
     Raises:
         InputError: the strokes have no position in common.
@@ -51,7 +58,11 @@ def reference_grid(clamp: Array, release: Array, points: int) -> Array:
     if not high > low:
         raise InputError('clamp and release stroke have no position in common; record a release '
                          'over the range that was clamped')
-    return np.linspace(low, high, points)
+    if spacing == 'position':
+        return np.linspace(low, high, points)
+    both = np.concatenate([clamp, release])
+    inside = both[(both >= low) & (both <= high)]
+    return np.unique(np.quantile(inside, np.linspace(0.0, 1.0, points)))
 
 
 def nearest_neighbour(grid: Array, position: Array) -> NDArray[np.int64]:
@@ -87,12 +98,10 @@ def by_interpolation(grid: Array, clamp: tuple[Array, Array, Array],
     uses them all. Arguments as in `by_nearest_neighbour`.
     """
     def at_grid(stroke: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-        step = grid[1] - grid[0] if grid.size > 1 else 1.0
-        cell = np.floor((stroke[0] - grid[0]) / step + 0.5).astype(int)
-        cell -= cell.min()
-        count = np.bincount(cell)
+        cell = np.searchsorted(0.5 * (grid[1:] + grid[:-1]), stroke[0])
+        count = np.bincount(cell, minlength=grid.size)
         filled = count > 0
-        mean = [np.bincount(cell, column)[filled] / count[filled] for column in stroke]
+        mean = [np.bincount(cell, column, grid.size)[filled] / count[filled] for column in stroke]
         order = np.argsort(mean[0], kind='stable')
         centre = mean[0][order]
         return (np.interp(grid, centre, mean[1][order]), np.interp(grid, centre, mean[2][order]))

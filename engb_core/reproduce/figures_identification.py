@@ -121,8 +121,8 @@ def _parts(result: StrokesResult) -> tuple[Figure, Figure]:
             Line('−|T_C| of the simulated brake', result.angles, -1e3 * level, 'good')), 210),),
         alt='The odd disturbance grows with position.',
         caption='Paper: “Odd disturbance in position domain.” To see: friction grows with the '
-                'load that position brings. Towards each stroke’s ends it falls to 0, where the '
-                'speed changes sign within the observer’s filter.')
+                'load that position brings. At the strokes’ ends it falls, where the speed '
+                'changes sign within the observer’s filter.')
     return even, odd
 
 
@@ -165,10 +165,11 @@ def _friction(result: StrokesResult) -> tuple[Figure, Figure, Figure]:
                  1e3 * (friction.coulomb + friction.load_gain * grid), 'after')), 220),),
         alt='Friction grows linearly with load, with points falling to zero at the ends.',
         caption='Paper: “Approximated load dependent coulomb friction torque.” To see: friction '
-                'is proportional to load, and at the strokes’ ends it falls to 0, which pulls '
-                '(42) with its bare sign function down: '
-                f'C₀ {1e3 * signed.coulomb:.2f} mN·m instead of '
-                f'{1e3 * chosen.COULOMB:.2f}.')
+                'is proportional to load; at the strokes’ ends, at low speed, it falls off, '
+                'which pulls (42) with its bare sign function down: '
+                f'C₀ {1e3 * signed.coulomb:.2f} mN·m, C₁ {signed.load_gain:.4f} instead of '
+                f'{1e3 * chosen.COULOMB:.2f} and '
+                f'{chosen.true_brake().friction.load_gain:.4f}.')
     speed = np.linspace(0.0, float(parts.velocity.max()), 400)
     mean_load = float(load.mean())
     over_speed = Figure(
@@ -183,7 +184,7 @@ def _friction(result: StrokesResult) -> tuple[Figure, Figure, Figure]:
                  * np.clip(speed / friction.saturation_velocity, 0, 1), 'after')), 220),),
         alt='Friction rises from zero speed and saturates.',
         caption='Paper: “Approximated velocity dependent friction torque (speed domain).” To '
-                'see: friction seems to build up over about a rad/s. Most of that is the '
+                'see: friction seems to build up over about a rad/s. Nearly all of that is the '
                 'observer’s low-pass, which smears the change of sign: the simulated brake '
                 f'saturates at {chosen.SATURATION_VELOCITY} rad/s. Modelled through the same '
                 'filter, as the joint regression does, the width comes out far smaller.')
@@ -196,7 +197,7 @@ def _friction(result: StrokesResult) -> tuple[Figure, Figure, Figure]:
             Points('(C₀ + C₁·T_L)·sat(ω/ω_s)', 1e3 * load, 1e3 * fitted, 'after', 'up')), 220),),
         alt='The fitted friction with saturation follows the data to zero at the ends.',
         caption='Paper: “Approximated load and velocity dependent friction torque (load torque '
-                'domain).” To see: with the saturation the fit follows the data down to 0, and '
-                f'C₀ {1e3 * paper.friction.coulomb:.2f} mN·m, C₁ {paper.friction.load_gain:.4f} '
-                'are no longer pulled down.')
+                'domain).” To see: with the saturation the fit follows the data where they fall '
+                f'off, and C₀ {1e3 * paper.friction.coulomb:.2f} mN·m, C₁ '
+                f'{paper.friction.load_gain:.4f} are no longer pulled down.')
     return over_load, over_speed, combined

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core import statics
+from engb_core.identify.nominal import FrequencyResponse
 from engb_core.kinematics import Mechanism
 from engb_core.report.figures import Axis, Band, Figure, Line, Panel, Points
 from engb_core.reproduce import chosen
@@ -72,7 +73,11 @@ def small_angle_error(mechanism: Mechanism) -> Figure:
 
 def bode(result: NominalResult) -> Figure:
     """Figure 6: measured response with coherence, models on top."""
-    data = result.response
+    whole = result.response
+    # Beyond the sweep's end nothing was excited: its points would only set the scale.
+    seen = whole.coherence > 0.5
+    data = FrequencyResponse(whole.frequency[seen], whole.response[seen], whole.coherence[seen],
+                             whole.segments)
     frequency = data.frequency
     grid = np.geomspace(frequency[0], frequency[-1], 120)
     laplace = 2j * np.pi * grid

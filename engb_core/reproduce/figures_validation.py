@@ -67,8 +67,9 @@ def disc_figures(result: DiscResult) -> list[Figure]:
                (Panel(Axis('−Odd disturbance', 'mN·m'), tuple(odd), 240),),
                alt='The odd disturbance over position for the three cases.',
                caption='Paper: “Self-energizing effect validation (odd disturbance).” To see: '
-                       'over position friction follows the load that gear and screw carry, so '
-                       'here it is lower where the disc helps.'),
+                       'friction sits in gear and screw and goes by the load that they carry, so '
+                       'at equal position it is lower where the disc helps. (By the clamp force, '
+                       'as (13) writes it, it would stay the same over position.)'),
         Figure('The odd disturbance over the load', Axis('Load torque', 'mN·m'),
                (Panel(Axis('−Odd disturbance', 'mN·m'), tuple(over_load), 240),),
                alt='Over load the odd disturbances of the three cases fall onto one line.',

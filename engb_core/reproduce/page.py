@@ -7,7 +7,8 @@ from typing import Any
 
 from engb_core.kinematics import CHOSEN as MECHANISM
 from engb_core.report.layout import Column, Page
-from engb_core.report.wording import number
+from engb_core.report.text import escape, Html
+from engb_core.report.wording import MINUS, number
 from engb_core.reproduce import chosen
 from engb_core.reproduce.errata import ERRATA
 from engb_core.reproduce.figures_identification import identification_figures
@@ -22,6 +23,7 @@ from engb_core.reproduce.figures_validation import disc_figures, validation_figu
 from engb_core.reproduce.identification_chapter import Bias
 from engb_core.reproduce.numbers import Number, published_numbers, Results
 from engb_core.reproduce.plan import Experiment, PLAN
+from engb_core.reproduce.validation_chapter import compensated_share
 
 __all__ = ['reproduction_page', 'results_mapping']
 
@@ -77,15 +79,14 @@ def _top(page: Page, results: Results, origin: str) -> None:
         key=[('Tracking error, high load', f'÷ {ratio:.0f}',
               'with the identified feedforward, rms; paper: ÷ 2.9'),
              ('Even disturbance left',
-              f'{100 * results.validation.left[0].rms("even") / results.validation.left[0].rms("even_before"):.1f} %',  # noqa: E501
+              f'{100 * compensated_share(results.validation.left[0])[0]:.1f} %',
               'of what the model took off'),
              ('Pad friction μ', f'{friction.value:.3f} ± {2 * friction.std:.3f}',
               f'true {chosen.PAD_FRICTION}; paper 0.249')])
     page.section('Every published number beside ours')
     page.table(
         [Column('Quantity'), Column('Paper', number=True), Column('Ours', number=True),
-         Column('95 % interval', number=True), Column('Simulated brake', number=True),
-         Column('Unit'), Column('Remark')],
+         Column('95 % interval', number=True), Column('Simulated brake', number=True)],
         [_row(entry) for entry in published_numbers(results)],
         caption='The simulated brake has the paper’s motor and pad friction; all else is chosen '
                 '(last section). Intervals come from the residual’s own colour; where the truth '
@@ -145,7 +146,7 @@ def _validation(page: Page, results: Results) -> None:
         page.figure(figure)
     page.table(
         [Column('Stop'), Column('Steady offset', number=True)],
-        [(f'{entry.angle:.1f} rad', f'{1e3 * entry.error:.1f} mrad')
+        [(f'{entry.angle:.1f} rad', _minus(f'{1e3 * entry.error:.1f} mrad'))
          for entry in results.validation.offsets], kind='compact',
         caption='PD and identified model; required: 500 mrad.')
 
@@ -161,8 +162,8 @@ def _disc(page: Page, results: Results) -> None:
                            ('joint regression, mean slope', entry.joint)):
             low, high = found.pad_friction.interval()
             rows.append((f'{entry.name}, {way}', f'{found.gain.value:.4f}',
-                         f'{found.pad_friction.value:.4f}', f'{low:.4f} … {high:.4f}',
-                         f'{entry.true_friction:.3f}'))
+                         _minus(f'{found.pad_friction.value:.4f}'),
+                         _minus(f'{low:.4f} … {high:.4f}'), _minus(f'{entry.true_friction:.3f}')))
     page.table([Column('Disc'), Column('P', number=True), Column('μ', number=True),
                 Column('95 % interval', number=True), Column('True μ', number=True)], rows,
                caption='Negative where the disc turns against the wedge. The paper’s way takes '
@@ -213,20 +214,31 @@ def _chosen(page: Page) -> None:
                [_experiment_row(entry) for entry in PLAN])
 
 
-def _row(entry: Number) -> tuple[str, ...]:
-    def text(value: float | None) -> str:
-        return '' if value is None else number(value, 4)
+# How a table shows a number of this unit: factor and name.
+SHOWN = {'kg·m²': (1e6, '10⁻⁶ kg·m²'), 'N·m·s/rad': (1e3, 'mN·m·s/rad'), 'N·m': (1e3, 'mN·m')}
 
-    interval = ('' if math.isnan(entry.low)
-                else f'{number(entry.low, 4)} … {number(entry.high, 4)}')
-    return (entry.name, text(entry.paper), text(entry.ours), interval, text(entry.truth),
-            entry.unit, entry.remark)
+
+def _row(entry: Number) -> tuple[Html | str, ...]:
+    factor, unit = SHOWN.get(entry.unit, (1.0, entry.unit))
+
+    def text(value: float | None) -> str:
+        return '' if value is None else number(factor * value, 4)
+
+    interval = ('' if math.isnan(entry.low) else f'{text(entry.low)} … {text(entry.high)}')
+    name = entry.name + (f' [{unit}]' if unit not in ('', '-') else '')
+    remark = Html(f'<br><small class="muted">{escape(entry.remark)}</small>')
+    return (Html(f'{escape(name)}{remark if entry.remark else ""}'), text(entry.paper),
+            text(entry.ours), interval, text(entry.truth))
 
 
 def _bias_row(entry: Bias) -> tuple[str, ...]:
     apart = '' if math.isnan(entry.mismatch) else f'{1e3 * entry.mismatch:.0f} mrad'
     return (entry.way, entry.recording, apart, f'{1e3 * entry.load:.2f} mN·m',
-            f'{1e3 * entry.coulomb:+.2f} mN·m', f'{entry.load_gain:+.4f}')
+            _minus(f'{1e3 * entry.coulomb:+.2f} mN·m'), _minus(f'{entry.load_gain:+.4f}'))
+
+
+def _minus(text: str) -> str:
+    return text.replace('-', MINUS)
 
 
 def _experiment_row(entry: Experiment) -> tuple[str, ...]:
