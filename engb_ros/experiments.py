@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
-import math
 from pathlib import Path
+import shutil
 import tempfile
 import time
 from typing import Any
 
+import numpy as np
+
 from engb_core.model import Model
+from engb_core.recording import Recording
 from engb_core.reproduce import chosen
 from engb_core.reproduce.plan import Experiment
 from engb_ros import interface
+from engb_ros.bags.read import read_recording
 from engb_ros.runner import reserved_domain, Runner, RunnerError
 
 __all__ = ['record_experiment']
@@ -27,13 +31,20 @@ CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4
 # Until all nodes hear each other [s]; discovery takes seconds on a loaded machine.
 PATIENCE = 60.0
 
+# Times real time, tried in turn.
+SPEEDS = (2.0, 1.0, 0.4)
+
+# Part of the samples, and hole [s], up to which a recording counts as whole.
+LOSS, LONGEST_HOLE = 0.002, 0.01
+
 
 def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int,
-                      progress: Progress, every: int = 1) -> None:
+                      progress: Progress, every: int = 1) -> Recording:
     """Run plant, controller (or excitation) and recorder as processes; leave the bag at `bag`.
 
     The plant waits for an answer to each sample (lockstep), and starts only when all hear each
-    other: a loaded machine makes the run longer, never different.
+    other: a loaded machine makes the run longer, not different. Nothing waits for the recorder;
+    where it lost samples the run is made again, more slowly.
 
     Args:
         experiment: what to run.
@@ -43,18 +54,35 @@ def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int
         progress: told how far it is.
         every: keep every n-th message of each topic.
 
+    Returns:
+        The bag, read back.
+
     Raises:
-        RunnerError: a node ended, or did not answer.
+        RunnerError: a node ended or did not answer, or samples were lost at any speed.
     """
+    for speed in SPEEDS:
+        shutil.rmtree(bag, ignore_errors=True)
+        _run(experiment, model, bag, seed, progress, every, speed)
+        recording = read_recording(bag)
+        missing = experiment.duration / (recording.interval * recording.time.size) - 1.0
+        if missing < LOSS and np.diff(recording.time).max() < LONGEST_HOLE * every:
+            return recording
+        progress(f'{experiment.name}: samples were lost; once more, slower')
+    raise RunnerError(f'the recorder loses samples even at {SPEEDS[-1]} of real time: the '
+                      'machine is too busy')
+
+
+def _run(experiment: Experiment, model: Model, bag: Path, seed: int, progress: Progress,
+         every: int, speed: float) -> None:
     from engb_ros.probe import Probe
     with tempfile.TemporaryDirectory(prefix='engb_experiment_') as folder, \
             reserved_domain() as domain, Runner(domain) as runner, Probe(domain) as probe:
         scratch = Path(folder)
-        runner.start('plant', parameters=_plant(experiment, scratch, seed))
+        runner.start('plant', parameters=_plant(experiment, scratch, seed) | {'speed': speed})
         driver, parameters = _driver(experiment, model, scratch)
         runner.start(driver, parameters=parameters)
         runner.start('recorder', parameters={
-            'bag': str(bag), 'compression': 'zstd', 'chunk_time': 5.0, 'every': every,
+            'bag': str(bag), 'compression': 'zstd', 'chunk_time': 2.0, 'every': every,
             'topics': ['joint_states', 'reference', 'disc_speed']})
         disc = probe.listen(interface.DISC_SPEED)
         runner.wait_until(lambda: probe.ready('plant', CHANGE_STATE), 'the plant', PATIENCE,
@@ -62,10 +90,11 @@ def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int
         _change(probe, CONFIGURE)
         runner.wait_until(lambda: _all_connected(probe), 'the nodes to hear each other',
                           PATIENCE, probe.spin)
+        # What this process sees of the graph, the others may see a moment later.
+        _wait(probe, 0.5)
         _change(probe, ACTIVATE)
-        wanted = math.ceil(experiment.duration * 100.0)
-        _follow(runner, probe, disc, wanted, lambda done: progress(
-            f'{experiment.name}: {done / 100.0:.0f} of {experiment.duration:.0f} s'))
+        _follow(runner, probe, disc, experiment.duration, lambda done: progress(
+            f'{experiment.name}: {done:.0f} of {experiment.duration:.0f} s'))
         _change(probe, DEACTIVATE)
         runner.stop(['recorder'])
         runner.stop()
@@ -74,7 +103,7 @@ def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int
 def _plant(experiment: Experiment, folder: Path, seed: int) -> dict[str, Any]:
     path = folder / 'brake.yaml'
     experiment.brake.write(path)
-    return {'autostart': False, 'model': path, 'lockstep': True, 'speed': 0.0,
+    return {'autostart': False, 'model': path, 'lockstep': True,
             'seed': seed + experiment.seed, 'disc_speed_values': [experiment.disc_speed],
             **chosen.SENSORS}
 
@@ -118,16 +147,23 @@ def _all_connected(probe: Any) -> bool:
             and probe.subscribers(interface.EFFORT_COMMAND) >= 1)
 
 
-def _follow(runner: Runner, probe: Any, messages: list[Any], wanted: int,
-            tell: Callable[[int], None]) -> None:
-    last, since, told = 0, time.monotonic(), 0
-    while len(messages) < wanted:
+def _wait(probe: Any, duration: float) -> None:
+    end = time.monotonic() + duration
+    while time.monotonic() < end:
+        probe.spin(0.05)
+
+
+def _follow(runner: Runner, probe: Any, messages: list[Any], duration: float,
+            tell: Callable[[float], None]) -> None:
+    """Spin until the plant has sent its disc speed, a hundred a second, for `duration` [s]."""
+    last, since, told = 0, time.monotonic(), 0.0
+    while len(messages) < 100.0 * duration:
         probe.spin(0.05)
         runner.check()
         if len(messages) > last:
             last, since = len(messages), time.monotonic()
         elif time.monotonic() - since > PATIENCE:
             raise RunnerError(f'the plant has sent nothing for {PATIENCE:.0f} s')
-        if last - told >= 100:
-            told = last
+        if 0.01 * last - told >= 1.0:
+            told = 0.01 * last
             tell(told)

@@ -99,7 +99,6 @@ def _live(folder: Path, seed: int, every: int, progress: Progress) -> Callable[.
     except ImportError:
         raise InputError('the nodes need ROS 2 (rclpy), which is not installed here; '
                          'use --offline') from None
-    from engb_ros.bags.read import read_recording
     from engb_ros.experiments import record_experiment
     from engb_ros.runner import RunnerError
 
@@ -107,10 +106,9 @@ def _live(folder: Path, seed: int, every: int, progress: Progress) -> Callable[.
         folder.mkdir(exist_ok=True)
         path = folder / experiment.name
         try:
-            record_experiment(experiment, model, path, seed, progress, every)
+            return record_experiment(experiment, model, path, seed, progress, every)
         except RunnerError as error:
             raise InputError(f'experiment {experiment.name}: {error}') from error
-        return read_recording(path)
 
     return record
 

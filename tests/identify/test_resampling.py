@@ -22,8 +22,12 @@ def test_nearest_neighbour_is_the_minimum_of_the_distance():
 
 
 def test_grid_covers_what_both_strokes_cover():
-    grid = reference_grid(np.array([0.0, 4.0]), np.array([5.0, 1.0]), 11)
+    grid = reference_grid(np.array([0.0, 4.0]), np.array([5.0, 1.0]), 11, 'position')
     assert (grid[0], grid[-1], grid.size) == (1.0, 4.0, 11)
+    slow_at_zero = np.linspace(0, 2, 200)**2
+    grid = reference_grid(slow_at_zero, slow_at_zero[::-1], 50)
+    assert (grid[0], grid[-1]) == (0.0, 4.0)
+    assert grid[1] - grid[0] < 0.1 * (grid[-1] - grid[-2])
     with pytest.raises(InputError, match='no position in common'):
         reference_grid(np.array([0.0, 1.0]), np.array([3.0, 2.0]), 11)
 
