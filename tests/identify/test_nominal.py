@@ -1,4 +1,4 @@
-"""Step tests, sweeps, the torque constant, self-energizing, acceptance; on the test bench."""
+"""Step tests, sweeps, the torque constant, self-energizing; on the test bench."""
 
 from dataclasses import replace
 
@@ -7,7 +7,6 @@ import pytest
 from scipy import signal
 
 from engb_core.errors import InputError
-from engb_core.identify.acceptance import AcceptanceBounds, check_model, refuse_implausible
 from engb_core.identify.nominal import (
     fit_free_motor,
     fit_response,
@@ -17,7 +16,6 @@ from engb_core.identify.nominal import (
 )
 from engb_core.identify.procedure import identify
 from engb_core.identify.self_energizing import compare_fits, compare_paper_way
-from engb_core.model import Cogging, Friction, LoadTorque, Model
 
 from .bench import PAPER, simulate, stroke_reference
 
@@ -94,22 +92,3 @@ def test_self_energizing_gain_and_pad_friction():
     paper = compare_paper_way(standing.paper.load, turning.paper.parts, 0.430, 20.0)
     assert paper.gain.value == pytest.approx(0.421, abs=0.03)
     assert turning.model.friction.coulomb == pytest.approx(0.012, rel=0.1)
-
-
-@pytest.mark.parametrize(('change', 'word'), [
-    ({'friction': Friction(0.01, 0.9, 0.5)}, 'load_gain'),
-    ({'friction': Friction(0.5, 0.1, 0.5)}, 'friction reaches'),
-    ({'load_torque': LoadTorque(coefficients=(0.0, 0.5))}, 'load torque'),
-    ({'cogging': (Cogging(4, 0.2),)}, 'cogging'),
-    ({'motor': replace(Model().motor, inertia=1e-3)}, 'inertia')])
-def test_implausible_model_is_refused_with_its_reason(change, word):
-    candidate = replace(Model(friction=Friction(0.012, 0.11, 0.5)), **change)
-    assert any(word in line for line in check_model(candidate, Model(), AcceptanceBounds()))
-    with pytest.raises(InputError, match=word):
-        refuse_implausible(candidate, Model(), AcceptanceBounds())
-
-
-def test_papers_model_is_accepted():
-    model = Model(load_torque=LoadTorque(coefficients=PAPER['load']),
-                  friction=Friction(0.012, 0.11, 1.5))
-    refuse_implausible(model, Model(), AcceptanceBounds(high=20.0))
