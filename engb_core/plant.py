@@ -49,7 +49,7 @@ Array = NDArray[np.float64]
 MAXIMUM_LOAD_TERMS = 12
 NOMINAL_SIZE = N_TERMS + 1 + MAXIMUM_LOAD_TERMS
 ACTUATION_STAGE = STAGES.index('actuation')
-_MAXIMUM_PARAMETERS = 64
+_MAXIMUM_PARAMETERS = 112
 
 
 @effect_function
@@ -142,6 +142,8 @@ def default_value(effect: Effect, name: str) -> float | None:
     for index, parameter in enumerate(effect.parameters):
         if parameter.name == name and index > 0 and parameter.starts:
             return parameter.starts[len(parameter.starts) // 2]
+    if name.startswith('value_'):
+        return 0.0
     constants = {'duration': 60.0, 'largest_effort': 0.5, 'peak_load': 0.35, 'load_exponent': 0.0,
                  'by_temperature': 0.0, 'speed_from': 0.0, 'speed_to': 90.0,
                  'temperature_from': 20.0, 'temperature_to': 400.0}

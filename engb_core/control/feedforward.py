@@ -16,6 +16,10 @@ class Feedforward:
     Plain numbers throughout: it runs once a control cycle. That its torques are those of
     `engb_core.plant` is held by a test.
 
+    Attributes:
+        shift: the load curve is moved by this [rad] (wear; positive: contact comes later).
+        load_ratio: the load is multiplied by this (a turning disc helps or hinders).
+
     Args:
         model: its nominal terms are used; `effects` are not.
         load: add T_L(θ_d).
@@ -29,6 +33,8 @@ class Feedforward:
         self.load = load
         self.friction = friction
         self.cogging = cogging
+        self.shift = 0.0
+        self.load_ratio = 1.0
         self._coefficients = tuple(reversed(model.load_torque.coefficients))
 
     def torque(self, setpoint: Setpoint) -> float:
@@ -51,6 +57,7 @@ class Feedforward:
         load = self.model.load_torque
         if load.form == 'sinusoid':
             return load.amplitude * math.sin(position + load.phase)
+        position -= self.shift
         if load.contact_angle is not None:
             position -= load.contact_angle
             if position < 0.0:
@@ -58,7 +65,7 @@ class Feedforward:
         total = 0.0
         for coefficient in self._coefficients:
             total = total * position + coefficient
-        return total
+        return total * self.load_ratio
 
     def friction_torque(self, load: float, velocity: float) -> float:
         """Return T_C [N·m] at load torque `load` [N·m] and `velocity` [rad/s]."""

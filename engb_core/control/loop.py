@@ -85,6 +85,19 @@ class PositionLoop:
         self.feedforward = self.disturbance = 0.0
         self._time = None
 
+    @property
+    def torques(self) -> Feedforward:
+        """The feedforward, whose load curve may be shifted and scaled."""
+        return self._feedforward
+
+    def carry_over(self, output: float, setpoint: Setpoint) -> None:
+        """After a change of model: let the integral part take up the feedforward's jump."""
+        feedforward = self._feedforward.torque(setpoint)
+        gains = self.pid.gains
+        self.pid.i_term = min(max(self.pid.i_term + self.feedforward - feedforward,
+                                  gains.i_clamp_min), gains.i_clamp_max)
+        self.output = output
+
     def step(self, time: float, position: float, velocity: float, effort: float,
              setpoint: Setpoint) -> float:
         """Return the torque demanded of the drive [N·m] for one sample.
@@ -131,9 +144,13 @@ class PositionLoop:
         self.disturbance = self.observer.step(time, velocity, effort - known)
 
     def _apply(self, settings: LoopSettings) -> None:
+        before = getattr(self, '_feedforward', None)
         self._settings = settings
         self._feedforward = Feedforward(
             self.model, settings.load_feedforward, settings.friction_feedforward,
             settings.cogging_feedforward)
+        if before is not None:
+            self._feedforward.shift = before.shift
+            self._feedforward.load_ratio = before.load_ratio
         self.observer = DisturbanceObserver(self.model.motor, settings.disturbance_cutoff)
         self.disturbance = 0.0

@@ -140,6 +140,23 @@ class ReferenceSource:
         """The trajectory has come to its end."""
         return self._finished
 
+    @property
+    def commanded_by_trajectory(self) -> bool:
+        """Commands are not listened to: a trajectory is the reference."""
+        return self._trajectory is not None
+
+    @property
+    def running(self) -> bool:
+        """The trajectory, or the move to its start, is under way."""
+        return self._trajectory is not None and self._requested and not self._finished
+
+    def hold(self) -> None:
+        """Stop where the set-point is; a trajectory ends here."""
+        limiter = self._limiter
+        stop = limiter.velocity * abs(limiter.velocity) / (2.0 * limiter.acceleration)
+        self._target = None if self._time is None else limiter.position + stop
+        self._requested = False
+
     def reset(self) -> None:
         """Hold the position of the next sample; a trajectory starts anew."""
         self._time: float | None = None
@@ -185,6 +202,7 @@ class ReferenceSource:
         elif not 0.0 <= dt <= _LONGEST_STEP:
             self._begin += dt   # the clock jumped: the trajectory goes on where it was
         setpoint = self._trajectory.at(time - self._begin)
+        self._limiter.position, self._limiter.velocity = setpoint[:2]
         if time - self._begin >= self._trajectory.duration:
             self._limiter.reset(setpoint.position)
             if self.settings.repeat:

@@ -13,6 +13,7 @@ from engb_core.diagnose.findings import findings_of
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.numbers import wrong_numbers
+from engb_core.diagnose.openset import explain
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import CLEAN_EXCESS, select
@@ -46,13 +47,16 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     selection = select(search(fitter, tell))
     tell('refining')
     chosen = fitter.finish(fitter.refine(selection.chosen))
+    tell('asking whether a flexible model explains more')
+    explanation = explain(fitter, chosen, selection)
+    chosen = explanation.fit
     numbers = []
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, chosen)
-    findings, mismatch = findings_of(fitter, nominal, chosen, numbers, selection)
-    verdict, unexplained = verdict_of(fitter, nominal, chosen, findings, selection, mismatch)
-    corrected = chosen.hypothesis.corrected(chosen.vector) if verdict != 'consistent' else model
+    findings, mismatch = findings_of(fitter, nominal, explanation, numbers, selection)
+    verdict, unexplained = verdict_of(fitter, nominal, explanation, findings, mismatch)
+    corrected = explanation.model() if verdict != 'consistent' else model
     parts = _parts(problem, mismatch)
     located = [entry for run, part in zip(problem.runs, parts, strict=True)
                for entry in intervals(run, part)] if verdict != 'consistent' else []

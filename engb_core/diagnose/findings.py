@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.numbers import level, NumberFinding
+from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
@@ -20,15 +21,17 @@ Array = NDArray[np.float64]
 TOLD = 0.02
 
 
-def findings_of(fitter: Fitter, nominal: Fit, chosen: Fit, numbers: list[NumberFinding],
-                selection: Selection) -> tuple[list[EffectFinding], Array]:
+def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
+                numbers: list[NumberFinding], selection: Selection,
+                ) -> tuple[list[EffectFinding], Array]:
     """Return the findings in order of share, and the mismatch (m,) [N·m] that they make up.
 
     The mismatch is what the named physics adds to the effort (with the numbers as refitted: a
     file that was refitted around the effect would smear it), or, where nothing is named, what
     the nominal model leaves.
     """
-    findings = _physics(fitter, chosen, selection)
+    chosen = explanation.fit
+    findings = _physics(fitter, explanation, selection)
     findings += _numbers(fitter, nominal, chosen, numbers)
     findings.sort(key=lambda finding: -finding.share)
     mismatch = nominal.residual
@@ -53,13 +56,15 @@ def _bare(fitter: Fitter, fit: Fit, leave: int | None = None) -> Array:
     return fitter.predict(hypothesis, fit.vector[list(range(count)) + kept])
 
 
-def _physics(fitter: Fitter, chosen: Fit, selection: Selection) -> list[EffectFinding]:
+def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
+             ) -> list[EffectFinding]:
+    chosen = explanation.fit
     variants = chosen.hypothesis.variants
-    if not variants:
+    if not any(not variant.effect.unnamed for variant in variants):
         return []
     before = max(selection.excess_before, selection.nominal_excess)
     share = max(0.0, 1.0 - selection.excess_after / before)
-    known = something_known(share, selection.excess_after, before)
+    known = something_known(explanation.adequacy, selection.excess_after)
     matters = []
     for index in range(len(variants)):
         if len(variants) == 1:
@@ -70,6 +75,8 @@ def _physics(fitter: Fitter, chosen: Fit, selection: Selection) -> list[EffectFi
     total = sum(matters)
     findings = []
     for index, variant in enumerate(variants):
+        if variant.effect.unnamed:
+            continue
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
         weights = rival_weights(chosen, rivals, fitter, before)
@@ -104,7 +111,7 @@ def _numbers(fitter: Fitter, nominal: Fit, chosen: Fit, numbers: list[NumberFind
     total = sum(finding.matters for finding in numbers)
     after = max(level(chosen, fitter) - 1.0, 0.0)
     taken = max(0.0, 1.0 - after / before)
-    known = something_known(taken, after, before)
+    known = something_known(taken, after)
     if chosen.hypothesis.variants:
         taken *= min(1.0, total / (total + before))
     findings = []

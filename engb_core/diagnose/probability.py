@@ -41,18 +41,13 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
     return [weight / total for weight in weights]
 
 
-def something_known(share: float, after: float, before: float) -> float:
+def something_known(adequacy: float, after: float) -> float:
     """Return the probability that the chosen effects are physics of the library at all.
 
     Args:
-        share: part of the excess that they take away.
+        adequacy: part of all that can be explained that they account for (openset.py).
         after: excess that is left (noise = 1).
-        before: excess of the refitted nominal model.
     """
-    left = after / max(before, 1e-9)
-    # Nothing left: known. A third left: as likely as not something else.
-    evidence = 4.6 - 14.0 * left - 0.15 * math.log1p(max(before, 0.0))
-    if after < 0.35:
-        evidence = max(evidence, 3.5)
-    del share
-    return 1.0 / (1.0 + math.exp(-evidence))
+    if after < 0.3:
+        return 0.98
+    return 1.0 / (1.0 + math.exp(-(16.0 * adequacy - 12.0)))

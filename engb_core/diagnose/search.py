@@ -53,7 +53,7 @@ def physics_effects(fitter: Fitter) -> list[Effect]:
     scene = fitter.problem.scene
     found = []
     for effect in catalogue().values():
-        if effect.id in _IN_THE_NUMBERS:
+        if effect.id in _IN_THE_NUMBERS or effect.unnamed:
             continue
         if effect.applies is not None and not effect.applies(scene):
             continue

@@ -95,6 +95,7 @@ class Effect:
         lead: (parameters) → (delay, time constant) [s] by which torque comes after measured
             effort; inverse dynamics undoes both.
         number_only: no physics is missing, a nominal number is wrong.
+        unnamed: no cause, only a description of what is left; never claimed.
         contains: ids of effects that this one includes as a special case.
         statement: (values) → a sentence for a brake engineer.
     """
@@ -113,6 +114,7 @@ class Effect:
     variants: tuple[Mapping[str, float], ...] = field(default=({},))
     lead: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
     number_only: bool = False
+    unnamed: bool = False
     contains: tuple[str, ...] = ()
 
     @property

@@ -1,0 +1,260 @@
+"""A flexible model of what is left: how much more there is to explain, and on what it depends.
+
+Tables over one or two coordinates, fitted jointly with the numbers and effects of a fit (by its
+derivatives) and judged by cross-validation over stretches of time, so that flexibility alone
+gains nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.compiled import compiled
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.numbers import level
+from engb_core.diagnose.problem import Run
+from engb_core.effects.base import (
+    DIRECTION,
+    DISC_SPEED,
+    LOAD,
+    PAD_TEMPERATURE,
+    POSITION,
+    VELOCITY,
+)
+from engb_core.effects.unexplained_surface import (
+    DIRECTION_CODE,
+    MOTOR_ANGLE_CODE,
+    NOTHING_CODE,
+    SURFACE_VALUES,
+)
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.model import EffectSetting
+
+__all__ = ['Flexible', 'Table', 'best_table']
+
+Array = NDArray[np.float64]
+
+FOLDS = 5
+STRETCH = 1.5        # s; longer than any filter, shorter than a stroke
+SMOOTHNESS = (0.3, 10.0)
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A coordinate of a table: name, place in the sample, number of knots."""
+
+    name: str
+    code: float
+    count: int
+
+
+_DIRECTION = Axis('direction', DIRECTION_CODE, 2)
+_NOTHING = Axis('', NOTHING_CODE, 1)
+_TABLES = (
+    (Axis('position', float(POSITION), 40), _DIRECTION),
+    (Axis('velocity', float(VELOCITY), 28), _NOTHING),
+    (Axis('motor_angle', MOTOR_ANGLE_CODE, 16), _DIRECTION),
+    (Axis('motor_angle', MOTOR_ANGLE_CODE, 12), Axis('load', float(LOAD), 5)),
+    (Axis('load', float(LOAD), 9), Axis('velocity', float(VELOCITY), 9)),
+    (Axis('position', float(POSITION), 14), Axis('velocity', float(VELOCITY), 6)),
+)
+_DISC_TABLES = (
+    (Axis('disc_speed', float(DISC_SPEED), 8), Axis('load', float(LOAD), 6)),
+)
+_WARM_TABLES = (
+    (Axis('pad_temperature', float(PAD_TEMPERATURE), 8), Axis('load', float(LOAD), 6)),
+)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table ready to be fitted: axes and ranges."""
+
+    x: Axis
+    y: Axis
+    x_range: tuple[float, float]
+    y_range: tuple[float, float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(axis.name for axis in (self.x, self.y) if axis.name)
+
+    def setting(self, values: Array) -> EffectSetting:
+        """Return the table with its values as an entry of the model file."""
+        padded = np.zeros(SURFACE_VALUES)
+        padded[:values.size] = values
+        parameters = {f'value_{index:02d}': float(value) for index, value in enumerate(padded)
+                      if value != 0.0}
+        parameters |= {'x_code': self.x.code, 'x_from': self.x_range[0],
+                       'x_to': self.x_range[1], 'x_count': float(self.x.count),
+                       'y_code': self.y.code, 'y_from': self.y_range[0],
+                       'y_to': self.y_range[1], 'y_count': float(self.y.count)}
+        return EffectSetting('unexplained_surface', parameters)
+
+
+@dataclass(frozen=True)
+class Flexible:
+    """The best table on top of a fit.
+
+    Attributes:
+        table: it.
+        values: (count,) its torques [N·m].
+        numbers: (size,) by how much the fit's vector moves along with it.
+        level: cross-validated mean squared residual (noise = 1).
+        predicted: (m,) what it adds to the filtered effort.
+    """
+
+    table: Table
+    values: Array
+    numbers: Array
+    level: float
+    predicted: Array
+
+
+def best_table(fitter: Fitter, fit: Fit) -> Flexible | None:
+    """Return the table that explains most of what a finished fit leaves, None if none does.
+
+    `fit` must have its derivatives (`Fitter.finish`).
+    """
+    scene = fitter.problem.scene
+    tables = list(_TABLES)
+    if scene.disc_speed_range is not None:
+        tables += _DISC_TABLES
+    if scene.temperature_range is not None:
+        tables += _WARM_TABLES
+    runs = fitter.problem.runs
+    for index, run in enumerate(runs):
+        # Fills in the load, level and direction of each sample under this fit.
+        effort_of_motion(run.samples, run.motion.step,
+                         fit.hypothesis.physics(fit.vector, index))
+    best = None
+    for x, y in tables:
+        made = _made(runs, x, y)
+        if made is None:
+            continue
+        found = _fitted(fitter, fit, made)
+        if best is None or found.level < best.level:
+            best = found
+    if best is None or best.level > level(fit, fitter) - 0.02:
+        return None
+    return best
+
+
+def _values(run: Run, axis: Axis) -> Array:
+    if axis.code == NOTHING_CODE:
+        return np.zeros(run.motion.time.size)
+    if axis.code == MOTOR_ANGLE_CODE:
+        return np.mod(run.motion.position, 2.0 * np.pi)
+    return run.samples[:, int(axis.code)]
+
+
+def _made(runs: tuple[Run, ...], x: Axis, y: Axis) -> Table | None:
+    ranges = []
+    for axis in (x, y):
+        values = np.concatenate([_values(run, axis)[run.comparison.grid] for run in runs])
+        if axis.code == DIRECTION:
+            ranges.append((-1.0, 1.0))
+        elif axis.code == MOTOR_ANGLE_CODE:
+            ranges.append((0.0, 2.0 * np.pi))
+        else:
+            low, high = (float(value) for value in np.quantile(values, [0.002, 0.998]))
+            if axis.code != NOTHING_CODE and high - low <= 0.0:
+                return None
+            ranges.append((low, high))
+    return Table(x, y, *ranges)
+
+
+def _columns(runs: tuple[Run, ...], table: Table) -> Array:
+    """Return what each knot adds to the filtered effort, (m, knots)."""
+    parts = []
+    for run in runs:
+        x, along = _knots(_values(run, table.x), table.x_range, table.x.count)
+        y, across = _knots(_values(run, table.y), table.y_range, table.y.count)
+        comparison = run.comparison
+        part = np.zeros((run.measured.size, table.x.count * table.y.count))
+        _filtered_table(x, along, y, across, table.x.count, table.y.count, comparison.weight,
+                        comparison.taps, comparison.grid, comparison.scale, part)
+        parts.append(part)
+    return np.concatenate(parts)
+
+
+@compiled
+def _filtered_table(x, along, y, across, columns, rows, weight, taps, grid, scale, out):
+    reach = taps.size // 2
+    for place in range(grid.size):
+        centre = grid[place]
+        for index in range(max(0, centre - reach), min(x.size, centre + reach + 1)):
+            share = taps[index - centre + reach] * weight[index] / scale[place]
+            knot = y[index] * columns + x[index]
+            out[place, knot] += share * (1.0 - along[index]) * (1.0 - across[index])
+            if columns > 1:
+                out[place, knot + 1] += share * along[index] * (1.0 - across[index])
+            if rows > 1:
+                out[place, knot + columns] += share * (1.0 - along[index]) * across[index]
+            if columns > 1 and rows > 1:
+                out[place, knot + columns + 1] += share * along[index] * across[index]
+
+
+def _knots(values: Array, span: tuple[float, float], count: int) -> tuple[Array, Array]:
+    if count < 2:
+        return np.zeros(values.size, np.int64), np.zeros(values.size)
+    way = np.clip((values - span[0]) / (span[1] - span[0]) * (count - 1), 0.0, count - 1.000001)
+    knot = way.astype(np.int64)
+    return knot, way - knot
+
+
+def _fitted(fitter: Fitter, fit: Fit, table: Table) -> Flexible:
+    columns = _columns(fitter.problem.runs, table)
+    weight = 1.0 / fitter.spread
+    nuisance = fit.jacobian * weight[:, None]
+    norm = np.sqrt(np.mean(nuisance ** 2, axis=0)) + 1e-300
+    nuisance = nuisance / norm
+    design = np.concatenate([nuisance, columns * weight[:, None]], axis=1)
+    target = fit.residual * weight
+    penalty = _penalty(table, design.shape[1], nuisance.shape[1], weight)
+    folds = _folds(fitter)
+    best = None
+    for smoothness in SMOOTHNESS:
+        left = np.empty_like(target)
+        for fold in range(FOLDS):
+            seen = fitter.fitted & (folds != fold)
+            solution = _solve(design[seen], target[seen], smoothness * penalty)
+            left[folds == fold] = (target - design @ solution)[folds == fold]
+        value = float(np.sum(left ** 2) / np.sum((fitter.sigma * weight) ** 2))
+        if best is None or value < best[0]:
+            best = (value, smoothness)
+    solution = _solve(design[fitter.fitted], target[fitter.fitted], best[1] * penalty)
+    values = solution[nuisance.shape[1]:]
+    return Flexible(table, values, solution[:nuisance.shape[1]] / norm, best[0], columns @ values)
+
+
+def _folds(fitter: Fitter) -> NDArray[np.int64]:
+    parts = [(run.motion.time[run.comparison.grid] / STRETCH).astype(int) + 3 * index
+             for index, run in enumerate(fitter.problem.runs)]
+    return np.concatenate(parts) % FOLDS
+
+
+def _solve(design: Array, target: Array, penalty: Array) -> Array:
+    gram = design.T @ design
+    return np.linalg.solve(gram + penalty, design.T @ target)
+
+
+def _penalty(table: Table, size: int, offset: int, weight: Array) -> Array:
+    """Return the quadratic penalty: roughness along both axes, and a little on size."""
+    scale = float(np.median(weight ** 2))
+    matrix = 1e-6 * np.eye(size)
+    matrix[:offset, :offset] = np.eye(offset) * 1e-3
+    index = offset + np.arange(table.x.count * table.y.count).reshape(table.y.count,
+                                                                      table.x.count)
+    lines = [row for row in index if table.x.count > 2] \
+        + [column for column in index.T if table.y.count > 2]
+    for line in lines:
+        for place in range(1, line.size - 1):
+            trio = line[place - 1:place + 2]
+            bend = np.array([1.0, -2.0, 1.0])
+            matrix[np.ix_(trio, trio)] += scale * np.outer(bend, bend)
+    matrix[np.ix_(index.ravel(), index.ravel())] += 0.02 * scale * np.eye(index.size)
+    return matrix

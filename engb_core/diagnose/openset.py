@@ -1,0 +1,130 @@
+"""Is the best named physics good enough to be named? Tried against a flexible model.
+
+If tables over the recorded coordinates explain much of what the best effects leave, the effects
+are a makeshift: no name is given, and the table (or a line of fixed frequency) is what the
+corrected model gets.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.flexible import best_table, Flexible
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.numbers import level
+from engb_core.diagnose.selection import CLEAN_EXCESS, Selection
+from engb_core.effects.catalogue import get_effect
+from engb_core.model import Model
+
+__all__ = ['Explanation', 'explain']
+
+Array = NDArray[np.float64]
+
+# Part of all that can be explained which named effects must account for, to be named.
+NAMED_PART = 0.62
+# A description without a name is kept if it takes away this part of the excess.
+WORTH = 0.1
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What is kept: a finished fit (named effects, perhaps an unnamed line), perhaps a table.
+
+    Attributes:
+        fit: named effects and numbers, finished.
+        table: what describes the rest, or None.
+        adequacy: part of all that can be explained that the named effects account for.
+        level: mean squared residual of fit and table together (table: cross-validated).
+        dropped: effects that fitted best but were not good enough to be named.
+    """
+
+    fit: Fit
+    table: Flexible | None
+    adequacy: float
+    level: float
+    dropped: tuple[str, ...] = ()
+
+    def model(self) -> Model:
+        """Return the corrected model file."""
+        vector = self.fit.vector
+        settings: tuple = ()
+        if self.table is not None:
+            vector = np.clip(vector + self.table.numbers, *self.fit.hypothesis.bounds())
+            settings = (self.table.table.setting(self.table.values),)
+        model = self.fit.hypothesis.corrected(vector)
+        if not settings:
+            return model
+        return replace(model, effects=(*model.effects, *settings))
+
+
+def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
+    """Hold the chosen effects against flexible models, and decide what is named."""
+    after = level(chosen, fitter)
+    if after - 1.0 < 0.5 * CLEAN_EXCESS:
+        return Explanation(chosen, None, 1.0, after)
+    before = max(level(fitter.nominal(), fitter), level(fitter.base(), fitter))
+    rest = _described(fitter, chosen)
+    if not chosen.hypothesis.variants:
+        return _kept(rest, chosen, 1.0, after, ())
+    gain = before - after
+    further = max(after - rest[2], 0.0)
+    adequacy = gain / max(gain + further, 1e-9)
+    if adequacy >= NAMED_PART:
+        return _kept(rest, chosen, adequacy, after, ())
+    base = fitter.finish(fitter.base())
+    alone = _described(fitter, base)
+    if alone[2] > rest[2] + 0.35 * (after - rest[2]):
+        # The table needs the effects: they are part of the truth, if not all of it.
+        return _kept(rest, chosen, adequacy, after, ())
+    return _kept(alone, base, adequacy, level(base, fitter), chosen.hypothesis.ids)
+
+
+def _kept(rest: tuple[Fit, Flexible | None, float], fit: Fit, adequacy: float, after: float,
+          dropped: tuple[str, ...]) -> Explanation:
+    described, table, reached = rest
+    if after - reached < WORTH * max(after - 1.0, 1e-9):
+        return Explanation(fit, None, adequacy, after, dropped)
+    return Explanation(described, table, adequacy, reached, dropped)
+
+
+def _described(fitter: Fitter, fit: Fit) -> tuple[Fit, Flexible | None, float]:
+    """Return the better of a table and a line of fixed frequency: fit, table, level reached."""
+    table = best_table(fitter, fit)
+    reached = level(fit, fitter) if table is None else table.level
+    line = _line(fitter, fit)
+    if line is not None and level(line, fitter) < reached - 0.02:
+        return fitter.finish(line), None, level(line, fitter)
+    return fit, table, reached
+
+
+def _line(fitter: Fitter, fit: Fit) -> Fit | None:
+    """Return the fit with a torque of fixed frequency added, None if there is no such line."""
+    frequency = _strongest_frequency(fitter, fit)
+    if frequency is None:
+        return None
+    variant = variants_of(get_effect('unexplained_vibration'), fitter.problem.scene)[0]
+    starts = fitter.starts(variant, [{'frequency': frequency}])
+    line = fitter.fit(variant, fit, starts, rounds=10)
+    return line if level(line, fitter) < level(fit, fitter) else None
+
+
+def _strongest_frequency(fitter: Fitter, fit: Fit) -> float | None:
+    runs = fitter.problem.runs
+    longest = max(run.motion.time[-1] for run in runs)
+    step = float(np.median(np.diff(runs[0].motion.time[runs[0].comparison.grid])))
+    frequencies = np.arange(0.5, 0.5 / step, 0.35 / longest)
+    power = np.zeros(frequencies.size)
+    ends = np.cumsum([run.measured.size for run in runs])[:-1]
+    for run, residual in zip(runs, np.split(fit.residual / fitter.spread, ends), strict=True):
+        time = run.motion.time[run.comparison.grid]
+        for part in np.array_split(np.arange(frequencies.size), 8):
+            turn = 2.0 * np.pi * np.outer(frequencies[part], time)
+            power[part] += (np.cos(turn) @ residual) ** 2 + (np.sin(turn) @ residual) ** 2
+    peak = int(np.argmax(power))
+    if power[peak] < 12.0 * np.median(power):
+        return None
+    return float(frequencies[peak])
