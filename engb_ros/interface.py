@@ -9,14 +9,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ['CLAMP_FORCE', 'CLAMP_FORCE_COMMAND', 'CLEAR', 'CLOCK', 'DEFAULT_NAMESPACE',
-           'DISC_SPEED', 'DISTURBANCE', 'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY',
-           'JOINT_STATE', 'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND',
-           'REFERENCE', 'SERVICES', 'START_REFERENCE', 'Service', 'TOPICS', 'TRIGGER', 'Topic',
-           'WRITE_MODEL']
+__all__ = ['ACCEPT_MODEL', 'CLAMP_FORCE', 'CLAMP_FORCE_COMMAND', 'CLEAR', 'CLEAR_FAULTS', 'CLOCK',
+           'CLOCK_TYPE', 'CONTROLLER_CAUSES', 'CONTROLLER_STATE', 'CONTROL_REPORT',
+           'DEFAULT_NAMESPACE', 'DIAGNOSTICS', 'DIAGNOSTIC_ARRAY', 'DISC_SPEED', 'DISTURBANCE',
+           'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY', 'JOINT_STATE',
+           'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND', 'REFERENCE',
+           'SERVICES', 'START_REFERENCE', 'STRING', 'Service', 'TOPICS', 'TRIGGER', 'Topic',
+           'UINT32', 'WRITE_MODEL']
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 FLOAT64 = 'std_msgs/msg/Float64'
+STRING = 'std_msgs/msg/String'
+UINT32 = 'std_msgs/msg/UInt32'
+DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
 CLOCK_TYPE = 'rosgraph_msgs/msg/Clock'
 TRIGGER = 'std_srvs/srv/Trigger'
 
@@ -70,17 +75,31 @@ PAD_TEMPERATURE = Topic('pad_temperature', FLOAT64, '°C', 'brake pad')
 LOAD_TORQUE = Topic('load_torque', FLOAT64, 'N·m', 'load torque after the identified model')
 FRICTION_TORQUE = Topic('friction_torque', FLOAT64, 'N·m',
                         'friction torque after the identified model')
+CONTROL_REPORT = Topic('control_report', JOINT_STATE, '', 'three entries, input, command and '
+                       'output: angle and torque as asked for, after all limits, and measured')
+CONTROLLER_STATE = Topic('controller_state', STRING, '', 'ready, enabled, degraded or fault',
+                         'status')
+CONTROLLER_CAUSES = Topic('controller_causes', UINT32, '', 'one bit per cause (docs/integrate.md)',
+                          'status')
+DIAGNOSTICS = Topic('/diagnostics', DIAGNOSTIC_ARRAY, '', 'state, causes, input/command/output '
+                    'triples, the force\'s uncertainty')
 CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')
 
 TOPICS: tuple[Topic, ...] = (
     JOINT_STATES, EFFORT_COMMAND, REFERENCE, POSITION_COMMAND, CLAMP_FORCE_COMMAND, DISTURBANCE,
-    CLAMP_FORCE, DISC_SPEED, PAD_TEMPERATURE, LOAD_TORQUE, FRICTION_TORQUE)
+    CLAMP_FORCE, DISC_SPEED, PAD_TEMPERATURE, LOAD_TORQUE, FRICTION_TORQUE, CONTROL_REPORT,
+    CONTROLLER_STATE, CONTROLLER_CAUSES)
 
 START_REFERENCE = Service('~/start_reference', TRIGGER,
                           'controller: begin the trajectory that parameter `reference` names')
+CLEAR_FAULTS = Service('~/clear_faults', TRIGGER, 'controller: clear latched faults whose '
+                       'condition is gone; it then holds the position and waits for commands')
+ACCEPT_MODEL = Service('~/accept_model', TRIGGER, 'controller: take the model file of parameter '
+                       '`candidate_model` into use, if it lies within bounds')
 IDENTIFY = Service('~/identify', TRIGGER, 'identifier: identify from the samples collected so far')
 WRITE_MODEL = Service('~/write_model', TRIGGER, 'identifier: write the identified model; the '
                       'answer\'s message is its path, or the YAML itself where no path is set')
 CLEAR = Service('~/clear', TRIGGER, 'identifier: forget the samples collected so far')
 
-SERVICES: tuple[Service, ...] = (START_REFERENCE, IDENTIFY, WRITE_MODEL, CLEAR)
+SERVICES: tuple[Service, ...] = (START_REFERENCE, CLEAR_FAULTS, ACCEPT_MODEL, IDENTIFY,
+                                 WRITE_MODEL, CLEAR)

@@ -128,7 +128,7 @@ class SupervisorSettings:
     """
 
     command_timeout: float = 0.25
-    state_timeout: float = 0.02
+    state_timeout: float = 0.1
     observer_timeout: float = 0.0
     stale_action: str = 'hold'
     largest_command_step: float = math.inf

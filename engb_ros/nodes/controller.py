@@ -1,168 +1,221 @@
-"""Node `controller`: position control of one brake, equations (26)–(28)."""
+"""Node `controller`: tracks angle or clamp force of one brake, and supervises itself."""
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
-import math
 import sys
+from time import monotonic
 from typing import Any
 
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, String, UInt32
 
-from engb_core.control.loop import LoopSettings, PositionLoop
-from engb_core.control.pid import ANTIWINDUP_STRATEGIES, PidGains
-from engb_core.control.reference import REFERENCES, ReferenceSettings, ReferenceSource
+from engb_core.control.brake_controller import BrakeController, ControllerSettings
+from engb_core.control.supervisor import Cause
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
+from engb_ros.nodes.controller_parameters import controller_settings, PARAMETERS
+from engb_ros.nodes.diagnostics import controller_status, DiagnosticMessage
 from engb_ros.nodes.messages import joint_sample, JointMessage, Scalar, StampClock
-from engb_ros.nodes.parameters import ParameterSpec
 
 __all__ = ['ControllerNode', 'main']
 
-PARAMETERS = (
-    ParameterSpec('model', '', 'model file; empty: the paper\'s nominal motor alone'),
-    ParameterSpec('p', 0.4, 'proportional gain', 'N·m/rad', 0.0, 1e3, live=True),
-    ParameterSpec('i', 1.5, 'integral gain', 'N·m/(rad·s)', 0.0, 1e4, live=True),
-    ParameterSpec('d', 0.006, 'derivative gain, on the measured velocity', 'N·m·s/rad', 0.0, 1e2,
-                  live=True),
-    ParameterSpec('u_clamp_max', 0.75, 'highest torque demanded', 'N·m', 0.0, 1e3, live=True),
-    ParameterSpec('u_clamp_min', -0.75, 'lowest torque demanded', 'N·m', -1e3, 0.0, live=True),
-    ParameterSpec('i_clamp_max', 0.5, 'highest integral part', 'N·m', 0.0, 1e3, live=True),
-    ParameterSpec('i_clamp_min', -0.5, 'lowest integral part', 'N·m', -1e3, 0.0, live=True),
-    ParameterSpec('antiwindup_strategy', 'back_calculation', 'what keeps the integral part from '
-                  'winding up', choices=ANTIWINDUP_STRATEGIES, live=True),
-    ParameterSpec('tracking_time_constant', 0.0, 'of the back-calculation; 0: chosen from the '
-                  'gains', 's', 0.0, 1e3, live=True),
-    ParameterSpec('error_deadband', 0.0, 'smaller errors are not integrated', 'rad', 0.0, 1e3,
-                  live=True),
-    ParameterSpec('save_i_term', False, 'keep the integral part over a reset', live=True),
-    ParameterSpec('derivative_filter_time', 0.0, 'low-pass on the measured velocity', 's', 0.0,
-                  10.0, live=True),
-    ParameterSpec('load_feedforward', True, 'add the model\'s load torque', live=True),
-    ParameterSpec('friction_feedforward', True, 'add the model\'s friction torque', live=True),
-    ParameterSpec('cogging_feedforward', True, 'add the model\'s cogging torque', live=True),
-    ParameterSpec('disturbance_compensation', False, 'take off what the observer sees beyond the '
-                  'model', live=True),
-    ParameterSpec('disturbance_cutoff', 20.0, 'low-pass of that observer', 'Hz', 0.1, 1e4,
-                  live=True),
-    ParameterSpec('reference', 'command', 'what to track: `position_command`, the identification '
-                  'strokes, or a CSV file of time,position', choices=REFERENCES),
-    ParameterSpec('reference_file', '', 'CSV file for reference:=file'),
-    ParameterSpec('start_on_request', False, 'wait for service ~/start_reference with the '
-                  'trajectory'),
-    ParameterSpec('repeat', False, 'begin the trajectory again when it ends'),
-    ParameterSpec('stroke_amplitudes', [12.0, 24.0, 36.0], 'lengths of the identification strokes',
-                  'rad', -1e4, 1e4),
-    ParameterSpec('stroke_acceleration', 60.0, 'of the identification strokes', 'rad/s²', 1e-3,
-                  1e6),
-    ParameterSpec('stroke_repetitions', 1, 'strokes of each amplitude', '', 1, 1000),
-    ParameterSpec('stop_time', 0.6, 'stop section after each half stroke', 's', 0.0, 100.0),
-    ParameterSpec('slow_speeds', [1.0, 4.0], 'speeds of the slow unloaded strokes before', 'rad/s',
-                  1e-3, 1e3),
-    ParameterSpec('slow_range', [0.3, 3.0], 'angles between which they run; equal: none', 'rad',
-                  -1e4, 1e4),
-    ParameterSpec('approach_acceleration', 400.0, 'of moves to a command or to a trajectory\'s '
-                  'start', 'rad/s²', 1e-3, 1e6),
-    ParameterSpec('apply_speed', 60.0, 'highest speed of these moves while applying', 'rad/s',
-                  1e-3, 1e4),
-    ParameterSpec('release_speed', 60.0, 'highest speed of these moves while releasing', 'rad/s',
-                  1e-3, 1e4),
-    ParameterSpec('reference_every', 4, 'publish `reference` every n-th cycle; 0: never', '', 0,
-                  1000),
-)
+# How often the watchdogs look, and how often the graph is searched for another controller [s].
+_TICK = 0.005
+_LOOK = 0.5
 
 
 class ControllerNode(ManagedNode):
-    """One control cycle per `joint_states` message: the drive's clock sets the pace."""
+    """One control cycle per `joint_states` message: the drive's clock sets the pace.
+
+    Watchdogs run on a timer of the steady clock, so they also act when no message comes.
+    """
 
     node_name = 'controller'
     parameters = PARAMETERS
 
     def configure(self, values: dict[str, Any]) -> None:
-        """Build the loop and the reference."""
+        """Build the controller and its endpoints."""
         model = Model.read(values['model']) if values['model'] else Model()
+        self._controller = BrakeController(model, self._settings(values))
         self._joint = model.joint.name
-        self._loop = PositionLoop(model, loop_settings(values))
-        self._source = ReferenceSource(reference_settings(values))
         self._stamps = StampClock()
-        self._effort = Scalar()
+        self._scalar = Scalar()
         self._reference = JointMessage(self._joint)
-        self._every = values['reference_every']
+        self._report = JointState(name=['input', 'command', 'output'],
+                                  position=array('d', [0.0] * 3), effort=array('d', [0.0] * 3))
+        self._diagnostic = DiagnosticMessage(f'{self.get_namespace().strip("/")}: controller')
+        self._reference_every = values['reference_every']
+        self._report_every = values['report_every']
         self._count = 0
+        self._told: tuple[Any, int] | None = None
+        self._alone_since: float | None = None
         self._publish_effort = self.advertise(interface.EFFORT_COMMAND).publish
         self._publish_reference = self.advertise(interface.REFERENCE).publish
-        self.listen(interface.POSITION_COMMAND, self._on_command)
+        self._publish_report = self.advertise(interface.CONTROL_REPORT).publish
+        self._publish_force = (self.advertise(interface.CLAMP_FORCE).publish
+                               if self._controller.estimator else None)
+        self._publish_state = self.advertise(interface.CONTROLLER_STATE).publish
+        self._publish_causes = self.advertise(interface.CONTROLLER_CAUSES).publish
+        self._publish_diagnostics = self.advertise(interface.DIAGNOSTICS).publish
+        self.listen(interface.POSITION_COMMAND, self._on_position_command)
+        self.listen(interface.CLAMP_FORCE_COMMAND, self._on_force_command)
+        self.listen(interface.DISC_SPEED, self._on_disc_speed)
+        if values['observer_timeout'] > 0.0:
+            self.listen(interface.DISTURBANCE, self._on_disturbance)
         self.listen(interface.JOINT_STATES, self._on_joint_states)
         self.serve(interface.START_REFERENCE, self._start_reference)
+        self.serve(interface.CLEAR_FAULTS, self._clear_faults)
+        self.serve(interface.ACCEPT_MODEL, self._accept_model)
+        self.every(_TICK, self._on_tick)
+        self.every(_LOOK, self._look_for_others)
+        self.every(values['diagnostics_period'], self._diagnose)
 
     def validate(self, values: dict[str, Any]) -> None:
-        """Check the gains together."""
-        loop_settings(values)
+        """Check the settings together."""
+        controller_settings(values)
 
     def reconfigure(self, values: dict[str, Any]) -> None:
-        """Take up new gains without a jump of the torque."""
-        if hasattr(self, '_loop'):
-            self._loop.set_settings(loop_settings(values))
+        """Take up new settings without a jump of the torque."""
+        if hasattr(self, '_controller'):
+            self._controller.apply(self._settings(values))
+
+    def _settings(self, values: dict[str, Any]) -> ControllerSettings:
+        if self.get_parameter('use_sim_time').value:
+            # Simulated time may stand still, or be slow: joint states have no age then.
+            values = {**values, 'state_timeout': 0.0}
+        return controller_settings(values)
 
     def start(self) -> None:
-        """Begin at the position where the motor stands."""
-        self._loop.reset()
-        self._source.reset()
+        """Begin at the position where the motor stands, unless someone else drives it."""
+        self._controller.start(monotonic())
+        self._alone_since = None
+        self._look_for_others()
+        self._tell()
 
     def stop(self) -> None:
         """Send a last command: no torque."""
-        self._publish_effort(self._effort.fill(0.0))
+        if not self._controller.silent:
+            self._publish_effort(self._scalar.fill(0.0))
+
+    # Services.
 
     def _start_reference(self) -> str:
-        self._source.start()
-        return f'the reference takes {self._source.duration:.1f} s'
+        return f'the reference takes {self._controller.start_reference():.1f} s'
 
-    def _on_command(self, message: Float64) -> None:
-        if math.isfinite(message.data):
-            self._source.command(message.data)
+    def _clear_faults(self) -> str:
+        left = self._controller.clear(monotonic())
+        self._tell()
+        if left:
+            raise InputError('still there: ' + ', '.join(cause.name.lower() for cause in Cause
+                                                         if left & cause))
+        return 'cleared; the position is held until a new command comes'
+
+    def _accept_model(self) -> str:
+        path = self.values['candidate_model']
+        if not path:
+            raise InputError('parameter candidate_model is empty; set it to the model file to '
+                             'accept')
+        self._controller.accept_model(Model.read(path))
+        self.get_logger().info(f'model {path} accepted')
+        return f'{path} is in use'
+
+    # Messages and timers.
+
+    def _on_position_command(self, message: Float64) -> None:
+        if self.active:
+            self._controller.on_position_command(monotonic(), message.data)
+
+    def _on_force_command(self, message: Float64) -> None:
+        if self.active:
+            self._controller.on_force_command(monotonic(), message.data)
+
+    def _on_disc_speed(self, message: Float64) -> None:
+        self._controller.on_disc_speed(message.data)
+
+    def _on_disturbance(self, message: Float64) -> None:
+        self._controller.on_disturbance(monotonic(), message.data)
 
     def _on_joint_states(self, message: JointState) -> None:
         if not self.active:
             return
+        controller = self._controller
         sample = joint_sample(message, self._joint)
         if sample is None:
+            controller.on_wrong_joint(monotonic())
             return
-        position, velocity, effort = sample
-        time = self._stamps.seconds(message.header.stamp)
-        setpoint = self._source.at(time, position)
-        torque = self._loop.step(time, position, velocity, effort, setpoint)
-        self._publish_effort(self._effort.fill(torque))
-        self._count += 1
-        if self._every and self._count % self._every == 0:
+        stamp = message.header.stamp
+        torque = controller.on_state(monotonic(), self._stamps.seconds(stamp), *sample)
+        if torque is None:
+            return
+        self._publish_effort(self._scalar.fill(torque))
+        self._count = count = self._count + 1
+        if self._reference_every and count % self._reference_every == 0:
+            setpoint = controller.setpoint
             self._publish_reference(self._reference.fill_at(
-                message.header.stamp, setpoint.position, setpoint.velocity,
-                self._loop.feedforward))
+                stamp, setpoint.position, setpoint.velocity, controller.feedforward))
+            if self._publish_force is not None:
+                self._publish_force(self._scalar.fill(controller.estimator.force))
+        if self._report_every and count % self._report_every == 0:
+            self._send_report(stamp)
 
+    def _on_tick(self) -> None:
+        if not self.active:
+            return
+        torque = self._controller.on_tick(monotonic())
+        if torque is not None:
+            self._publish_effort(self._scalar.fill(torque))
+        supervisor = self._controller.supervisor
+        if self._told is None or self._told[0] is not supervisor.state or (
+                self._told[1] != supervisor.latched):
+            self._tell()
 
-def loop_settings(values: dict[str, Any]) -> LoopSettings:
-    """Return the loop's settings from parameter values."""
-    gains = PidGains(**{name: values[name] for name in PidGains.__dataclass_fields__})
-    return LoopSettings(gains, values['load_feedforward'], values['friction_feedforward'],
-                        values['cogging_feedforward'], values['disturbance_compensation'],
-                        values['disturbance_cutoff'])
+    def _look_for_others(self) -> None:
+        if not self.active:
+            return
+        now = monotonic()
+        others = self.count_publishers(interface.EFFORT_COMMAND.name) > 1
+        if not others and self._alone_since is None:
+            self._alone_since = now
+        # Discovery takes a moment: only who was alone for a while was first.
+        was_first = self._alone_since is not None and now - self._alone_since > 1.0
+        if others and not was_first:
+            self._alone_since = None
+        self._controller.on_other_controller(now, others, was_first)
 
+    # Telling.
 
-def reference_settings(values: dict[str, Any]) -> ReferenceSettings:
-    """Return the reference's settings from parameter values."""
-    if len(values['slow_range']) != 2:
-        raise InputError('parameter slow_range must hold two angles [rad]')
-    return ReferenceSettings(
-        kind=values['reference'], file=values['reference_file'],
-        start_on_request=values['start_on_request'], repeat=values['repeat'],
-        amplitudes=tuple(values['stroke_amplitudes']),
-        acceleration=values['stroke_acceleration'], repetitions=values['stroke_repetitions'],
-        stop_time=values['stop_time'], slow_speeds=tuple(values['slow_speeds']),
-        slow_range=tuple(values['slow_range']),
-        approach_acceleration=values['approach_acceleration'],
-        apply_speed=values['apply_speed'], release_speed=values['release_speed'])
+    def _send_report(self, stamp: Any) -> None:
+        values, message = self._controller.report, self._report
+        message.header.stamp.sec, message.header.stamp.nanosec = stamp.sec, stamp.nanosec
+        position, effort = message.position, message.effort
+        position[0], position[1], position[2] = (
+            values.position_input, values.position_command, values.position_output)
+        effort[0], effort[1], effort[2] = (
+            values.effort_input, values.effort_command, values.effort_output)
+        self._publish_report(message)
+
+    def _tell(self) -> None:
+        """Publish the state now, because it has changed."""
+        supervisor = self._controller.supervisor
+        before, self._told = self._told, (supervisor.state, int(supervisor.latched))
+        self._publish_state(String(data=supervisor.state.value))
+        self._diagnose()
+        if before is not None and before[1] != self._told[1] and supervisor.latched:
+            self.get_logger().error('fault: ' + ', '.join(
+                cause.name.lower() for cause in Cause if supervisor.latched & cause))
+
+    def _diagnose(self) -> None:
+        if not self.active:
+            return
+        now = monotonic()
+        self._publish_causes(UInt32(data=int(self._controller.supervisor.active(now))))
+        level, message, values = controller_status(self._controller, now)
+        self._publish_diagnostics(self._diagnostic.fill(
+            self.get_clock().now().to_msg(), level, message, values))
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -1,0 +1,66 @@
+"""Diagnostic messages, whose level is a byte that rclpy fills with garbage if given a number."""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from engb_core.control.brake_controller import BrakeController
+from engb_core.control.supervisor import Cause, CAUSES, Severity, State
+
+__all__ = ['DiagnosticMessage', 'ERROR', 'OK', 'WARN', 'controller_status']
+
+OK, WARN, ERROR = 0, 1, 2
+
+
+class DiagnosticMessage:
+    """A DiagnosticArray with one status.
+
+    Args:
+        name: of what is diagnosed.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._status = DiagnosticStatus(name=name, hardware_id='engb')
+        self._message = DiagnosticArray(status=[self._status])
+
+    def fill(self, stamp: Time, level: int, text: str, values: dict[str, str]) -> DiagnosticArray:
+        """Set stamp, level (OK, WARN, ERROR), text and values; return the message."""
+        self._message.header.stamp = stamp
+        self._status.level = bytes([int(level)])
+        self._status.message = text
+        self._status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+        return self._message
+
+
+def controller_status(controller: BrakeController, now: float) -> tuple[int, str, dict[str, str]]:
+    """Return level, message and values of a controller's status."""
+    supervisor, report = controller.supervisor, controller.report
+    active = supervisor.active(now)
+    named = [cause.name.lower() for cause in Cause if active & cause]
+    state = supervisor.state
+    severities = {CAUSES[cause].severity for cause in Cause if active & cause}
+    if state is State.FAULT:
+        level = ERROR
+    elif state is State.DEGRADED or severities:
+        level = WARN
+    else:
+        level = OK
+    if severities == {Severity.NOTICE} and active == Cause.OUTPUT_LIMITED:
+        level = OK if state is not State.FAULT else level
+    values = {'state': state.value, 'causes': str(int(active)),
+              'latched': str(int(supervisor.latched))}
+    for name in ('position', 'effort'):
+        for part in ('input', 'command', 'output'):
+            values[f'{name}_{part}'] = f'{getattr(report, f"{name}_{part}"):.6g}'
+    values['final_clamp_activity'] = str(controller.clamp.activity)
+    estimator = controller.estimator
+    if estimator is not None:
+        values |= {'clamp_force': f'{estimator.force:.1f}',
+                   'clamp_force_std': f'{estimator.force_std:.1f}',
+                   'contact_angle': f'{estimator.contact_angle:.3f}',
+                   'contact_shift_std': f'{estimator.shift_std:.3f}'}
+    for cause in Cause:
+        values[cause.name.lower()] = '1' if active & cause else '0'
+        values[f'{cause.name.lower()}_count'] = str(supervisor.counts[cause])
+    return level, state.value + (': ' + ', '.join(named) if named else ''), values

@@ -1,0 +1,317 @@
+"""Supervision: every limit in every state, latching, and that nothing unsafe ever comes out."""
+
+import math
+
+from hypothesis import given, settings, strategies
+import pytest
+
+from engb_core.control.brake_controller import BrakeController, ControllerSettings, ForceSettings
+from engb_core.control.clamp_force import read_mechanism
+from engb_core.control.loop import LoopSettings
+from engb_core.control.pid import PidGains
+from engb_core.control.supervisor import (
+    Cause,
+    CAUSES,
+    FinalClamp,
+    Severity,
+    State,
+    SupervisorSettings,
+)
+from engb_core.errors import InputError
+from engb_core.model import Model, Motor
+from engb_ros.files import config_file, TRUE_BRAKE
+
+BRAKE = Model.read(TRUE_BRAKE)
+GAINS = PidGains(0.4, 1.5, 0.006, 0.75, -0.75, 0.5, -0.5)
+LIMITS = SupervisorSettings(effort_limit=0.5, largest_command_step=20.0, command_timeout=0.25)
+FORCE = ForceSettings(read_mechanism(config_file('mechanism.yaml')))
+DT = 0.002
+
+
+class Bench:
+    """A controller fed by hand, with its clock."""
+
+    def __init__(self, **options):
+        options.setdefault('supervisor', LIMITS)
+        self.controller = BrakeController(BRAKE, ControllerSettings(
+            LoopSettings(GAINS), force=FORCE, **options))
+        self.now = 100.0
+        self.controller.start(self.now)
+        self.position = 5.0
+
+    def state(self, count=1, **given):
+        """Feed joint states and return the last torque."""
+        torque = None
+        for _ in range(count):
+            self.now += DT
+            sample = {'stamp': self.now, 'position': self.position, 'velocity': 0.0,
+                      'effort': 0.0, **given}
+            torque = self.controller.on_state(self.now, **sample)
+        return torque
+
+    def commanded(self, value=6.0):
+        """Feed joint states and a valid command."""
+        self.state(3)
+        assert self.controller.on_position_command(self.now, value)
+        self.state(3)
+        return self
+
+    @property
+    def supervisor(self):
+        return self.controller.supervisor
+
+
+def in_ready():
+    bench = Bench()
+    bench.state(3)
+    return bench
+
+
+def in_enabled():
+    return Bench().commanded()
+
+
+def in_degraded():
+    bench = in_enabled()
+    bench.supervisor.set(Cause.OBSERVER_STALE, True, bench.now)
+    return bench
+
+
+def in_fault():
+    bench = in_enabled()
+    bench.now += 1.0
+    bench.controller.on_tick(bench.now)
+    bench.state()
+    return bench
+
+
+STATES = {State.READY: in_ready, State.ENABLED: in_enabled, State.DEGRADED: in_degraded,
+          State.FAULT: in_fault}
+
+
+@pytest.mark.parametrize('state', STATES, ids=lambda state: state.value)
+def test_the_states_are_reached(state):
+    assert STATES[state]().supervisor.state is state
+
+
+@pytest.mark.parametrize('state', STATES, ids=lambda state: state.value)
+@pytest.mark.parametrize(('value', 'cause'), [
+    (math.nan, Cause.COMMAND_NOT_FINITE), (math.inf, Cause.COMMAND_NOT_FINITE),
+    (-math.inf, Cause.COMMAND_NOT_FINITE), (50.01, Cause.COMMAND_OUT_OF_RANGE),
+    (-5.01, Cause.COMMAND_OUT_OF_RANGE), (1e300, Cause.COMMAND_OUT_OF_RANGE)])
+def test_a_bad_position_command_is_not_taken_in_any_state(state, value, cause):
+    bench = STATES[state]()
+    before = bench.supervisor.counts[cause]
+    assert not bench.controller.on_position_command(bench.now, value)
+    assert bench.supervisor.counts[cause] == before + 1
+    assert bench.supervisor.active(bench.now) & cause
+    torque = bench.state(5)
+    assert torque is None or abs(torque) <= 0.5
+
+
+@pytest.mark.parametrize('state', STATES, ids=lambda state: state.value)
+@pytest.mark.parametrize('value', [math.nan, -1.0, 1e9, math.inf])
+def test_a_bad_force_command_is_not_taken_in_any_state(state, value):
+    bench = STATES[state]()
+    assert not bench.controller.on_force_command(bench.now, value)
+
+
+@pytest.mark.parametrize('state', STATES, ids=lambda state: state.value)
+@pytest.mark.parametrize(('sample', 'cause'), [
+    ({'position': math.nan}, Cause.STATE_NOT_FINITE),
+    ({'position': math.inf}, Cause.STATE_NOT_FINITE),
+    ({'stamp': math.nan}, Cause.STATE_NOT_FINITE),
+    ({'velocity': -math.inf}, Cause.STATE_NOT_FINITE),
+    ({'position': 500.0}, Cause.STATE_JUMP)])
+def test_a_bad_joint_state_is_not_used_in_any_state(state, sample, cause):
+    bench = STATES[state]()
+    before = bench.supervisor.counts[cause]
+    setpoint = bench.controller.setpoint
+    assert bench.state(**sample) is None
+    assert bench.supervisor.counts[cause] == before + 1
+    assert bench.controller.setpoint == setpoint
+
+
+def test_a_jump_of_the_command_is_not_taken():
+    bench = in_enabled()
+    assert not bench.controller.on_position_command(bench.now, 6.0 + 20.1)
+    assert bench.supervisor.active(bench.now) & Cause.COMMAND_JUMP
+    assert bench.controller.on_position_command(bench.now, 6.0 + 19.9)
+
+
+def test_stale_commands_latch_and_hold_until_cleared():
+    bench = in_enabled()
+    bench.state(int(0.24 / DT))
+    assert bench.supervisor.state is State.ENABLED
+    bench.state(int(0.03 / DT))
+    assert bench.supervisor.latched == Cause.COMMAND_STALE
+    held = bench.controller.setpoint.position
+    assert not bench.controller.on_position_command(bench.now, 7.0)
+    bench.state(200)
+    assert bench.controller.setpoint.position == pytest.approx(held, abs=0.2)
+    assert bench.supervisor.state is State.FAULT
+    assert not bench.controller.clear(bench.now)
+    assert bench.supervisor.state is State.READY
+    assert bench.commanded(7.0).supervisor.state is State.ENABLED
+
+
+@pytest.mark.parametrize(('action', 'expected'), [
+    ('hold', 6.0), ('ramp_to_zero', 0.0), ('ramp_to_value', 9.0)])
+def test_each_stale_action(action, expected):
+    bench = Bench(supervisor=SupervisorSettings(stale_action=action), stale_value=9.0).commanded()
+    for _ in range(1500):
+        bench.position += 0.2 * (bench.controller.setpoint.position - bench.position)
+        bench.state()
+    assert bench.controller.setpoint.position == pytest.approx(expected, abs=0.01)
+
+
+def test_without_joint_states_the_torque_ramps_to_zero_in_time():
+    bench = Bench().commanded(25.0)
+    bench.state(100)
+    sent = bench.controller.clamp.output
+    assert sent > 0.1
+    torques = []
+    for _ in range(100):
+        bench.now += 0.005
+        torques.append(bench.controller.on_tick(bench.now))
+    first = next(index for index, torque in enumerate(torques) if torque is not None)
+    assert 0.1 < (first + 1) * 0.005 < 0.111   # state_timeout and one tick
+    ramp = torques[first:]
+    assert all(later <= earlier for earlier, later in zip(ramp, ramp[1:], strict=False))
+    assert ramp[int(0.2 / 0.005)] == 0.0
+    assert bench.supervisor.state is State.FAULT
+    bench.state(20)   # they come back: latched all the same
+    assert bench.controller.clamp.output == 0.0
+    assert bench.supervisor.state is State.FAULT
+    assert not bench.controller.clear(bench.now)
+    assert bench.commanded().supervisor.state is State.ENABLED
+
+
+def test_clearing_while_the_condition_lasts_does_nothing():
+    bench = in_enabled()
+    bench.now += 1.0
+    bench.controller.on_tick(bench.now)
+    assert bench.controller.clear(bench.now) & Cause.STATE_STALE
+    assert bench.supervisor.state is State.FAULT
+
+
+def test_before_the_first_sample_nothing_has_failed():
+    bench = Bench()
+    for _ in range(1000):
+        bench.now += 0.005
+        assert bench.controller.on_tick(bench.now) is None
+    assert bench.supervisor.state is State.READY
+    assert bench.supervisor.active(bench.now) & Cause.STATE_STALE
+
+
+def test_who_comes_later_is_silent_who_was_first_goes_on():
+    late, first = in_enabled(), in_enabled()
+    late.controller.on_other_controller(late.now, True, was_first=False)
+    assert late.state(10) is None
+    assert late.supervisor.state is State.FAULT
+    first.controller.on_other_controller(first.now, True, was_first=True)
+    assert first.state(10) is not None
+    assert first.supervisor.state is State.DEGRADED
+    late.controller.on_other_controller(late.now, False, was_first=False)
+    assert not late.controller.clear(late.now)
+    assert late.state(3) is not None
+
+
+def test_jumps_of_the_stamps_do_no_harm():
+    bench = in_enabled()
+    before = bench.controller.clamp.output
+    for jump in (1e6, -1e6, 0.5, -0.5):
+        torque = bench.state(1, stamp=bench.now + jump)
+        assert torque is None or abs(torque - before) < 0.2
+    assert bench.supervisor.counts[Cause.CLOCK_JUMP] >= 2
+    assert bench.state(3) is not None
+
+
+def test_a_lasting_tracking_error_degrades():
+    bench = Bench().commanded(30.0)
+    for _ in range(200):
+        bench.controller.on_position_command(bench.now, 30.0 if bench.now else 0.0)
+        bench.state(2)
+    assert bench.supervisor.state is State.DEGRADED
+    assert bench.supervisor.active(bench.now) & Cause.TRACKING_ERROR
+
+
+def test_every_cause_is_described():
+    assert set(CAUSES) == set(Cause)
+    assert all(info.meaning and info.reaction and isinstance(info.severity, Severity)
+               for info in CAUSES.values())
+
+
+anything = strategies.floats(allow_nan=True, allow_infinity=True)
+usual = strategies.floats(-60.0, 60.0)
+
+
+@settings(max_examples=150, deadline=None)
+@given(strategies.lists(strategies.one_of(
+    strategies.tuples(strategies.just('state'), strategies.one_of(anything, usual),
+                      strategies.one_of(anything, usual), anything,
+                      strategies.floats(0.0, 0.3)),
+    strategies.tuples(strategies.just('position'), strategies.one_of(anything, usual)),
+    strategies.tuples(strategies.just('force'), strategies.one_of(
+        anything, strategies.floats(0.0, 9000.0))),
+    strategies.tuples(strategies.just('disc'), anything),
+    strategies.tuples(strategies.just('tick'), strategies.floats(0.0, 0.5)),
+    strategies.tuples(strategies.just('clear')),
+    strategies.tuples(strategies.just('other'), strategies.booleans(), strategies.booleans()),
+), max_size=60))
+def test_whatever_happens_the_torque_is_finite_within_limits_and_faults_stay(events):
+    bench = Bench()
+    for kind, *given_values in events:
+        latched = bench.supervisor.latched
+        controller, torque = bench.controller, None
+        if kind == 'state':
+            position, velocity, effort, wait = given_values
+            bench.now += wait
+            torque = controller.on_state(bench.now, bench.now, position, velocity, effort)
+        elif kind == 'position':
+            controller.on_position_command(bench.now, *given_values)
+        elif kind == 'force':
+            controller.on_force_command(bench.now, *given_values)
+        elif kind == 'disc':
+            controller.on_disc_speed(*given_values)
+        elif kind == 'tick':
+            bench.now += given_values[0]
+            torque = controller.on_tick(bench.now)
+        elif kind == 'other':
+            controller.on_other_controller(bench.now, *given_values)
+        else:
+            controller.clear(bench.now)
+        if torque is not None:
+            assert math.isfinite(torque)
+            assert abs(torque) <= 0.5
+        if kind != 'clear':
+            assert bench.supervisor.latched & latched == latched
+            assert not (latched and bench.supervisor.state is not State.FAULT)
+        assert math.isfinite(controller.setpoint.position)
+
+
+@given(strategies.lists(strategies.tuples(anything, strategies.floats(0.0, 1.0)), max_size=50))
+def test_the_final_clamp_lets_nothing_through(wishes):
+    clamp = FinalClamp(SupervisorSettings(effort_limit=0.4, effort_rate=10.0))
+    before = 0.0
+    for wish, dt in wishes:
+        sent = clamp.step(wish, dt)
+        assert math.isfinite(sent)
+        assert abs(sent) <= 0.4
+        assert abs(sent - before) <= 10.0 * min(dt, 0.1) + 1e-12
+        before = sent
+
+
+def test_an_identified_model_is_taken_within_bounds_and_without_a_jump():
+    bench = in_enabled()
+    bench.position = 6.0
+    before = bench.state(200)
+    worn = Model(Motor(0.0174, 7.5e-5, 1.2e-3), BRAKE.load_torque, BRAKE.friction)
+    bench.controller.accept_model(worn)
+    assert bench.state() == pytest.approx(before, abs=0.01)
+    assert bench.controller.model is worn
+    for wrong in (Model(Motor(0.0174, 3e-4, 1.2e-3), BRAKE.load_torque),
+                  Model(Motor(0.0174, 7e-5, 9e-3), BRAKE.load_torque)):
+        with pytest.raises(InputError, match='not within half and double'):
+            bench.controller.accept_model(wrong)
+    assert bench.controller.model is worn

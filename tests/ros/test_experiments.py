@@ -1,0 +1,45 @@
+"""An experiment of the reproduction on live nodes: excitation, plant, recorder."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from engb_core.identify.nominal import fit_free_motor
+from engb_core.reproduce import chosen
+from engb_core.reproduce.plan import PLAN
+from engb_ros import interface
+from engb_ros.experiments import record_experiment
+
+
+def test_step_test_on_live_nodes_finds_the_motor(tmp_path):
+    experiment = replace(PLAN[0], duration=2.5)
+    told = []
+    recording = record_experiment(experiment, chosen.NOMINAL, tmp_path / 'steps', 1, told.append)
+    assert recording.time.size >= 2500
+    assert np.diff(recording.time).max() < 0.01
+    assert any('steps' in line for line in told)
+    found = fit_free_motor([recording]).values
+    assert abs(found['inertia'] / chosen.MOTOR.inertia - 1.0) < 0.05
+    assert abs(found['coulomb'] / chosen.COULOMB - 1.0) < 0.1
+
+
+def test_excitation_lets_go_of_a_motor_that_runs_away(runner, probe):
+    runner.start('plant', parameters={'lockstep': True, 'effort_noise': 0.0})
+    efforts = probe.listen(interface.EFFORT_COMMAND)
+    runner.start('excitation', parameters={'amplitude': 0.07, 'hold': 50.0, 'duration': 100.0,
+                                           'highest_speed': 5.0})
+    runner.wait_until(lambda: efforts, 'the excitation', pause=probe.spin)
+
+    def let_go():
+        return len(efforts) > 500 and all(message.data == 0.0 for message in efforts[-50:])
+
+    runner.wait_until(let_go, 'the excitation to let go', pause=probe.spin)
+    runner.stop()
+
+
+def test_bad_excitation_ends_in_one_line(runner):
+    process = runner.start('excitation', parameters={'duration': 0.0})
+    assert process.wait(30.0) == 2
+    assert process.output.strip().count('\n') == 0
+    assert 'duration' in process.output
+    runner.processes.pop('excitation')
