@@ -31,6 +31,13 @@ CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4
 # Until all nodes hear each other [s]; discovery takes seconds on a loaded machine.
 PATIENCE = 60.0
 
+# Between the graph's word and the start [s].
+SETTLING = 1.5
+
+# Watchdogs and slew rate of the controller go by the wall clock, the experiments by the plant's.
+UNWATCHED = {'state_timeout': 0.0, 'command_timeout': 0.0, 'effort_rate': 1e6,
+             'largest_speed': 1e5}
+
 # Times real time, tried in turn.
 SPEEDS = (2.0, 1.0, 0.4)
 
@@ -91,7 +98,7 @@ def _run(experiment: Experiment, model: Model, bag: Path, seed: int, progress: P
         runner.wait_until(lambda: _all_connected(probe), 'the nodes to hear each other',
                           PATIENCE, probe.spin)
         # What this process sees of the graph, the others may see a moment later.
-        _wait(probe, 0.5)
+        _wait(probe, SETTLING)
         _change(probe, ACTIVATE)
         _follow(runner, probe, disc, experiment.duration, lambda done: progress(
             f'{experiment.name}: {done:.0f} of {experiment.duration:.0f} s'))
@@ -124,7 +131,7 @@ def _driver(experiment: Experiment, model: Model, folder: Path) -> tuple[str, Ma
         'stop_time': reference.stop_time,
         'slow_speeds': list(reference.slow_speeds),
         'slow_range': list(reference.slow_range),
-        **asdict(experiment.gains)}
+        **UNWATCHED, **asdict(experiment.gains)}
     if experiment.table is not None:
         parameters['reference_file'] = folder / 'reference.csv'
         experiment.table.write(parameters['reference_file'])
