@@ -53,6 +53,7 @@ setup(
             'disturbance_observer = engb_ros.nodes.disturbance_observer:main',
             'identifier = engb_ros.nodes.identifier:main',
             'recorder = engb_ros.nodes.recorder:main',
+            'excitation = engb_ros.nodes.excitation:main',
         ],
     },
     options={

@@ -15,18 +15,19 @@ right angle to the lever works. All of that vanishes at θ_lv = θ_g = 0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engb_core.errors import InputError
 from engb_core.kinematics import Mechanism, rising_root
-from engb_core.model import Friction, LoadTorque
+from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 
 __all__ = ['back_efficiency', 'clamp_force', 'clamp_force_of_torque', 'coulomb_friction',
-           'efficiency_load_gain', 'LoadPolynomial', 'load_polynomial', 'motor_angle',
-           'pad_friction', 'paper_torque', 'self_energizing_gain', 'torque_of_clamp_force']
+           'efficiency_load_gain', 'LoadPolynomial', 'load_polynomial', 'mechanism_load',
+           'motor_angle', 'pad_friction', 'paper_torque', 'self_energizing_gain',
+           'torque_of_clamp_force']
 
 Array = NDArray[np.float64]
 
@@ -180,6 +181,31 @@ def load_polynomial(mechanism: Mechanism, pad_friction: float = 0.0,
     coefficients = found / (mechanism.stroke - contact)**powers
     return LoadPolynomial(LoadTorque('polynomial', (0.0, *coefficients.tolist()), contact), gain,
                           error)
+
+
+def mechanism_load(model: Model, mechanism: Mechanism, pad_friction: float = 0.0) -> Model:
+    """Return `model` with the mechanism's load torque and load-dependent friction.
+
+    Args:
+        model: its motor, Coulomb friction and cogging stay.
+        mechanism: the geometry.
+        pad_friction: μ [-]; above 0 the effect `self_energizing` is added, with the wedge's mean
+            slope over the stroke (each angle counted by the square of its load).
+
+    Raises:
+        InputError: the brake locks itself.
+    """
+    chain = load_polynomial(mechanism)
+    effects = model.effects
+    if pad_friction > 0.0:
+        angle = np.linspace(0.0, mechanism.stroke, 200)
+        wedge = mechanism.posture(angle).wedge
+        load = torque_of_clamp_force(mechanism, clamp_force(mechanism, angle), angle)
+        mean = float(wedge @ load**2 / (load @ load))
+        gain = float(self_energizing_gain(mean, pad_friction))
+        effects += (EffectSetting('self_energizing', {'load_ratio': gain}),)
+    return replace(model, load_torque=chain.load_torque, effects=effects, friction=replace(
+        model.friction, load_gain=chain.load_gain))
 
 
 def coulomb_friction(velocity: ArrayLike, net_torque: ArrayLike, level: ArrayLike,

@@ -12,9 +12,11 @@ from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 
+from engb_core.control.clamp_force import read_mechanism
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.sensors import SensorSettings
+from engb_core.statics import mechanism_load
 from engb_ros import interface
 from engb_ros.files import TRUE_BRAKE
 from engb_ros.nodes.base import ManagedNode, run
@@ -43,6 +45,10 @@ class PlantNode(ManagedNode):
         ParameterSpec('model', '', 'model file of the true brake; empty: the one in config/'),
         ParameterSpec('effects', '', 'further physics, as YAML: "stribeck_friction: '
                       '{breakaway_ratio: 1.4, stribeck_velocity: 2.0}"'),
+        ParameterSpec('mechanism', '', 'mechanism file: its load torque and load-dependent '
+                      'friction (chapter 2) take the place of the model\'s'),
+        ParameterSpec('pad_friction', 0.0, 'μ of the pads on the turning disc, with `mechanism`',
+                      '-', 0.0, 1.0),
         ParameterSpec('rate', 1000.0, 'samples per second', 'Hz', 10.0, 10000.0),
         ParameterSpec('speed', 1.0, 'simulated seconds per second; 0: as fast as commands answer '
                       '(lockstep only)', '-', 0.0, 1000.0),
@@ -79,6 +85,9 @@ class PlantNode(ManagedNode):
         # already be heeded.
         from engb_core.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
         model = Model.read(values['model'] or TRUE_BRAKE)
+        if values['mechanism']:
+            model = mechanism_load(model, read_mechanism(values['mechanism']),
+                                   values['pad_friction'])
         model = replace(model, effects=model.effects + parse_effects(values['effects']))
         self._brake = VirtualBrake(
             model,

@@ -10,6 +10,8 @@ import sympy
 from engb_core import statics
 from engb_core.errors import InputError
 from engb_core.kinematics import CHOSEN
+from engb_core.model import Friction, Model
+from engb_core.simulation import BrakePlant
 
 ANGLES = np.linspace(2.0, 21.5, 40)
 
@@ -162,3 +164,19 @@ def test_friction_sticks_slides_and_breaks_away():
     assert statics.coulomb_friction(0.0, -0.05, *args) == pytest.approx(-0.03)   # breaks away
     net = np.linspace(-0.1, 0.1, 21)
     assert np.abs(statics.coulomb_friction(np.zeros(21), net, *args)).max() == static
+
+
+@pytest.mark.parametrize('speed', [0.0, 30.0, -30.0])
+def test_plant_runs_the_mechanism(speed):
+    """What holds the simulated brake at an angle is what the chain asks for, both disc ways."""
+    mu, angle = 0.2, 15.0
+    model = statics.mechanism_load(Model(friction=Friction(0.0, 0.0, 0.01)), CHOSEN, mu)
+    plant = BrakePlant(model, position=angle)
+    sign = np.sign(speed)
+    scale, _ = statics.efficiency_load_gain(CHOSEN)
+    force = statics.clamp_force(CHOSEN, angle)
+    load = float(scale * CHOSEN.efficiency * statics.torque_of_clamp_force(
+        CHOSEN, force, angle, sign * mu))
+    plant.advance(load, 0.05, disc_speed=speed)
+    assert abs(plant.velocity) < 0.02
+    assert plant.load_torque == pytest.approx(load, rel=0.02)

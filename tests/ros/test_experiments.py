@@ -9,6 +9,7 @@ from engb_core.reproduce import chosen
 from engb_core.reproduce.plan import PLAN
 from engb_ros import interface
 from engb_ros.experiments import record_experiment
+from engb_ros.files import config_file
 
 
 def test_step_test_on_live_nodes_finds_the_motor(tmp_path):
@@ -43,3 +44,19 @@ def test_bad_excitation_ends_in_one_line(runner):
     assert process.output.strip().count('\n') == 0
     assert 'duration' in process.output
     runner.processes.pop('excitation')
+
+
+def test_plant_takes_a_mechanism_file(runner, probe):
+    runner.start('plant', parameters={'mechanism': config_file('mechanism.yaml'),
+                                      'pad_friction': 0.1})
+    states = probe.listen(interface.JOINT_STATES)
+    runner.wait_until(lambda: len(states) > 20, 'joint states', pause=probe.spin)
+    runner.stop()
+
+
+def test_plant_refuses_a_mechanism_that_locks_itself(runner):
+    process = runner.start('plant', parameters={'mechanism': config_file('mechanism.yaml'),
+                                                'pad_friction': 0.99})
+    assert process.wait(30.0) == 2
+    assert 'self-locking' in process.output
+    runner.processes.pop('plant')
