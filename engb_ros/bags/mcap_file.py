@@ -73,12 +73,12 @@ class McapFile:
         if not self._complete:
             for _ in self._stretches(set()):
                 pass
-            self.notes.clear()      # reading the messages will tell again
             self._complete = True
         return [Channel(*entry) for entry in self._directory.channels.values()]
 
     def batches(self, topics: set[str]) -> Iterator[Batch]:
         """Yield the messages of `topics` chunk by chunk."""
+        self.notes.clear()      # of `channels`; reading the messages tells again
         for channel, log_time, rows in self._stretches(topics):
             topic = self._directory.channels[channel][0]
             if isinstance(rows, list):

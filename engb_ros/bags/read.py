@@ -61,7 +61,12 @@ def read_recording(path: str | os.PathLike, joint: str | None = None,
         for file in files:
             for channel in file.channels():
                 channels.setdefault(channel.topic, channel)
-        selection = select(list(channels.values()), str(path), namespace)
+        try:
+            selection = select(list(channels.values()), str(path), namespace)
+        except InputError as error:
+            for note in (note for file in files for note in file.notes):
+                raise InputError(f'{error} ({note})') from None
+            raise
         states, reference, signals, damaged = _collect(files, selection, joint, str(path))
         for file in files:
             notes.extend(file.notes)

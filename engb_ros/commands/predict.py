@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 
+from engb_core.errors import InputError
 from engb_ros.commands.common import (
     add_model,
     add_namespace,
@@ -51,6 +52,10 @@ def run(arguments: argparse.Namespace) -> None:
             from engb_core.simulation import simulate_closed_loop
             progress('simulating the closed loop')
             arrays['position'], arrays['velocity'] = simulate_closed_loop(recording, model)
+        for name, values in arrays.items():
+            if not np.isfinite(values).all():
+                raise InputError(f'{arguments.model}: its numbers give no finite {name} for '
+                                 f'{arguments.recording}; check their size and unit')
         with scratch.open('wb') as file:
             np.savez_compressed(file, **arrays)
     print(f'{arguments.out}: {recording.time.size} samples, {recording.duration:.1f} s, '

@@ -1,0 +1,98 @@
+"""Runs one case within this process and says what is wrong with how it ended."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+from pathlib import Path
+import sys
+import time
+
+import numpy as np
+
+from .cases import Case
+
+__all__ = ['judge']
+
+
+def judge(case: Case, folder: Path) -> tuple[str, str]:
+    """Run a case.
+
+    Returns:
+        What is wrong ('' if nothing), and how it ended, in a word or a line.
+    """
+    from engb_ros.commands.main import main
+    before = _standing(folder)
+    out, err = io.StringIO(), io.StringIO()
+    begin = time.monotonic()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            status = main(case.arguments)
+        except BaseException as error:      # the fault that is looked for
+            return f'{type(error).__name__}: {error}', 'raised'
+    seconds = time.monotonic() - begin
+    complaint = err.getvalue()
+    left = sorted(_standing(folder) - before)
+    if status == 0:
+        if complaint:
+            return f'status 0 with words on standard error: {complaint[:300]}', 'ok'
+        return _wrong_result(case, out.getvalue()), f'ok in {seconds:.1f} s'
+    if status != 2:
+        return f'status {status}: {complaint[:300]}', 'status'
+    if complaint.count('\n') != 1 or not complaint.endswith('\n'):
+        return f'not one line: {complaint[:300]!r}', 'refused'
+    if 'not enough memory' in complaint:
+        return complaint, 'memory'
+    if out.getvalue():
+        return f'refused, yet printed {out.getvalue()[:100]!r}', 'refused'
+    if left:
+        return f'left behind: {left}', 'refused'
+    return '', complaint.strip()
+
+
+def _standing(folder: Path) -> set[str]:
+    return {str(entry.relative_to(folder)) for entry in folder.rglob('*')}
+
+
+def _wrong_result(case: Case, printed: str) -> str:
+    """Check what a command wrote when it said that all is well."""
+    from engb_core.model import Model
+    out = Path(case.out)
+    if not printed:
+        return 'status 0 without a word'
+    if case.arguments[0] == 'predict':
+        with np.load(out) as arrays:
+            sizes = {array.shape for array in arrays.values()}
+            finite = all(np.isfinite(array).all() for array in arrays.values())
+        return '' if len(sizes) == 1 and finite else f'arrays: {sizes}, finite: {finite}'
+    if case.arguments[0] == 'identify':
+        Model.read(out)
+        return ''
+    if case.arguments[0] == 'diagnose':
+        return _wrong_diagnosis(out)
+    return '' if (out / 'survey.html').exists() else 'no survey.html'
+
+
+def _wrong_diagnosis(out: Path) -> str:
+    import jsonschema
+
+    import engb_core.diagnose
+    from engb_core.model import Model
+    schema = Path(engb_core.diagnose.__file__).parent / 'diagnosis.schema.json'
+    text = (out / 'diagnosis.json').read_text(encoding='utf-8')
+    try:
+        jsonschema.validate(json.loads(text, parse_constant=_refuse), json.loads(
+            schema.read_text(encoding='utf-8')))
+    except (jsonschema.ValidationError, ValueError) as error:
+        return f'diagnosis.json: {str(error)[:300]}'
+    Model.read(out / 'model.yaml')
+    return '' if (out / 'report.html').stat().st_size else 'empty report'
+
+
+def _refuse(text: str) -> float:
+    raise ValueError(f'{text} in JSON')
+
+
+if sys.flags.optimize:
+    raise RuntimeError('the fuzz oracle needs assertions')
