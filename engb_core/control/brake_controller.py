@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 import math
 
+from engb_core.control.acceptance import AcceptanceBounds, check_candidate
 from engb_core.control.clamp_force import ClampForceEstimator, ClampForceMap, EstimatorSettings
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.control.loop import LoopSettings, PositionLoop
@@ -16,7 +17,7 @@ from engb_core.kinematics import Mechanism
 from engb_core.model import Model
 from engb_core.sensors import VelocityFromPosition
 
-__all__ = ['BrakeController', 'ControllerSettings', 'ForceSettings', 'Report', 'check_candidate']
+__all__ = ['BrakeController', 'ControllerSettings', 'ForceSettings', 'Report']
 
 VELOCITY_CUTOFF = 100.0
 
@@ -120,13 +121,16 @@ class BrakeController:
         self.supervisor.settings = self.clamp.settings = settings.supervisor
         self.loop.set_settings(settings.loop)
 
-    def check_model(self, candidate: Model) -> None:
-        """Raise InputError where an identified model is out of bounds beside the one in use."""
-        check_candidate(candidate, self.model)
-
     def accept_model(self, candidate: Model) -> None:
-        """Take an identified model into use, after its check; the torque doesn't jump."""
-        self.check_model(candidate)
+        """Take an identified model into use; the torque doesn't jump.
+
+        Raises:
+            InputError: it is out of bounds (`acceptance`).
+        """
+        settings = self.settings
+        check_candidate(candidate, self.model, AcceptanceBounds(
+            highest_torque=settings.supervisor.effort_limit, low=settings.position_min,
+            high=settings.position_max))
         before = self.loop.output
         self._build_force(candidate)
         self.loop.set_model(candidate)
@@ -323,29 +327,4 @@ class BrakeController:
         before, self.estimator = self.estimator, ClampForceEstimator(table, force.estimator)
         if before is not None:
             self.estimator.shift, self.estimator.shift_std = before.shift, before.shift_std
-
-
-def check_candidate(candidate: Model, current: Model) -> None:
-    """Raise InputError where an identified model is implausible beside the one in use.
-
-    Inertia and viscous friction within a factor of 2 of the current ones; friction not negative;
-    cogging below the Coulomb friction's order of magnitude; the joint the same.
-    """
-    if candidate.joint != current.joint:
-        raise InputError(f'the model is for joint {candidate.joint.name!r}, the controller drives '
-                         f'{current.joint.name!r}')
-    for name, unit in (('inertia', 'kg·m²'), ('viscous_friction', 'N·m·s/rad')):
-        new, old = getattr(candidate.motor, name), getattr(current.motor, name)
-        if old > 0.0 and not 0.5 * old <= new <= 2.0 * old:
-            raise InputError(f'{name} {new:.4g} {unit} is not within half and double of '
-                             f'{old:.4g}; identify again, or restart with this model on purpose')
-    friction = candidate.friction
-    if friction.coulomb < 0.0 or not 0.0 <= friction.load_gain < 1.0:
-        raise InputError(f'friction coulomb {friction.coulomb:.4g} N·m, load_gain '
-                         f'{friction.load_gain:.4g}: coulomb must not be below 0, load_gain must '
-                         'lie within 0 and 1')
-    if any(abs(entry.amplitude) > 0.1 for entry in candidate.cogging):
-        raise InputError('a cogging amplitude is above 0.1 N·m; that is no cogging')
-    if not all(math.isfinite(value) for value in candidate.load_torque.coefficients):
-        raise InputError('load_torque.coefficients must be finite')
 

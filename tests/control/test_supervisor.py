@@ -1,5 +1,6 @@
 """Supervision: every limit in every state, latching, and that nothing unsafe ever comes out."""
 
+from dataclasses import replace
 import math
 
 from hypothesis import given, settings, strategies
@@ -18,7 +19,7 @@ from engb_core.control.supervisor import (
     SupervisorSettings,
 )
 from engb_core.errors import InputError
-from engb_core.model import Model, Motor
+from engb_core.model import Cogging, Joint, LoadTorque, Model, Motor
 from engb_ros.files import config_file, TRUE_BRAKE
 
 BRAKE = Model.read(TRUE_BRAKE)
@@ -32,7 +33,7 @@ class Bench:
     """A controller fed by hand, with its clock."""
 
     def __init__(self, **options):
-        options.setdefault('supervisor', LIMITS)
+        options = {'supervisor': LIMITS, 'position_max': 36.0, **options}
         self.controller = BrakeController(BRAKE, ControllerSettings(
             LoopSettings(GAINS), force=FORCE, **options))
         self.now = 100.0
@@ -97,7 +98,7 @@ def test_the_states_are_reached(state):
 @pytest.mark.parametrize('state', STATES, ids=lambda state: state.value)
 @pytest.mark.parametrize(('value', 'cause'), [
     (math.nan, Cause.COMMAND_NOT_FINITE), (math.inf, Cause.COMMAND_NOT_FINITE),
-    (-math.inf, Cause.COMMAND_NOT_FINITE), (50.01, Cause.COMMAND_OUT_OF_RANGE),
+    (-math.inf, Cause.COMMAND_NOT_FINITE), (36.01, Cause.COMMAND_OUT_OF_RANGE),
     (-5.01, Cause.COMMAND_OUT_OF_RANGE), (1e300, Cause.COMMAND_OUT_OF_RANGE)])
 def test_a_bad_position_command_is_not_taken_in_any_state(state, value, cause):
     bench = STATES[state]()
@@ -310,8 +311,15 @@ def test_an_identified_model_is_taken_within_bounds_and_without_a_jump():
     bench.controller.accept_model(worn)
     assert bench.state() == pytest.approx(before, abs=0.01)
     assert bench.controller.model is worn
-    for wrong in (Model(Motor(0.0174, 3e-4, 1.2e-3), BRAKE.load_torque),
-                  Model(Motor(0.0174, 7e-5, 9e-3), BRAKE.load_torque)):
-        with pytest.raises(InputError, match='not within half and double'):
+    motor = worn.motor
+    for wrong, told in (
+            (replace(worn, motor=replace(motor, inertia=3e-4)), 'inertia'),
+            (replace(worn, motor=replace(motor, viscous_friction=9e-3)), 'viscous_friction'),
+            (replace(worn, friction=replace(worn.friction, coulomb=-0.01)), 'coulomb'),
+            (replace(worn, friction=replace(worn.friction, load_gain=0.9)), 'load_gain'),
+            (replace(worn, cogging=(Cogging(1.0, 0.5),)), 'cogging'),
+            (replace(worn, joint=Joint('wheel')), 'joint'),
+            (replace(worn, load_torque=LoadTorque(coefficients=(0.0, 0.1))), 'effort limit')):
+        with pytest.raises(InputError, match=told):
             bench.controller.accept_model(wrong)
     assert bench.controller.model is worn
