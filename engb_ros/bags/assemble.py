@@ -22,7 +22,9 @@ _NANO = 1e-9
 _LATEST = 4 * 10**18        # [ns] the year 2096: later is a damaged clock
 _HUGE = 1e12                # no angle, speed or torque is that large: damaged bytes
 _MARGIN = 60 * 10**9        # [ns] how far a signal may reach beyond the samples
-_BREAK = 24 * 3600 * 10**9  # [ns] a longer pause is a clock that was set
+_BREAK = 60 * 10**9         # [ns] a longer pause may be a clock that was set, or a forgotten
+_BREAK_SHARE = 10           # recorder: if it also lasts that many times what was sampled
+_FASTEST, _SLOWEST = 1e-5, 1.0      # [s] between samples
 _MISSING_LIMIT = 0.1        # a velocity that is missing in more samples than this isn't used
 _NOTES = 20
 
@@ -47,11 +49,14 @@ def assemble(name: str, source: str, states: JointTrack, reference: JointTrack |
     if not usable_stamps(stamp):
         stamp = log_time
         notes.append('header.stamp is not filled in: the recorder\'s log times were used')
-    good = ~wild(stamp)
-    good &= _same_clock(stamp, good)
-    if not good.all():
-        notes.append(f'{int((~good).sum())} samples with a stamp far from their neighbours\' '
+    near = ~wild(stamp)
+    good = _same_clock(stamp, near)
+    if not near.all():
+        notes.append(f'{int((~near).sum())} samples with a stamp far from their neighbours\' '
                      'left out')
+    if good.sum() < near.sum():
+        notes.append(f'{int(near.sum() - good.sum())} samples before or behind a pause of minutes '
+                     'left out; record such stretches apart')
     position, velocity, effort = (_sound(column)[good] for column in (
         states.position, states.velocity, states.effort))
     for column, field, unit in ((position, 'position', 'rad'), (effort, 'effort', 'N·m')):
@@ -68,6 +73,10 @@ def assemble(name: str, source: str, states: JointTrack, reference: JointTrack |
         reference=_reference(reference, clock, base, last),
         signals=_signals(signals, clock, base, last, notes),
         joint=states.joint, notes=tuple(notes))
+    if not _FASTEST <= recording.interval <= _SLOWEST:
+        raise InputError(f'{source}: samples are {recording.interval:.3g} s apart by their stamps;'
+                         f' between {_FASTEST:.3g} s and {_SLOWEST:.3g} s can be judged; fill in '
+                         'header.stamp with the time of sampling')
     told = recording.notes
     if len(told) > _NOTES:
         told = (*told[:_NOTES], f'… and {len(told) - _NOTES} more repairs')
@@ -76,10 +85,14 @@ def assemble(name: str, source: str, states: JointTrack, reference: JointTrack |
 
 
 def _same_clock(stamp: Times, good: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the samples (n,) of the longest stretch without a pause of days."""
+    """Return the samples (n,) of the longest stretch without an endless pause."""
     order = np.flatnonzero(good)
     order = order[np.argsort(stamp[order], kind='stable')]
-    parts = np.split(order, np.flatnonzero(np.diff(stamp[order]) > _BREAK) + 1)
+    step = np.diff(stamp[order])
+    if not step.size or step.max() <= _BREAK or np.median(step) > _BREAK:
+        return good
+    sampled = step[step <= _BREAK].sum()
+    parts = np.split(order, np.flatnonzero((step > _BREAK) & (step > _BREAK_SHARE * sampled)) + 1)
     chosen = np.zeros(stamp.size, bool)
     chosen[max(parts, key=len)] = True
     return chosen

@@ -268,3 +268,27 @@ def test_float64_of_a_longer_message_is_read(tmp_path):
                 float64(index) + b'\0' * (4 * (index % 3)))
     values = read_recording(run.write(tmp_path / 'run')).signals['disc_speed'].value
     np.testing.assert_array_equal(values, np.arange(300.0))
+
+
+def test_a_forgotten_recorder_leaves_the_longer_part(tmp_path):
+    run = Run()
+    stamp = run.stamp.copy()
+    stamp[200:] += 3600 * 10**9
+    recording = read_recording(run.joint_states(stamp=stamp).write(tmp_path / 'run'))
+    assert recording.time.size == 200
+    assert any('pause' in note for note in recording.notes)
+
+
+def test_a_pause_that_the_motion_outweighs_stays(tmp_path):
+    run = Run(size=600, rate=20.0)
+    stamp = run.stamp.copy()
+    stamp[200:] += 61 * 10**9
+    recording = read_recording(run.joint_states(stamp=stamp).write(tmp_path / 'run'))
+    assert recording.time.size == 600
+    assert recording.notes == ()
+
+
+@pytest.mark.parametrize('rate', [1e9, 1e6, 0.5, 1e-3])
+def test_stamps_that_cannot_be_times_of_sampling(tmp_path, rate):
+    with pytest.raises(InputError, match='stamp'):
+        read_recording(Run(rate=rate).joint_states().write(tmp_path / 'run'))
