@@ -27,7 +27,7 @@ BANDWIDTH = 20.0
 HALF_POWER = np.sqrt(np.log(2.0)) / (2.0 * np.pi)
 
 # The kernel is cut at so many standard deviations: its second derivative has fallen to 1e-4 of
-# its peak there; cut at four, J would come out half a percent too large.
+# its peak there.
 REACH = 5.0
 
 # Of the velocity that friction's direction is taken from [s].
