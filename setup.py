@@ -40,7 +40,7 @@ setup(
     extras_require={
         # What makes it fast and the report zoomable; everything works without, and says so.
         'full': ['numba>=0.59', 'plotly>=5.15', 'matplotlib>=3.6', 'mcap>=1.1'],
-        'can': ['python-can>=4.3', 'cantools>=39', 'crccheck>=1.3'],
+        'can': ['python-can>=4.3', 'cantools>=39', 'msgpack>=1.0'],
         'fleet': ['dask[distributed]>=2024.1', 'pandas>=2.1', 'pyarrow>=14'],
         'test': ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'jsonschema',
                  'sympy'],
@@ -53,6 +53,9 @@ setup(
             'disturbance_observer = engb_ros.nodes.disturbance_observer:main',
             'identifier = engb_ros.nodes.identifier:main',
             'recorder = engb_ros.nodes.recorder:main',
+            'can_bridge = engb_ros.nodes.can_bridge:main',
+            'drive_emulator = engb_ros.nodes.drive_emulator:main',
+            'monitor = engb_ros.nodes.monitor:main',
             'excitation = engb_ros.nodes.excitation:main',
         ],
     },

@@ -147,6 +147,7 @@ class VirtualBrake:
     def __init__(self, model: Model, drive: DriveSettings | None = None,
                  sensors: SensorSettings | None = None, disc_speed: Profile | None = None,
                  pad_temperature: Profile | None = None) -> None:
+        self.model = model
         self.drive = drive or DriveSettings()
         self.period = 1.0 / self.drive.rate
         self.samples = 0

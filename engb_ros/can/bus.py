@@ -1,0 +1,126 @@
+"""The bus itself (python-can): opened by parameters, opened again after a fault."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import contextlib
+import threading
+import time
+from typing import Any
+
+from engb_core.errors import InputError
+
+__all__ = ['CanBus']
+
+
+class CanBus:
+    """A CAN bus that is read in a thread of its own and reopened when it fails.
+
+    Args:
+        interface, channel, bitrate: as python-can takes them; bitrate 0: as configured.
+        receive: called in the reading thread with identifier, bytes and the steady time [s].
+        identifiers: which frames are wanted.
+        reconnect_time: pause before a failed bus is opened again [s].
+
+    Attributes:
+        is_up: the bus is open and didn't report bus-off.
+        failures: how often it went down.
+
+    Raises:
+        InputError: python-can isn't installed, or the bus cannot be opened at the start.
+    """
+
+    def __init__(self, interface: str, channel: str, bitrate: int,
+                 receive: Callable[[int, bytes, float], None], identifiers: set[int],
+                 reconnect_time: float = 1.0) -> None:
+        try:
+            import can
+        except ImportError:
+            raise InputError('python-can is not installed; pip install "engb_ros[can]", or apt '
+                             'install python3-can') from None
+        self._can = can
+        self._options: dict[str, Any] = {'interface': interface, 'channel': channel}
+        if bitrate:
+            self._options['bitrate'] = bitrate
+        self._filters = [{'can_id': identifier, 'can_mask': 0x7FF, 'extended': False}
+                         for identifier in sorted(identifiers)]
+        self._receive = receive
+        self._wanted = identifiers
+        self._reconnect_time = reconnect_time
+        self._stopped = threading.Event()
+        self.failures = 0
+        try:
+            self._bus = self._open()
+        except Exception as error:   # each interface raises kinds of its own
+            raise InputError(f'CAN bus {interface} {channel} cannot be opened '
+                             f'({" ".join(str(error).split())}); check interface and channel'
+                             ) from error
+        self.is_up = True
+        self._thread = threading.Thread(target=self._read, name='can', daemon=True)
+        self._thread.start()
+
+    def send(self, identifier: int, data: bytes) -> bool:
+        """Send a frame; False where the bus is down or refuses it."""
+        if not self.is_up:
+            return False
+        try:
+            self._bus.send(self._can.Message(arbitration_id=identifier, data=data,
+                                             is_extended_id=False))
+        except (self._can.CanError, OSError):
+            self._fail()
+            return False
+        return True
+
+    def close(self) -> None:
+        """Stop reading and give the bus back."""
+        self._stopped.set()
+        self._thread.join(timeout=2.0)
+        self._shut()
+
+    def _open(self) -> Any:
+        bus = self._can.Bus(**self._options)
+        # Not every interface filters by itself; the reading loop does it again.
+        with contextlib.suppress(Exception):
+            bus.set_filters(self._filters)
+        return bus
+
+    def _read(self) -> None:
+        while not self._stopped.is_set():
+            if not self.is_up:
+                self._reopen()
+                continue
+            try:
+                message = self._bus.recv(timeout=0.1)
+            except (self._can.CanError, OSError, ValueError):
+                self._fail()
+                continue
+            if message is None:
+                continue
+            if message.is_error_frame:
+                self._look_for_bus_off()
+            elif message.arbitration_id in self._wanted and not message.is_extended_id:
+                self._receive(message.arbitration_id, bytes(message.data), time.monotonic())
+
+    def _look_for_bus_off(self) -> None:
+        with contextlib.suppress(NotImplementedError, AttributeError):
+            if self._bus.state is self._can.BusState.ERROR:
+                self._fail()
+
+    def _fail(self) -> None:
+        if self.is_up:
+            self.is_up = False
+            self.failures += 1
+
+    def _reopen(self) -> None:
+        self._shut()
+        if self._stopped.wait(self._reconnect_time):
+            return
+        try:
+            self._bus = self._open()
+        except Exception:   # not back yet: the next round tries again
+            return
+        self.is_up = True
+
+    def _shut(self) -> None:
+        with contextlib.suppress(Exception):
+            self._bus.shutdown()

@@ -1,0 +1,167 @@
+"""Node `can_bridge`: a motor drive on a CAN bus, with the topics of the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import sys
+from time import monotonic
+from typing import Any
+
+from std_msgs.msg import Float64
+
+from engb_core.model import Model
+from engb_ros import interface
+from engb_ros.can.bus import CanBus
+from engb_ros.can.codec import DRIVE_DBC, DriveCodec, DriveCommand, DriveStatus, OFF, TORQUE
+from engb_ros.can.end_to_end import LinkState
+from engb_ros.can.link import ControllerEnd
+from engb_ros.nodes.base import ManagedNode, run
+from engb_ros.nodes.diagnostics import DiagnosticMessage, ERROR, OK, WARN
+from engb_ros.nodes.messages import JointMessage, Scalar
+from engb_ros.nodes.parameters import ParameterSpec
+
+__all__ = ['BUS_PARAMETERS', 'CanBridgeNode', 'main']
+
+BUS_PARAMETERS = (
+    ParameterSpec('interface', 'socketcan', 'python-can\'s interface: socketcan, udp_multicast, '
+                  'virtual, pcan, kvaser, …'),
+    ParameterSpec('channel', 'can0', 'its channel'),
+    ParameterSpec('bitrate', 0, '0: as the interface is configured', 'bit/s', 0, 10_000_000),
+    ParameterSpec('dbc', '', 'DBC file; empty: engb_drive.dbc of this package'),
+    ParameterSpec('reconnect_time', 1.0, 'pause before a failed bus is opened again', 's', 0.01,
+                  60.0),
+)
+
+# How often the link is looked at, and how often an idle drive hears that it shall be off [s].
+_TICK = 0.01
+
+
+class CanBridgeNode(ManagedNode):
+    """Turns status frames into `joint_states` and `effort_command` into command frames.
+
+    Only samples whose frames pass the end-to-end check are published; when the link is not
+    valid, nothing is, and the controller's watchdog does the rest.
+    """
+
+    node_name = 'can_bridge'
+    parameters = (
+        ParameterSpec('model', '', 'model file, for torque constant and joint; empty: the '
+                      'paper\'s motor'),
+        *BUS_PARAMETERS,
+        ParameterSpec('link_timeout', 0.05, 'without status frames for so long the link is '
+                      'invalid', 's', 0.001, 10.0),
+        ParameterSpec('command_timeout', 0.1, 'without `effort_command` for so long the drive is '
+                      'switched off', 's', 0.001, 10.0),
+    )
+
+    def configure(self, values: dict[str, Any]) -> None:
+        """Open the bus."""
+        model = Model.read(values['model']) if values['model'] else Model()
+        codec = DriveCodec(values['dbc'] or DRIVE_DBC)
+        self._torque_constant = model.motor.torque_constant
+        self._link = ControllerEnd(codec, values['link_timeout'])
+        self._joint = JointMessage(model.joint.name)
+        self._scalar = Scalar()
+        self._flags: tuple[str, ...] = ()
+        self._samples = self._withheld = 0
+        self._command_time: float | None = None
+        self._told: str | None = None
+        self._diagnostic = DiagnosticMessage(f'{self.get_namespace().strip("/")}: can_bridge')
+        self._publish_joint = self.advertise(interface.JOINT_STATES).publish
+        self._publish_disc = self.advertise(interface.DISC_SPEED).publish
+        self._publish_temperature = self.advertise(interface.PAD_TEMPERATURE).publish
+        self._publish_diagnostics = self.advertise(interface.DIAGNOSTICS).publish
+        self.listen(interface.EFFORT_COMMAND, self._on_effort_command)
+        self.every(_TICK, self._on_tick)
+        self.every(0.5, self._diagnose)
+        self._bus = CanBus(values['interface'], values['channel'], values['bitrate'],
+                           self._on_frame, {codec.status_1.frame_id, codec.status_2.frame_id},
+                           values['reconnect_time'])
+
+    def stop(self) -> None:
+        """Switch the drive off."""
+        self._send(DriveCommand(0.0, OFF))
+
+    def close(self) -> None:
+        """Give the bus back."""
+        bus = getattr(self, '_bus', None)
+        if bus is not None:
+            bus.close()
+            self._bus = None
+
+    def _send(self, command: DriveCommand) -> None:
+        if self._bus is not None:
+            self._bus.send(*self._link.command(command))
+
+    def _on_effort_command(self, message: Float64) -> None:
+        value = message.data
+        if not self.active or value - value != 0.0:   # NaN and infinity go nowhere
+            return
+        self._command_time = monotonic()
+        self._send(DriveCommand(value, TORQUE))
+
+    def _on_frame(self, identifier: int, data: bytes, now: float) -> None:
+        """Take a frame; runs in the bus's thread."""
+        status = self._link.receive(identifier, data, now)
+        if status is None or not self.active:
+            return
+        self._flags = status.flags
+        if 'SENSOR_FAULT' in status.flags:
+            self._withheld += 1
+            return
+        self._publish(status)
+
+    def _publish(self, status: DriveStatus) -> None:
+        stamp = self.get_clock().now().nanoseconds
+        self._publish_joint(self._joint.fill(
+            stamp, status.angle, status.speed, self._torque_constant * status.current))
+        self._samples += 1
+        if self._samples % 10 == 0:
+            self._publish_disc(self._scalar.fill(status.disc_speed))
+        if self._samples % 100 == 0:
+            self._publish_temperature(self._scalar.fill(status.temperature))
+
+    def _on_tick(self) -> None:
+        if not self.active:
+            return
+        now = monotonic()
+        self._link.watch(now)
+        if self._command_time is None or now - self._command_time > self.values['command_timeout']:
+            self._send(DriveCommand(0.0, OFF))
+        _, text, _ = self._status()
+        if text != self._told:
+            self._diagnose()
+
+    def _status(self) -> tuple[int, str, dict[str, str]]:
+        bus, link = self._bus, self._link
+        values = {'bus': 'up' if bus.is_up else 'down', 'bus_failures': str(bus.failures),
+                  'link': link.state.value, 'samples': str(self._samples),
+                  'samples_withheld': str(self._withheld), 'flags': ' '.join(self._flags)}
+        values |= {f'frames_{name}': str(count) for name, count in link.counts().items()}
+        if not bus.is_up:
+            return ERROR, 'bus down (bus-off or cut off); reconnecting', values
+        if link.state is not LinkState.VALID:
+            return ERROR, f'link {link.state.value}', values
+        if self._flags:
+            return WARN, 'drive: ' + ', '.join(flag.lower() for flag in self._flags), values
+        return OK, 'link valid', values
+
+    def _diagnose(self) -> None:
+        if not self.active:
+            return
+        level, text, values = self._status()
+        if text != self._told:
+            log = self.get_logger()
+            (log.info if level == OK else log.warning)(text)
+        self._told = text
+        self._publish_diagnostics(self._diagnostic.fill(
+            self.get_clock().now().to_msg(), level, text, values))
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node."""
+    return run(CanBridgeNode, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,105 @@
+"""The DBC file, the codec's limits, and both ends of the link against each other."""
+
+from hypothesis import given, strategies
+import pytest
+
+from engb_core.errors import InputError
+
+pytest.importorskip('cantools')
+
+from engb_ros.can.codec import DriveCodec, DriveCommand, DriveStatus  # noqa: E402
+from engb_ros.can.end_to_end import LinkState  # noqa: E402
+from engb_ros.can.link import ControllerEnd, DriveEnd  # noqa: E402
+
+CODEC = DriveCodec()
+
+
+@given(strategies.floats(-3.2, 3.2), strategies.sampled_from([0, 1]))
+def test_a_command_survives_the_bus(torque, mode):
+    found = CODEC.decode_command(CODEC.encode_command(DriveCommand(torque, mode)))
+    assert found.mode == mode
+    assert found.torque == pytest.approx(torque, abs=0.6e-4)
+
+
+@given(strategies.floats(-1e3, 1e3), strategies.floats(-600.0, 600.0),
+       strategies.floats(-60.0, 60.0), strategies.sets(strategies.sampled_from(
+           ['COMMAND_LOST', 'OVER_CURRENT', 'OVER_TEMPERATURE', 'SENSOR_FAULT'])))
+def test_a_sample_survives_the_bus(angle, speed, current, flags):
+    found = CODEC.decode_status(*CODEC.encode_status(
+        DriveStatus(angle, speed, current, flags=tuple(flags))))
+    assert found.angle == pytest.approx(angle, abs=0.6e-4)
+    assert found.speed == pytest.approx(speed, abs=0.011)
+    assert found.current == pytest.approx(current, abs=0.0011)
+    assert set(found.flags) == flags
+
+
+@pytest.mark.parametrize('value', [1e9, -1e9])
+def test_what_is_too_much_is_cut(value):
+    assert abs(CODEC.decode_command(CODEC.encode_command(DriveCommand(value, 1))).torque) \
+        == pytest.approx(3.2767, abs=2e-4)
+
+
+@pytest.mark.parametrize('value', [float('nan'), float('inf')])
+def test_what_is_not_finite_is_never_sent(value):
+    with pytest.raises(ValueError, match='TORQUE'):
+        CODEC.encode_command(DriveCommand(value, 1))
+
+
+def run(ends, count=5, now=0.0):
+    controller, drive = ends
+    found = []
+    for index in range(count):
+        now += 0.001
+        for identifier, data in drive.status(DriveStatus(0.1 * index, 1.0, 2.0)):
+            sample = controller.receive(identifier, data, now)
+        found.append(sample)
+        command = drive.receive(*controller.command(DriveCommand(0.1, 1)), now)
+    return found, command, now
+
+
+def test_both_ends_come_to_trust_each_other():
+    ends = ControllerEnd(CODEC), DriveEnd(CODEC)
+    found, command, _ = run(ends)
+    assert found[:2] == [None, None]   # three sound frames make a valid link
+    assert found[4].angle == pytest.approx(0.4)
+    assert command == DriveCommand(0.1, 1)
+    assert ends[0].state is LinkState.VALID
+
+
+def test_half_a_sample_is_no_sample():
+    ends = ControllerEnd(CODEC), DriveEnd(CODEC)
+    _, _, now = run(ends)
+    controller, drive = ends
+    first, _ = drive.status(DriveStatus(1.0, 0.0, 0.0))
+    assert controller.receive(*first, now) is None
+    _, second = drive.status(DriveStatus(2.0, 0.0, 0.0))
+    assert controller.receive(*second, now) is None   # its partner is missing
+    assert controller.unpaired == 1
+    found, _, _ = run(ends, 2, now)
+    assert found[-1] is not None
+
+
+@given(strategies.integers(0, 0x7FF), strategies.binary(max_size=64))
+def test_foreign_and_broken_frames_do_nothing(identifier, data):
+    controller, drive = ControllerEnd(CODEC), DriveEnd(CODEC)
+    assert controller.receive(identifier, data, 0.0) is None
+    assert drive.receive(identifier, data, 0.0) is None
+
+
+def test_silence_is_seen_on_both_ends():
+    ends = ControllerEnd(CODEC), DriveEnd(CODEC)
+    _, _, now = run(ends)
+    assert ends[0].watch(now + 0.06)
+    assert ends[0].state is LinkState.INVALID
+    assert ends[1].receiver.watch(now + 0.11)
+
+
+@pytest.mark.parametrize(('text', 'told'), [
+    ('VERSION ""\nBU_: A\n', 'holds no frame'), ('BO_ what', 'not a valid DBC'),
+    ('', 'not a valid DBC'), (None, 'cannot be read')])
+def test_a_bad_dbc_file_is_refused(tmp_path, text, told):
+    path = tmp_path / 'bus.dbc'
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(InputError, match=told):
+        DriveCodec(path)
