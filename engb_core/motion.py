@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import convolve1d, maximum_filter1d
 
 from engb_core.effects.base import (
@@ -119,7 +120,8 @@ def motion_of(recording: Recording) -> Motion:
         name=recording.name, step=step, time=time, position=smooth(raw), velocity=smooth(raw, 1),
         acceleration=smooth(raw, 2),
         effort=smooth(np.interp(full, recording.time, recording.effort)),
-        disc_speed=disc_speed, disc_angle=np.cumsum(disc_speed) * step,
+        disc_speed=disc_speed,
+        disc_angle=cumulative_trapezoid(disc_speed, dx=step, initial=0.0),
         pad_temperature=(np.full(time.size, 20.0) if temperature is None
                          else np.interp(time, recording.time, temperature)),
         known=_known(recording, time, fine), quantum=_quantum(recording.position),
