@@ -196,7 +196,8 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
                    (*functions, *[_nothing.scalar] * padding),
                    np.array(bounds, np.int64), np.array(owner + [0] * padding, np.int64),
                    parameters, delay, time_constant,
-                   len(stages['shift']) > 1 or any(len(effect.stages) > 1 for effect, _ in chosen))
+                   len(stages['shift']) > 1 or any(
+                       len(effect.stages) > 1 and not effect.stateless for effect, _ in chosen))
 
 
 @compiled

@@ -137,6 +137,8 @@ class Hypothesis:
         if numbers.get(DELAY):
             settings.append(EffectSetting(DELAY, {'delay': numbers[DELAY]}))
         for index, variant in enumerate(self.variants):
+            if variant.effect.only_here:
+                continue
             values = dict(zip(variant.effect.names, self.values(vector, index, run), strict=True))
             if 'phase' in values:
                 values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)

@@ -14,7 +14,8 @@ import numpy as np
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import DELAY
 
-__all__ = ['INSISTED', 'INSISTED_PART', 'NumberFinding', 'level', 'wrong_numbers']
+__all__ = ['BESIDE', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED', 'level',
+           'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
@@ -28,6 +29,9 @@ INSISTED_PART = 0.08
 SECOND = 0.6
 # A file that fits nearly as well as any numbers without the effects was refitted around them.
 REFITTED = 1.3
+# Beside effects a wrong number must matter as much as this part of what the file loses to
+# refitted numbers.
+BESIDE = 0.3
 
 
 @dataclass(frozen=True)
@@ -65,12 +69,14 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     least = max(INSISTED, INSISTED_PART * excess, SECOND * max(rises.values()))
     insisted = sorted((name for name in rises if rises[name] >= least),
                       key=lambda name: -rises[name])
-    if explained.hypothesis.variants:
+    variants = explained.hypothesis.variants
+    if any(variant.effect.number_only for variant in variants):
+        return []
+    if variants:
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)
         if excess < REFITTED * before:
             return []
-        insisted = [name for name in insisted if _alone(fitter, explained, name)
-                    < floor + max(INSISTED, 0.15 * rises[name])][:1]
+        insisted = [name for name in insisted if rises[name] > BESIDE * (excess - before)][:1]
     elif len(insisted) > 1 and _alone(fitter, explained, insisted[0]) \
             < floor + max(INSISTED, 0.1 * rises[insisted[0]]):
         insisted = insisted[:1]

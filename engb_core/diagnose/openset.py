@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table, Flexible
-from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.selection import CLEAN_EXCESS, Selection
-from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 
 __all__ = ['Explanation', 'explain']
@@ -92,39 +90,6 @@ def _kept(rest: tuple[Fit, Flexible | None, float], fit: Fit, adequacy: float, a
 
 
 def _described(fitter: Fitter, fit: Fit) -> tuple[Fit, Flexible | None, float]:
-    """Return the better of a table and a line of fixed frequency: fit, table, level reached."""
+    """Return the fit, the table that describes most of its rest, and the level they reach."""
     table = best_table(fitter, fit)
-    reached = level(fit, fitter) if table is None else table.level
-    line = _line(fitter, fit)
-    if line is not None and level(line, fitter) < reached - 0.02:
-        return fitter.finish(line), None, level(line, fitter)
-    return fit, table, reached
-
-
-def _line(fitter: Fitter, fit: Fit) -> Fit | None:
-    """Return the fit with a torque of fixed frequency added, None if there is no such line."""
-    frequency = _strongest_frequency(fitter, fit)
-    if frequency is None:
-        return None
-    variant = variants_of(get_effect('unexplained_vibration'), fitter.problem.scene)[0]
-    starts = fitter.starts(variant, [{'frequency': frequency}])
-    line = fitter.fit(variant, fit, starts, rounds=10)
-    return line if level(line, fitter) < level(fit, fitter) else None
-
-
-def _strongest_frequency(fitter: Fitter, fit: Fit) -> float | None:
-    runs = fitter.problem.runs
-    longest = max(run.motion.time[-1] for run in runs)
-    step = float(np.median(np.diff(runs[0].motion.time[runs[0].comparison.grid])))
-    frequencies = np.arange(0.5, 0.5 / step, 0.35 / longest)
-    power = np.zeros(frequencies.size)
-    ends = np.cumsum([run.measured.size for run in runs])[:-1]
-    for run, residual in zip(runs, np.split(fit.residual / fitter.spread, ends), strict=True):
-        time = run.motion.time[run.comparison.grid]
-        for part in np.array_split(np.arange(frequencies.size), 8):
-            turn = 2.0 * np.pi * np.outer(frequencies[part], time)
-            power[part] += (np.cos(turn) @ residual) ** 2 + (np.sin(turn) @ residual) ** 2
-    peak = int(np.argmax(power))
-    if power[peak] < 12.0 * np.median(power):
-        return None
-    return float(frequencies[peak])
+    return fit, table, level(fit, fitter) if table is None else table.level

@@ -9,23 +9,25 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
-from engb_core.diagnose.nominal import LOAD_NUMBERS
-from engb_core.diagnose.orders import leading_orders
+from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
+from engb_core.diagnose.starts import settings_from_residual
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import catalogue
-from engb_core.inverse_dynamics import effort_of_motion
 
-__all__ = ['Search', 'extend', 'load_held', 'physics_effects', 'search']
+__all__ = ['Search', 'extend', 'load_free', 'load_held', 'load_moved', 'physics_effects', 'search']
 
 # Singles that are built upon, and companions that are fitted for each of them.
 FOLLOWED = 5
 COMPANIONS = 5
+_MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
 # Singles and pairs that are iterated on with derivatives at the fit itself.
 REFINED = 5
 
-# What refitting the nominal numbers covers already is not fitted again as an effect.
-_IN_THE_NUMBERS = {'inertia_error', 'viscous_friction_error', 'coulomb_friction_error',
-                   'load_stiffness_error', 'load_dependent_friction', 'sampling_delay'}
+# What refitting the nominal numbers covers already is not fitted again as an effect; the table
+# is fitted elsewhere (flexible.py).
+_NOT_SEARCHED = {'unexplained_surface', 'inertia_error', 'viscous_friction_error',
+                 'coulomb_friction_error', 'load_stiffness_error', 'load_dependent_friction',
+                 'sampling_delay'}
 
 
 @dataclass
@@ -53,7 +55,7 @@ def physics_effects(fitter: Fitter) -> list[Effect]:
     scene = fitter.problem.scene
     found = []
     for effect in catalogue().values():
-        if effect.id in _IN_THE_NUMBERS or effect.unnamed:
+        if effect.id in _NOT_SEARCHED:
             continue
         if effect.applies is not None and not effect.applies(scene):
             continue
@@ -126,27 +128,11 @@ def _variants_and_starts(fitter: Fitter, start: Fit, effect: Effect,
                          ) -> list[tuple[Variant, list[StartColumns]]]:
     found = []
     for variant in variants_of(effect, fitter.problem.scene):
-        settings = None
-        if any(entry.name == 'order' for entry in effect.parameters):
-            relative = 'actuation' in effect.stages
-            settings = [{'order': order} for order in _orders(fitter, start, relative)]
+        settings = settings_from_residual(fitter, start, effect)
         starts = fitter.starts(variant, settings)
         if starts:
             found.append((variant, starts))
     return found
-
-
-def _orders(fitter: Fitter, start: Fit, relative: bool) -> list[float]:
-    angle, residual, weight = [], [], []
-    for index, run in enumerate(fitter.problem.runs):
-        effort = effort_of_motion(run.samples, run.motion.step,
-                                  start.hypothesis.physics(start.vector, index))
-        left = (run.motion.effort - effort) * run.comparison.weight
-        by = effort if relative else np.ones_like(effort)
-        angle.append(run.motion.position)
-        residual.append(left * by)
-        weight.append(run.comparison.weight * by ** 2)
-    return leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)))
 
 
 def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
@@ -157,18 +143,33 @@ def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
     offset and a scaled load. If the file's curve is right, one of these fits is as good.
     """
     fitter = result.fitter
-    numbers = tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
+    numbers = load_free(fitter)
     if len(numbers) == len(fitter.numbers):
         return []
-    held = [fitter.refit(fit, numbers) for fit in fits]
-    base = fitter.base(numbers)
-    for effect_id in ('load_stiffness_error', 'contact_shift', 'torque_offset'):
-        effect = catalogue()[effect_id]
-        if effect.applies is None or effect.applies(fitter.problem.scene):
-            for variant in variants_of(effect, fitter.problem.scene):
-                held.append(fitter.fit(variant, base, rounds=8, keep=2))
+    held = [fitter.refit(fit, numbers) for fit in fits] + load_moved(result, None)
     best: dict[tuple[str, ...], Fit] = {}
     for fit in held:
         if fit.hypothesis.ids not in best or fit.cost < best[fit.hypothesis.ids].cost:
             best[fit.hypothesis.ids] = fit
     return list(best.values())
+
+
+def load_free(fitter: Fitter) -> tuple[NominalNumber, ...]:
+    """Return the nominal numbers without those of the load curve."""
+    return tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
+
+
+def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
+    """Return `fit` (None: no effect) with the file's load curve, moved by one number each."""
+    fitter = result.fitter
+    numbers = load_free(fitter)
+    start = fitter.base(numbers) if fit is None else fitter.refit(fit, numbers)
+    found = []
+    for effect_id in _MOVE_THE_LOAD:
+        effect = catalogue()[effect_id]
+        if effect_id in start.hypothesis.ids or (
+                effect.applies is not None and not effect.applies(fitter.problem.scene)):
+            continue
+        for variant in variants_of(effect, fitter.problem.scene):
+            found.append(fitter.fit(variant, start, rounds=8, keep=2))
+    return found

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import math
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.nominal import LOAD_NUMBERS
-from engb_core.diagnose.numbers import INSISTED, INSISTED_PART, level
-from engb_core.diagnose.search import extend, load_held, Search
+from engb_core.diagnose.numbers import BESIDE, INSISTED, INSISTED_PART, level, REFITTED
+from engb_core.diagnose.search import extend, load_free, load_held, load_moved, Search
 
 __all__ = ['Selection', 'select']
 
@@ -21,14 +20,14 @@ __all__ = ['Selection', 'select']
 CLEAN_EXCESS = 0.30
 # A further effect must take away this part of the remaining excess, this much in units of the
 # noise, and this part of the whole mismatch.
-FURTHER_PART = 0.45
+FURTHER_PART = 0.28
 FIRST_PART = 0.15
 FURTHER_LEAST = 0.15
-FURTHER_OF_WHOLE = 0.012
+FURTHER_OF_WHOLE = 0.02
 # An effect that contains another one is preferred only if it takes away this part of what the
 # simpler one leaves.
 CONTAINING_PART = 0.30
-MOST_EFFECTS = 4
+MOST_EFFECTS = 3
 # With the file's load curve held a fit may be this much worse, and is preferred all the same.
 HELD_LOSS = 0.12
 # Each fitted parameter must lower the logarithm of the mean square by this much.
@@ -114,16 +113,32 @@ def _with_load_held(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
         return chosen, others
     near = excess(chosen, fitter) * 1.5 + 0.3
     close = [chosen, *(fit for fit in others if excess(fit, fitter) < near)]
-    return _decided(result, chosen, close, others,
-                    level(chosen, fitter) + max(HELD_LOSS, 0.3 * excess(chosen, fitter)))
+    limit = level(chosen, fitter) + max(HELD_LOSS, 0.3 * excess(chosen, fitter))
+    decided, rivals = _decided(result, chosen, close, others, limit)
+    if decided is chosen:
+        decided = _with_load_moved(result, chosen, limit)
+    return decided, rivals
+
+
+def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
+    """Return the effects together with one number that moves the file's whole load curve, if
+    the data insist that the curve is wrong and this one number mends it."""
+    fitter = result.fitter
+    before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
+    if nominal < REFITTED * before:
+        return chosen
+    moved = load_moved(result, chosen)
+    rise = level(fitter.refit(chosen, load_free(fitter)), fitter) - level(chosen, fitter)
+    if not moved or rise < max(INSISTED, BESIDE * (nominal - before)):
+        return chosen
+    best = min(moved, key=lambda fit: price(fit, fitter))
+    return best if level(best, fitter) < limit + 0.1 * rise else chosen
 
 
 def _by_numbers(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     """Refitted numbers suffice; if it is the load curve that must change, ask what moved it."""
     fitter, base = result.fitter, result.base
-    numbers = tuple(number for number in base.hypothesis.numbers
-                    if number.name not in LOAD_NUMBERS)
-    rise = level(fitter.refit(base, numbers), fitter) - level(base, fitter)
+    rise = level(fitter.refit(base, load_free(fitter)), fitter) - level(base, fitter)
     if rise < max(INSISTED, INSISTED_PART * nominal):
         return base, []
     return _decided(result, base, result.of_size(1), [],

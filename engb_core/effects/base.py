@@ -96,6 +96,8 @@ class Effect:
             effort; inverse dynamics undoes both.
         number_only: no physics is missing, a nominal number is wrong.
         unnamed: no cause, only a description of what is left; never claimed.
+        stateless: its functions share no state, though it acts at several stages.
+        only_here: bound to the times of one recording; not carried over to others.
         contains: ids of effects that this one includes as a special case.
         statement: (values) → a sentence for a brake engineer.
     """
@@ -115,6 +117,8 @@ class Effect:
     lead: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
     number_only: bool = False
     unnamed: bool = False
+    stateless: bool = False
+    only_here: bool = False
     contains: tuple[str, ...] = ()
 
     @property

@@ -1,9 +1,13 @@
-"""After a reversal friction builds up over a distance (bristle, Dahl)."""
+"""After a reversal friction builds up over a distance (bristles, Dahl's family)."""
 
 import math
 
 from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, Parameter, TIME_STEP, VELOCITY
+
+# 1 − z runs from 2 (just reversed) to 0; after 63 % of the way it is 2/e.
+_FULL = 2.0
+_REST = 2.0 * math.exp(-1.0)
 
 
 @effect_function
@@ -11,19 +15,32 @@ def _direction(parameters, state, sample):
     # Exact for constant speed over the step, so that long steps (inverse dynamics) and
     # short ones (simulation) agree.
     travel = sample[VELOCITY] * sample[TIME_STEP] / parameters[0]
-    target = 1.0 if travel > 0.0 else -1.0
-    state[0] = target + (state[0] - target) * math.exp(-abs(travel))
+    sense = 1.0 if travel > 0.0 else -1.0
+    missing = 1.0 - sense * state[0]
+    power = 1.0 - parameters[1]
+    if abs(power) < 0.02:
+        missing *= math.exp(-abs(travel))
+    elif missing > 0.0:
+        whole = _FULL ** power - _REST ** power
+        left = missing ** power - abs(travel) * whole
+        # Above 1 the exponent lets the rest die out slowly, below 1 it is gone at once.
+        missing = left ** (1.0 / power) if left > 0.0 else 0.0
+    state[0] = sense * (1.0 - missing)
     return state[0]
 
 
 EFFECT = Effect(
     id='presliding_friction',
     title='Presliding friction',
-    parameters=(Parameter('presliding_distance', 'rad', 1e-4, 20.0, none=0.0,
-                          starts=(0.02, 0.06, 0.15, 0.4, 1.0), logarithmic=True),),
+    parameters=(
+        Parameter('presliding_distance', 'rad', 1e-4, 20.0, none=0.0,
+                  starts=(0.02, 0.06, 0.15, 0.4, 1.0), logarithmic=True),
+        Parameter('shape', '-', 0.1, 3.0, starts=(0.95,)),
+    ),
     stages={'direction': _direction},
-    equation='dz/dθ = (1 − z sgn ω)/distance, T_C = F z',
-    reference='Dahl, AIAA J. 14 (1976) 1675; Canudas de Wit et al., IEEE TAC 40 (1995) 419',
+    equation='dz/dθ ∝ (1 − z sgn ω)^shape, T_C = F z; 63 % of the way after the distance',
+    reference='Dahl, AIAA J. 14 (1976) 1675; Canudas de Wit et al., IEEE TAC 40 (1995) 419; '
+              'Al-Bender et al., IEEE TAC 50 (2005) 1883',
     statement=lambda p: (
         'After each reversal friction builds up over '
         f"{p['presliding_distance']:.3g} rad (to 63 %) instead of at once."),

@@ -1,0 +1,123 @@
+"""Where fits start that a fixed grid can't serve: orders, frequencies, places and episodes.
+
+Each is read off the residual of the fit that the effect is added to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.orders import leading_orders
+from engb_core.effects.base import Effect
+from engb_core.inverse_dynamics import effort_of_motion
+
+__all__ = ['settings_from_residual', 'strongest_frequency']
+
+Array = NDArray[np.float64]
+Settings = list[dict[str, float]]
+
+_BINS = 160
+
+
+def settings_from_residual(fitter: Fitter, fit: Fit, effect: Effect) -> Settings | None:
+    """Return where `effect` may start on top of `fit`; None: its own starts serve."""
+    names = {parameter.name for parameter in effect.parameters}
+    makers: dict[str, Callable[[Fitter, Fit, Effect], Settings]] = {
+        'order': _orders, 'centre': _places, 'begin': _episodes, 'frequency': _frequencies}
+    if 'inertia_fraction' in names:
+        return None
+    for name, maker in makers.items():
+        if name in names:
+            return maker(fitter, fit, effect)
+    return None
+
+
+def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
+    relative = 'actuation' in effect.stages
+    angle, residual, weight = [], [], []
+    for index, run in enumerate(fitter.problem.runs):
+        effort = effort_of_motion(run.samples, run.motion.step,
+                                  fit.hypothesis.physics(fit.vector, index))
+        left = (run.motion.effort - effort) * run.comparison.weight
+        by = effort if relative else np.ones_like(effort)
+        angle.append(run.motion.position)
+        residual.append(left * by)
+        weight.append(run.comparison.weight * by ** 2)
+    orders = leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)))
+    return [{'order': order} for order in orders]
+
+
+def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
+    frequency = strongest_frequency(fitter, fit)
+    return [] if frequency is None else [{'frequency': frequency}]
+
+
+def strongest_frequency(fitter: Fitter, fit: Fit) -> float | None:
+    """Return the frequency [Hz] of the strongest line in a fit's residual over time, None if no
+    line stands out."""
+    runs = fitter.problem.runs
+    longest = max(run.motion.time[-1] for run in runs)
+    step = float(np.median(np.diff(runs[0].motion.time[runs[0].comparison.grid])))
+    frequencies = np.arange(0.5, 0.5 / step, 0.35 / longest)
+    power = np.zeros(frequencies.size)
+    for run, residual in zip(runs, _parts(fitter, fit.residual / fitter.spread), strict=True):
+        time = run.motion.time[run.comparison.grid]
+        for part in np.array_split(np.arange(frequencies.size), 8):
+            turn = 2.0 * np.pi * np.outer(frequencies[part], time)
+            power[part] += (np.cos(turn) @ residual) ** 2 + (np.sin(turn) @ residual) ** 2
+    peak = int(np.argmax(power))
+    if power[peak] < 12.0 * np.median(power):
+        return None
+    return float(frequencies[peak])
+
+
+def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
+    """Return the places of the stroke where the mean residual stands out, each in two widths."""
+    runs = fitter.problem.runs
+    position = np.concatenate([run.motion.position[run.comparison.grid] for run in runs])
+    sign = np.sign(np.concatenate([run.motion.velocity[run.comparison.grid] for run in runs]))
+    low, high = np.quantile(position, [0.0, 1.0])
+    edges = np.linspace(low, high + 1e-9, _BINS + 1)
+    place = np.clip(np.digitize(position, edges) - 1, 0, _BINS - 1)
+    found: Settings = []
+    for by in (1.0, sign):
+        total = np.bincount(place, fit.residual * by / fitter.spread ** 2, _BINS)
+        mass = np.bincount(place, 1.0 / fitter.spread ** 2, _BINS)
+        for width in (1.2, 3.0):
+            smooth = gaussian_filter1d(total, width) / (
+                gaussian_filter1d(mass, width) + 0.02 * mass.mean())
+            peak = int(np.argmax(np.abs(smooth)))
+            found.append({'centre': float(0.5 * (edges[peak] + edges[peak + 1])),
+                          'width': float(width * (edges[1] - edges[0]))})
+    return found
+
+
+def _episodes(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
+    """Return the stretch of time whose residual is largest in the mean, in a few lengths."""
+    found: Settings = []
+    run = fitter.problem.runs[0]
+    residual = _parts(fitter, fit.residual / fitter.spread)[0]
+    time = run.motion.time[run.comparison.grid]
+    step = float(np.median(np.diff(time)))
+    grid = np.round((time - time[0]) / step).astype(int)
+    energy = np.zeros(grid[-1] + 1)
+    energy[grid] = residual ** 2
+    for length in (1.0, 3.0, 7.0):
+        count = int(length / step)
+        if count >= energy.size:
+            continue
+        window = np.convolve(energy, np.ones(count), 'valid')
+        first = int(np.argmax(window))
+        begin = float(time[0] + first * step)
+        found.append({'begin': begin, 'end': begin + length})
+    return found
+
+
+def _parts(fitter: Fitter, values: Array) -> list[Array]:
+    ends = np.cumsum([run.measured.size for run in fitter.problem.runs])[:-1]
+    return np.split(values, ends)

@@ -1,0 +1,34 @@
+"""Torque per effort that changes over the recording; no cause is claimed."""
+
+import math
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, EFFORT, Parameter, TIME
+
+
+@effect_function
+def _actuation(parameters, state, sample):
+    settling = parameters[1] * parameters[2]
+    progress = ((1.0 - math.exp(-sample[TIME] / settling))
+                / (1.0 - math.exp(-parameters[2] / settling)))
+    return sample[EFFORT] * (1.0 + parameters[0] * progress)
+
+
+EFFECT = Effect(
+    id='unexplained_gain_drift',
+    title='Unexplained drift of torque per effort',
+    parameters=(
+        Parameter('relative_change', '-', -0.8, 2.0, none=0.0, starts=(-0.05,)),
+        Parameter('settling', '-', 0.05, 20.0, starts=(0.4, 5.0), logarithmic=True),
+    ),
+    stages={'actuation': _actuation},
+    equation='T_M = effort · (1 + change · progress(t))',
+    reference='none: what is left',
+    statement=lambda p: ('The torque for a given effort changes by '
+                         f"{p['relative_change'] * 100:+.1f} % over the recording, load and "
+                         'friction alike; no effect of the library does that.'),
+    reveals='time',
+    constants=(('duration', 's'),),
+    set_constants=lambda scene: {'duration': scene.duration},
+    unnamed=True,
+)

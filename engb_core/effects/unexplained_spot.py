@@ -1,0 +1,36 @@
+"""A torque at one place of the stroke; no cause is claimed."""
+
+import math
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import DIRECTION, Effect, Parameter, POSITION
+
+
+@effect_function
+def _torque(parameters, state, sample):
+    distance = (sample[POSITION] - parameters[1]) / parameters[2]
+    bump = parameters[0] * math.exp(-0.5 * abs(distance) ** parameters[3])
+    return bump * sample[DIRECTION] if parameters[4] > 0.5 else bump
+
+
+EFFECT = Effect(
+    id='unexplained_spot',
+    title='Unexplained torque at one place',
+    parameters=(
+        Parameter('height', 'N·m', -1e6, 1e6, none=0.0, starts=(0.005,)),
+        Parameter('centre', 'rad', -1e6, 1e6),
+        Parameter('width', 'rad', 1e-3, 1e4, logarithmic=True),
+        Parameter('shape', '-', 1.2, 12.0, starts=(2.0,), logarithmic=True),
+    ),
+    stages={'torque': _torque},
+    equation='T = height · exp(−½ |(θ − centre)/width|^shape), even or odd in speed',
+    reference='none: what is left',
+    statement=lambda p: (f"A torque of {p['height'] * 1e3:.3g} mN·m acts at one place of the "
+                         f"stroke, {p['centre']:.3g} ± {p['width']:.2g} rad"
+                         + (', against the motion' if p['by_direction'] > 0.5 else '')
+                         + '; no effect of the library does that.'),
+    reveals='position',
+    constants=(('by_direction', '-'),),
+    variants=({'by_direction': 0.0}, {'by_direction': 1.0}),
+    unnamed=True,
+)

@@ -1,0 +1,1 @@
+"""What many diagnoses say together: common causes, differences between units, trends."""
