@@ -21,8 +21,9 @@ from engb_ros.bags.mcap_file import McapFile
 from engb_ros.bags.sqlite_file import SQLITE_MAGIC, SqliteFile
 from engb_ros.bags.storage import Batch, Channel, StorageFile, unwrapped
 from engb_ros.bags.topics import select, Selection
+from engb_ros.interface import JOINT_STATE, JOINT_STATES
 
-__all__ = ['read_recording']
+__all__ = ['joint_namespaces', 'read_recording']
 
 Times = NDArray[np.int64]
 Values = NDArray[np.float64]
@@ -46,6 +47,40 @@ def read_recording(path: str | os.PathLike, joint: str | None = None,
     """
     name = recording_name(path)
     notes: list[str] = []
+    with _bag(path, notes) as (files, channels):
+        try:
+            selection = select(channels, str(path), namespace)
+        except InputError as error:
+            for note in (note for file in files for note in file.notes):
+                raise InputError(f'{error} ({note})') from None
+            raise
+        states, reference, signals, damaged = _collect(files, selection, joint, str(path))
+        for file in files:
+            notes.extend(file.notes)
+    if damaged:
+        notes.append(f'{damaged} messages could not be decoded and are left out')
+    if joint and joint != DEFAULT_JOINT and states.joint != joint:
+        notes.append(f'the model names joint {joint!r}; the recording holds only '
+                     f'{states.joint!r}, which was taken')
+    return assemble(name, str(path), states, reference, signals, notes)
+
+
+def joint_namespaces(path: str | os.PathLike) -> list[str]:
+    """Return the namespaces of a bag that hold joint_states ('/' for none), sorted.
+
+    Raises:
+        InputError: nothing readable.
+    """
+    with _bag(path, []) as (_, channels):
+        return sorted({'/' + channel.topic.rpartition('/')[0].strip('/') for channel in channels
+                       if channel.topic.rpartition('/')[2] == JOINT_STATES.name
+                       and channel.type == JOINT_STATE})
+
+
+@contextlib.contextmanager
+def _bag(path: str | os.PathLike, notes: list[str]) -> Iterator[
+        tuple[list[StorageFile], list[Channel]]]:
+    """Open all files of a bag; give them and the topics in them, each once."""
     with contextlib.ExitStack() as stack:
         files: list[StorageFile] = []
         for file in bag_files(path, notes):
@@ -61,22 +96,7 @@ def read_recording(path: str | os.PathLike, joint: str | None = None,
         for file in files:
             for channel in file.channels():
                 channels.setdefault(channel.topic, channel)
-        try:
-            selection = select(list(channels.values()), str(path), namespace)
-        except InputError as error:
-            for note in (note for file in files for note in file.notes):
-                raise InputError(f'{error} ({note})') from None
-            raise
-        states, reference, signals, damaged = _collect(files, selection, joint, str(path))
-        for file in files:
-            notes.extend(file.notes)
-    if damaged:
-        notes.append(f'{damaged} messages could not be decoded and are left out')
-    asked = joint or DEFAULT_JOINT
-    if joint and states.joint != asked:
-        notes.append(f'the model names joint {asked!r}; the recording holds only '
-                     f'{states.joint!r}, which was taken')
-    return assemble(name, str(path), states, reference, signals, notes)
+        yield files, list(channels.values())
 
 
 @contextlib.contextmanager

@@ -1,0 +1,158 @@
+"""Finds the recordings below some folders, and which unit each belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+import csv
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+import hashlib
+import math
+import os
+from pathlib import Path
+import re
+
+from engb_core.errors import InputError
+from engb_ros.bags.locate import METADATA, recording_name
+
+__all__ = ['Found', 'find_recordings', 'read_units']
+
+_SUFFIXES = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
+
+
+@dataclass(frozen=True)
+class Found:
+    """A recording that is to be diagnosed.
+
+    Attributes:
+        key: its path below the folder that was given; tells it from all others.
+        path: where it is.
+        unit: which brake it is of.
+        mileage: [km] where the table of units gives it, else None.
+    """
+
+    key: str
+    path: Path
+    unit: str
+    mileage: float | None = None
+
+    @property
+    def slug(self) -> str:
+        """A file name made of the key, different for each key."""
+        digest = hashlib.sha256(self.key.encode('utf-8', 'surrogateescape')).hexdigest()[:8]
+        return re.sub(r'[^\w.-]+', '_', self.key, flags=re.ASCII)[-80:].strip('._-') + '-' + digest
+
+    def fingerprint(self) -> list[list]:
+        """Return what tells whether the recording has changed: name, size, time of its files."""
+        files = sorted(self.path.iterdir()) if self.path.is_dir() else [self.path]
+        found = []
+        for file in files:
+            state = file.stat()
+            found.append([file.name, state.st_size, state.st_mtime_ns])
+        return found
+
+
+def find_recordings(folders: Sequence[str]) -> list[Found]:
+    """Return every recording in or below `folders`, each once, in order of its key.
+
+    A recording is a folder with metadata.yaml, or a storage file outside of such folders; a
+    folder or file that is a recording itself counts too. Its unit is the folder that it lies in,
+    seen from the folder given; lying directly there, it is a unit of its own name.
+
+    Raises:
+        InputError: a folder is missing, or there is no recording at all.
+    """
+    found: dict[str, Found] = {}
+    for number, folder in enumerate(folders):
+        root = Path(folder)
+        if not root.exists():
+            raise InputError(f'{folder}: no such folder; name folders that hold recordings')
+        alone = len(folders) == 1
+        prefix = '' if alone else f'{root.resolve().name or number}/'
+        for path in _recordings(root):
+            real = os.path.realpath(path)
+            if real in found:
+                continue
+            relative = path.relative_to(root).as_posix() if path != root else recording_name(path)
+            key = prefix + relative
+            if any(entry.key == key for entry in found.values()):
+                key = f'{number}/{key}'
+            parent = Path(key).parent.as_posix()
+            found[real] = Found(key, path, recording_name(path) if parent == '.' else parent)
+    if not found:
+        raise InputError(f'{", ".join(folders)}: no recording in there (folders with {METADATA}, '
+                         'or .mcap and .db3 files)')
+    return sorted(found.values(), key=lambda entry: entry.key)
+
+
+def _recordings(root: Path) -> Iterator[Path]:
+    if root.is_file():
+        yield root
+        return
+    for folder, below, files in os.walk(root, followlinks=False):
+        below.sort()
+        below[:] = [name for name in below if not name.startswith('.')]
+        if METADATA in files:
+            below.clear()
+            yield Path(folder)
+            continue
+        # Parts of one split bag belong together, though no metadata.yaml says so.
+        parts: dict[str, list[str]] = {}
+        for name in sorted(files):
+            if name.endswith(_SUFFIXES) and not name.startswith('.'):
+                parts.setdefault(re.sub(r'_\d+$', '', recording_name(name)), []).append(name)
+        for stem, names in parts.items():
+            whole = len(parts) == 1 and len(names) > 1 and f'{stem}_0' in map(
+                recording_name, names) and Path(folder) != root
+            if whole:
+                yield Path(folder)
+            else:
+                yield from (Path(folder) / name for name in names)
+
+
+def read_units(path: str, recordings: Sequence[Found]) -> list[Found]:
+    """Give recordings the unit and mileage that a table tells.
+
+    The table (.csv with titles) has a column `recording` (key, name or pattern such as
+    'wheel_3/*') and `unit` or `mileage` [km] or both; the first row that fits counts.
+
+    Raises:
+        InputError: not readable, a column is missing, or a mileage is no number.
+    """
+    try:
+        with open(path, encoding='utf-8-sig', newline='') as file:
+            reader = csv.DictReader(file)
+            titles = [title.strip() for title in reader.fieldnames or []]
+            reader.fieldnames = titles
+            rows = list(reader)
+    except OSError as error:
+        raise InputError(f'{path}: cannot be read ({error.strerror})') from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f'{path}: not a .csv table in UTF-8') from error
+    if 'recording' not in titles or not {'unit', 'mileage'} & set(titles):
+        raise InputError(f'{path}: needs a column recording, and unit or mileage; it has '
+                         f'{", ".join(titles) or "no titles"}')
+    entries = [((row['recording'] or '').strip(), (row.get('unit') or '').strip(),
+                _mileage(path, number, (row.get('mileage') or '').strip()))
+               for number, row in enumerate(rows, 2)]
+    return [_completed(recording, entries) for recording in recordings]
+
+
+def _completed(recording: Found, entries: list[tuple[str, str, float | None]]) -> Found:
+    names = (recording.key, recording.path.name, recording_name(recording.path))
+    for pattern, unit, mileage in entries:
+        if pattern and (pattern in names or fnmatchcase(recording.key, pattern)):
+            return replace(recording, unit=unit or recording.unit, mileage=mileage)
+    return recording
+
+
+def _mileage(path: str, line: int, text: str) -> float | None:
+    if not text:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f'{path}: line {line}: mileage is {text!r}; write a number [km]')
+    return value
