@@ -41,6 +41,7 @@ SHORTEST, LONGEST = 15.0, 40.0
 WORTH_ADDING = 0.3
 # Below this separation (rms, noise = 1) no reference within the recorded range settles it.
 TOO_LITTLE = 0.4
+PROPER = ('stribeck', 'coulomb')
 
 
 @dataclass(frozen=True)
@@ -227,8 +228,10 @@ def _combined(parts: list[_Parts], lengths: Array, allowed: NDArray[np.bool_]) -
         if not options:
             return counts
         one = np.eye(lengths.size)
+        # A segment that is there already adds certainty, but nothing new.
         best = max(options, key=lambda index: (
-            (worth(counts + one[index]) - worth(counts)) / lengths[index]))
+            (worth(counts + one[index]) - worth(counts)) / lengths[index]
+            / (1.0 + 2.0 * counts[index])))
         if spent >= SHORTEST:
             gain = min((part.energy(counts + one[best]) - part.energy(counts)) / lengths[best]
                        * spent / max(part.energy(counts), 1e-9) for part in parts)
@@ -263,19 +266,22 @@ def _disc_profile(course: Course, disc: tuple[float, ...]) -> Array | None:
 
 
 def _reason(pairs: list[tuple[str, str, Fit]], apart: list[float]) -> str:
-    parts = [f'{_title(other)} from {_title(effect)} by {distance:.1f}'
-             for (effect, other, _), distance in zip(pairs, apart, strict=True)]
-    text = ('these recordings fit both; on the proposed reference the effort that each predicts '
-            f'differs, numbers refitted: {"; ".join(parts)} times the noise (rms)')
+    effects = tuple(dict.fromkeys(effect for effect, _, _ in pairs))
+    told = _enumerated([f'{distance:.1f} times the noise from {_title(other)}' + (
+                            f' (for {_title(effect)})' if len(effects) > 1 else '')
+                        for (effect, other, _), distance in zip(pairs, apart, strict=True)])
+    text = (f'These recordings fit {_listed([other for _, other, _ in pairs])} about as well as '
+            f'{_listed(effects)}; on the proposed reference the effort (rms, all numbers '
+            f'refitted) parts by {told}')
     if min(apart) < TOO_LITTLE:
         text += ', which is little: a wider range of load or speed would tell more'
-    return f'{text[0].upper()}{text[1:]}.'
+    return f'{text}.'
 
 
 def _words(course: Course, picked: list, disc: tuple[float, ...]) -> str:
     text = (f'next_experiment.csv, {course.duration:.0f} s, for the controller node (reference: '
             f'file, reference_file: next_experiment.csv): '
-            + '; '.join(segment.text for segment in picked) + '.')
+            + '; '.join(_again(picked)) + '.')
     if disc:
         speeds = ', '.join(f'{speed:.3g} rad/s' for speed in disc[1:])
         text += (f' Run it {len(disc)} times: with the disc standing and with the disc turning at '
@@ -283,10 +289,27 @@ def _words(course: Course, picked: list, disc: tuple[float, ...]) -> str:
     return text
 
 
+def _again(picked: list) -> list[str]:
+    """Return the segments' texts, one that follows itself only once."""
+    texts = []
+    for index, segment in enumerate(picked):
+        if index and segment is picked[index - 1]:
+            texts[-1] += ', twice'
+        elif segment in picked[:index]:
+            texts.append(f'once more the {segment.name}')
+        else:
+            texts.append(segment.text)
+    return texts
+
+
 def _title(effect_id: str) -> str:
-    title = get_effect(effect_id).title
-    return title if title.split()[0] in ('Stribeck', 'Coulomb') else title[0].lower() + title[1:]
+    words = effect_id.split('_')
+    return ' '.join(word.capitalize() if word in PROPER else word for word in words)
 
 
 def _listed(names: Sequence[str]) -> str:
-    return ' and '.join(_title(name) for name in names)
+    return _enumerated([_title(name) for name in dict.fromkeys(names)])
+
+
+def _enumerated(words: Sequence[str]) -> str:
+    return ' and '.join((', '.join(words[:-1]), words[-1]) if len(words) > 1 else words)

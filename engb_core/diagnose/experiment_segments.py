@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.control.trajectory import TrajectoryBuilder
-from engb_core.diagnose.problem import Problem
+from engb_core.diagnose.problem import Problem, Run
 from engb_core.model import Model
+from engb_core.motion import filtered, gaussian_kernel
 from engb_core.plant import load_torque, nominal_vector
 
 __all__ = ['Course', 'course_of', 'Move', 'Room', 'room_of', 'Segment', 'segments_of', 'STEP']
@@ -127,8 +128,7 @@ def room_of(problem: Problem, model: Model, slowest: float) -> Room:
     low, high = problem.scene.position_range
     margin = 0.5 * (1.0 - OF_RANGE) * (high - low)
     low, high = low + margin, high - margin
-    acceleration = max(float(np.quantile(np.abs(motion.acceleration[_moving(motion.velocity)]),
-                                         0.97)) for motion in motions)
+    acceleration = max(_acceleration(run) for run in (*problem.runs, *problem.held_out))
     nominal = nominal_vector(model)
     grid = np.linspace(low, high, 400)
     load = np.abs([load_torque(nominal, float(angle)) for angle in grid])
@@ -141,13 +141,21 @@ def room_of(problem: Problem, model: Model, slowest: float) -> Room:
     way = np.arange(least, most + 1) if most > least else np.arange(least, most - 1, -1)
     finest = 12.0 * max(motion.quantum for motion in motions) + 1e-4 * (high - low)
     return Room(low, high, OF_SPEED * problem.scene.speed, acceleration, slowest, finest,
-                float(np.clip(motions[0].position[0], low, high)), grid[way], load[way] / largest,
+                float(motions[0].position[0]), grid[way], load[way] / largest,
                 'rad' if problem.model.joint.type == 'revolute' else 'm')
 
 
-def _moving(velocity: Array) -> NDArray[np.bool_]:
-    speed = np.abs(velocity)
-    return speed >= min(0.02 * float(speed.max()), float(np.median(speed)))
+def _acceleration(run: Run) -> float:
+    """Return the acceleration that the reference asked for, or that was usual [rad/s²]."""
+    motion, reference = run.motion, run.recording.reference
+    values = motion.acceleration
+    if reference is not None and np.ptp(reference.position) > 0.5 * np.ptp(motion.position):
+        wanted = np.interp(motion.time, reference.time, reference.position)
+        values = filtered(wanted, gaussian_kernel(15.0, motion.step, 2))
+    values = np.abs(values)
+    moving = np.abs(motion.velocity) > 0.02 * np.max(np.abs(motion.velocity))
+    usual = float(np.quantile(np.abs(motion.acceleration[moving]), 0.9))
+    return min(float(np.quantile(values[moving], 0.98)), 2.0 * usual)
 
 
 def segments_of(room: Room) -> list[Segment]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
-from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fit import bare, Fit, Fitter
 from engb_core.diagnose.numbers import level, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
@@ -36,24 +36,14 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     findings.sort(key=lambda finding: -finding.share)
     mismatch = nominal.residual
     if chosen.hypothesis.variants:
-        mismatch = chosen.predicted - _bare(fitter, chosen)
+        mismatch = chosen.predicted - fitter.predict(
+            *bare(fitter, chosen, set(range(len(chosen.hypothesis.variants)))))
         mismatch = mismatch - np.median(mismatch)
         if numbers:
             mismatch = chosen.predicted - nominal.predicted
     elif numbers:
         mismatch = chosen.predicted - nominal.predicted
     return findings, mismatch
-
-
-def _bare(fitter: Fitter, fit: Fit, leave: int | None = None) -> Array:
-    """Return what the fit predicts with one effect (None: all) taken away, numbers kept."""
-    variants = tuple(variant for index, variant in enumerate(fit.hypothesis.variants)
-                     if leave is not None and index != leave)
-    hypothesis = fitter.hypothesis(variants, fit.hypothesis.numbers)
-    count = len(fit.hypothesis.numbers)
-    kept = [count + entry for entry, (owner, _, _) in enumerate(fit.hypothesis.places)
-            if leave is not None and owner != leave]
-    return fitter.predict(hypothesis, fit.vector[list(range(count)) + kept])
 
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,

@@ -18,7 +18,7 @@ from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
 from engb_core.effects.base import Parameter
 
-__all__ = ['Fit', 'Fitter', 'StartColumns']
+__all__ = ['Fit', 'Fitter', 'StartColumns', 'bare']
 
 Array = NDArray[np.float64]
 
@@ -192,13 +192,7 @@ class Fitter:
 
     def without(self, fit: Fit, variant: int, rounds: int = 5) -> Fit:
         """Return the fit with one effect taken away and all the rest fitted anew."""
-        variants = tuple(entry for index, entry in enumerate(fit.hypothesis.variants)
-                         if index != variant)
-        hypothesis = self.hypothesis(variants, fit.hypothesis.numbers)
-        count = len(fit.hypothesis.numbers)
-        kept = [count + entry for entry, place in enumerate(fit.hypothesis.places)
-                if place[0] != variant]
-        return self._iterate(hypothesis, fit.vector[list(range(count)) + kept], rounds)
+        return self._iterate(*bare(self, fit, {variant}), rounds)
 
     def finish(self, fit: Fit) -> Fit:
         """Return the fit with all derivatives at its end."""
@@ -356,6 +350,17 @@ class Fitter:
                 if damping > 1e5:
                     break
         return best
+
+
+def bare(fitter: Fitter, fit: Fit, gone: set[int]) -> tuple[Hypothesis, Array]:
+    """Return hypothesis and vector of a fit with some effects taken away, all else kept."""
+    variants = tuple(variant for index, variant in enumerate(fit.hypothesis.variants)
+                     if index not in gone)
+    count = len(fit.hypothesis.numbers)
+    kept = [count + entry for entry, (owner, _, _) in enumerate(fit.hypothesis.places)
+            if owner not in gone]
+    return (fitter.hypothesis(variants, fit.hypothesis.numbers),
+            fit.vector[list(range(count)) + kept])
 
 
 def _places_of(hypothesis: Hypothesis, name: str) -> list[int]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
-from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fit import bare, Fit, Fitter
 from engb_core.diagnose.locate import zones
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
@@ -29,7 +29,8 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     if not described and after <= max(CLEAN_EXCESS, 0.02 * before):
         # Refitted numbers alone, none of which stands out, are an explanation too.
         return 'explained', None
-    unexplained = _unexplained(fitter, explanation, min(1.0, after / before))
+    left = max(0.0, 1.0 - sum(finding.share for finding in findings))
+    unexplained = _unexplained(fitter, explanation, left)
     return ('partly_explained' if findings else 'unexplained'), unexplained
 
 
@@ -37,24 +38,22 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
     fit, table = explanation.fit, explanation.table
     runs = list(fitter.problem.runs)
     ends = np.cumsum([run.measured.size for run in runs])[:-1]
+    unnamed = [index for index, variant in enumerate(fit.hypothesis.variants)
+               if variant.effect.unnamed]
     what = fit.residual if table is None else table.predicted
-    vibration = [index for index, variant in enumerate(fit.hypothesis.variants)
-                 if variant.effect.unnamed]
+    for index in unnamed:
+        what = what + fit.predicted - fitter.predict(*bare(fitter, fit, {index}))
     where = zones(runs, np.split(what, ends), fitter.problem.model)
     velocity = np.concatenate([run.motion.velocity[run.comparison.grid] for run in runs])
-    sign = np.sign(velocity)
-    names = tuple(dict.fromkeys(table.table.names)) if table else \
-        tuple(zone.variable for zone in where[:2])
-    parity = _parity(what, sign)
-    if vibration:
-        values = fit.hypothesis.values(fit.vector, vibration[0], 0)
-        names, parity = ('time',), 'none'
-        text = (f'A torque of ±{values[0] * 1e3:.3g} mN·m at a fixed {values[1]:.3g} Hz is there '
-                'whatever the brake does; no effect of the library does that.')
-    else:
+    names = [fit.hypothesis.variants[index].effect.reveals for index in unnamed]
+    names += list(table.table.names) if table else []
+    if not names:
+        names = [zone.variable for zone in where[:2]]
+    text = ' '.join(_described(fit, index) for index in unnamed)
+    if not text:
         text = f'{left * 100:.0f} % of the mismatch is not explained by any known effect'
         if table:
-            text += f'; it depends on {" and ".join(names)}'
+            text += f'; it depends on {" and ".join(table.table.names)}'
         if where:
             text += (f'; most of it lies in {where[0].variable} from {where[0].begin:.3g} to '
                      f'{where[0].end:.3g} {where[0].unit}')
@@ -62,9 +61,17 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
     if explanation.dropped:
         text += (f' {" and ".join(explanation.dropped)} would come nearest, but a flexible model '
                  'explains clearly more: no name is given.')
-    return Unexplained(share=left, depends_on=names, parity_in_velocity=parity,
-                       memory=table is None and not vibration and left > 0.3,
+    memory = any(fit.hypothesis.variants[index].effect.id == 'unexplained_rest'
+                 for index in unnamed) or (table is None and not unnamed and left > 0.3)
+    return Unexplained(share=left, depends_on=tuple(dict.fromkeys(names)),
+                       parity_in_velocity=_parity(what, np.sign(velocity)), memory=memory,
                        where=tuple(where), statement=text)
+
+
+def _described(fit: Fit, index: int) -> str:
+    effect = fit.hypothesis.variants[index].effect
+    return effect.statement(dict(zip(effect.names, fit.hypothesis.values(fit.vector, index, 0),
+                                     strict=True)))
 
 
 def _parity(what: NDArray[np.float64], sign: NDArray[np.float64]) -> str:
