@@ -10,17 +10,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 __all__ = ['ACCEPT_MODEL', 'CLAMP_FORCE', 'CLAMP_FORCE_COMMAND', 'CLEAR', 'CLEAR_FAULTS', 'CLOCK',
-           'CLOCK_TYPE', 'CONTROLLER_CAUSES', 'CONTROLLER_STATE', 'CONTROL_REPORT',
+           'CLOCK_TYPE', 'CONTROLLER_ACTIVATION', 'CONTROLLER_CAUSES',
+           'CONTROLLER_STATE', 'CONTROL_REPORT',
            'DEFAULT_NAMESPACE', 'DIAGNOSTICS', 'DIAGNOSTIC_ARRAY', 'DISC_SPEED', 'DISTURBANCE',
            'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY', 'JOINT_STATE',
            'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND', 'REFERENCE',
            'SERVICES', 'START_REFERENCE', 'STRING', 'Service', 'TOPICS', 'TRIGGER', 'Topic',
-           'UINT32', 'WRITE_MODEL']
+           'UINT32', 'UINT64', 'WRITE_MODEL']
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 FLOAT64 = 'std_msgs/msg/Float64'
 STRING = 'std_msgs/msg/String'
 UINT32 = 'std_msgs/msg/UInt32'
+UINT64 = 'std_msgs/msg/UInt64'
 DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
 CLOCK_TYPE = 'rosgraph_msgs/msg/Clock'
 TRIGGER = 'std_srvs/srv/Trigger'
@@ -81,6 +83,8 @@ CONTROLLER_STATE = Topic('controller_state', STRING, '', 'ready, enabled, degrad
                          'status')
 CONTROLLER_CAUSES = Topic('controller_causes', UINT32, '', 'one bit per cause (docs/integrate.md)',
                           'status')
+CONTROLLER_ACTIVATION = Topic('controller_activation', UINT64, 'ns', 'when a controller became '
+                              'active: of two, the later one yields', 'status')
 DIAGNOSTICS = Topic('/diagnostics', DIAGNOSTIC_ARRAY, '', 'state, causes, input/command/output '
                     'triples, the force\'s uncertainty')
 CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')
@@ -88,7 +92,7 @@ CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')
 TOPICS: tuple[Topic, ...] = (
     JOINT_STATES, EFFORT_COMMAND, REFERENCE, POSITION_COMMAND, CLAMP_FORCE_COMMAND, DISTURBANCE,
     CLAMP_FORCE, DISC_SPEED, PAD_TEMPERATURE, LOAD_TORQUE, FRICTION_TORQUE, CONTROL_REPORT,
-    CONTROLLER_STATE, CONTROLLER_CAUSES)
+    CONTROLLER_STATE, CONTROLLER_CAUSES, CONTROLLER_ACTIVATION)
 
 START_REFERENCE = Service('~/start_reference', TRIGGER,
                           'controller: begin the trajectory that parameter `reference` names')

@@ -5,11 +5,11 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 import sys
-from time import monotonic
+from time import monotonic, time_ns
 from typing import Any
 
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, String, UInt32
+from std_msgs.msg import Float64, String, UInt32, UInt64
 
 from engb_core.control.brake_controller import BrakeController, ControllerSettings
 from engb_core.control.supervisor import Cause
@@ -26,6 +26,9 @@ __all__ = ['ControllerNode', 'main']
 # How often the watchdogs look, and how often the graph is searched for another controller [s].
 _TICK = 0.005
 _LOOK = 0.5
+
+# After its activation a controller is silent for so long, to hear whether another is there [s].
+_PROBATION = 0.5
 
 
 class ControllerNode(ManagedNode):
@@ -52,6 +55,9 @@ class ControllerNode(ManagedNode):
         self._report_every = values['report_every']
         self._count = 0
         self._told: tuple[Any, int] | None = None
+        self._activation = 0
+        self._speak_at = 0.0
+        self._other_activations: set[int] = set()
         self._alone_since: float | None = None
         self._publish_effort = self.advertise(interface.EFFORT_COMMAND).publish
         self._publish_reference = self.advertise(interface.REFERENCE).publish
@@ -60,6 +66,8 @@ class ControllerNode(ManagedNode):
                                if self._controller.estimator else None)
         self._publish_state = self.advertise(interface.CONTROLLER_STATE).publish
         self._publish_causes = self.advertise(interface.CONTROLLER_CAUSES).publish
+        self._publish_activation = self.advertise(interface.CONTROLLER_ACTIVATION).publish
+        self.listen(interface.CONTROLLER_ACTIVATION, self._on_activation)
         self._publish_diagnostics = self.advertise(interface.DIAGNOSTICS).publish
         self.listen(interface.POSITION_COMMAND, self._on_position_command)
         self.listen(interface.CLAMP_FORCE_COMMAND, self._on_force_command)
@@ -92,7 +100,11 @@ class ControllerNode(ManagedNode):
     def start(self) -> None:
         """Begin at the position where the motor stands, unless someone else drives it."""
         self._controller.start(monotonic())
+        self._activation = time_ns()
+        self._speak_at = monotonic() + _PROBATION
+        self._other_activations.clear()
         self._alone_since = None
+        self._publish_activation(UInt64(data=self._activation))
         self._look_for_others()
         self._tell()
 
@@ -126,12 +138,14 @@ class ControllerNode(ManagedNode):
     # Messages and timers.
 
     def _on_position_command(self, message: Float64) -> None:
-        if self.active:
-            self._controller.on_position_command(monotonic(), message.data)
+        now = monotonic()
+        if self.active and now >= self._speak_at:
+            self._controller.on_position_command(now, message.data)
 
     def _on_force_command(self, message: Float64) -> None:
-        if self.active:
-            self._controller.on_force_command(monotonic(), message.data)
+        now = monotonic()
+        if self.active and now >= self._speak_at:
+            self._controller.on_force_command(now, message.data)
 
     def _on_disc_speed(self, message: Float64) -> None:
         self._controller.on_disc_speed(message.data)
@@ -140,15 +154,16 @@ class ControllerNode(ManagedNode):
         self._controller.on_disturbance(monotonic(), message.data)
 
     def _on_joint_states(self, message: JointState) -> None:
-        if not self.active:
+        now = monotonic()
+        if not self.active or now < self._speak_at:
             return
         controller = self._controller
         sample = joint_sample(message, self._joint)
         if sample is None:
-            controller.on_wrong_joint(monotonic())
+            controller.on_wrong_joint(now)
             return
         stamp = message.header.stamp
-        torque = controller.on_state(monotonic(), self._stamps.seconds(stamp), *sample)
+        torque = controller.on_state(now, self._stamps.seconds(stamp), *sample)
         if torque is None:
             return
         self._publish_effort(self._scalar.fill(torque))
@@ -173,18 +188,26 @@ class ControllerNode(ManagedNode):
                 self._told[1] != supervisor.latched):
             self._tell()
 
+    def _on_activation(self, message: UInt64) -> None:
+        if self.active and message.data != self._activation:
+            self._other_activations.add(message.data)
+            self._look_for_others()
+
     def _look_for_others(self) -> None:
         if not self.active:
             return
         now = monotonic()
-        others = self.count_publishers(interface.EFFORT_COMMAND.name) > 1
-        if not others and self._alone_since is None:
-            self._alone_since = now
-        # Discovery takes a moment: only who was alone for a while was first.
-        was_first = self._alone_since is not None and now - self._alone_since > 1.0
-        if others and not was_first:
-            self._alone_since = None
-        self._controller.on_other_controller(now, others, was_first)
+        present = self.count_publishers(interface.EFFORT_COMMAND.name) > 1
+        if not present:
+            self._other_activations.clear()
+            if self._alone_since is None:
+                self._alone_since = now
+        if self._other_activations:
+            was_first = self._activation < min(self._other_activations)
+        else:
+            # A stranger that says nothing of itself: first is who was alone for a while.
+            was_first = self._alone_since is not None and now - self._alone_since > 1.0
+        self._controller.on_other_controller(now, present, was_first)
 
     # Telling.
 

@@ -34,10 +34,8 @@ class Run:
     friction: list[float]
 
 
-@pytest.fixture(scope='module')
-def run(tmp_path_factory):
-    """One run for all tests of this file."""
-    folder = tmp_path_factory.mktemp('run')
+def one_run(folder):
+    """Drive strokes with all nodes and return what is left of it."""
     with reserved_domain() as domain, Runner(domain) as runner, Probe(domain) as probe:
         bench = Bench(runner, probe, RATE)
         load, friction = probe.listen(LOAD_TORQUE), probe.listen(FRICTION_TORQUE)
@@ -68,13 +66,13 @@ def floats(bag, topic):
                          for connection, _, raw in reader.messages(chosen)])
 
 
-def test_no_sample_is_missing(run):
+def no_sample_is_missing(run):
     steps = np.diff(run.recording.time)
     assert steps.max() == pytest.approx(1.0 / RATE, rel=1e-6)
     assert run.recording.time.size > 8.0 * RATE
 
 
-def test_the_strokes_are_tracked(run):
+def the_strokes_are_tracked(run):
     reference = run.recording.reference
     wanted = np.interp(run.recording.time, reference.time, reference.position)
     inside = (run.recording.time > reference.time[0]) & (run.recording.time < reference.time[-1])
@@ -84,7 +82,7 @@ def test_the_strokes_are_tracked(run):
     assert np.sqrt(np.mean(error**2)) < 0.4
 
 
-def test_the_observer_node_is_the_offline_filter(run):
+def the_observer_node_is_the_offline_filter(run):
     recorded = run.recording
     offline = DisturbanceObserver(Model().motor).filter(
         recorded.time, recorded.velocity, recorded.effort)
@@ -97,7 +95,7 @@ def test_the_observer_node_is_the_offline_filter(run):
         assert np.abs(windows - stretch).max(axis=1).min() < 1e-9
 
 
-def test_the_identifier_found_the_brake(run):
+def the_identifier_found_the_brake(run):
     true, found = Feedforward(Model.read(TRUE_BRAKE)), Feedforward(run.model)
     for angle in (12.0, 24.0, 35.0):
         assert found.load_torque(angle) == pytest.approx(true.load_torque(angle), abs=0.006)
@@ -105,8 +103,18 @@ def test_the_identifier_found_the_brake(run):
         true.friction_torque(0.2, 20.0), rel=0.1)
 
 
-def test_the_identified_torques_are_published(run):
+def the_identified_torques_are_published(run):
     assert max(run.load) <= Feedforward(run.model).load_torque(36.5)
     assert len(run.load) > 50
     assert len(run.friction) > 50
     assert all(np.isfinite(run.load))
+
+
+def test_one_run_of_strokes_seen_from_all_sides(tmp_path):
+    # One test, not five: the run takes a while, and parallel workers would each make their own.
+    run = one_run(tmp_path)
+    no_sample_is_missing(run)
+    the_strokes_are_tracked(run)
+    the_observer_node_is_the_offline_filter(run)
+    the_identifier_found_the_brake(run)
+    the_identified_torques_are_published(run)

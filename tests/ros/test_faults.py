@@ -1,0 +1,213 @@
+"""Faults injected for real: processes killed, frozen, restarted; garbage on the wires."""
+
+import math
+import signal
+import time
+
+from sensor_msgs.msg import JointState
+
+from engb_core.control.supervisor import Cause
+from engb_core.model import Model
+from engb_ros.files import TRUE_BRAKE
+from engb_ros.interface import (
+    ACCEPT_MODEL,
+    CLAMP_FORCE,
+    CLAMP_FORCE_COMMAND,
+    DISTURBANCE,
+    EFFORT_COMMAND,
+    JOINT_STATES,
+    POSITION_COMMAND,
+    Service,
+)
+from engb_ros.runner import node_command
+from ros.live import LiveLoop, STATE_TIMEOUT
+
+
+def test_a_killed_drive_a_restart_and_a_frozen_drive(runner, probe, record_property):
+    loop = LiveLoop(runner, probe)
+    loop.go(12.0)
+    runner.processes['plant'].signal(signal.SIGKILL)
+    runner.processes.pop('plant').wait()
+    record_property('killed drive noticed after [s]', loop.until(
+        lambda: loop.is_in('fault') and loop.has(Cause.STATE_STALE), 'the fault'))
+    loop.until(lambda: loop.efforts[-1].data == 0.0, 'the torque to be gone')
+    assert not loop.clear().success   # the cause is still there
+    runner.start('plant', parameters=loop.drive[0][1])
+    loop.target = None
+    count = len(loop.states)
+    loop.until(lambda: len(loop.states) > count + 20, 'the drive to be back')
+    loop.until(lambda: loop.clear().success, 'the fault to be cleared')
+    loop.go(5.0)
+
+    runner.processes['plant'].signal(signal.SIGSTOP)
+    took = loop.until(lambda: loop.is_in('fault'), 'the fault')
+    record_property('frozen drive noticed after [s]', took)
+    assert took < STATE_TIMEOUT + 2.0
+    runner.processes['plant'].signal(signal.SIGCONT)
+    loop.during(0.3)
+    assert loop.is_in('fault')   # latched although the drive is back
+    loop.until(lambda: loop.clear().success, 'the fault to be cleared')
+    loop.go(8.0)
+    runner.stop()
+
+
+def test_a_killed_controller_and_its_restart_in_mid_stroke(runner, probe, record_property):
+    loop = LiveLoop(runner, probe, {'effort_noise': 0.0})
+    loop.go(20.0)
+    assert loop.effort > 0.03
+    runner.processes['controller'].signal(signal.SIGKILL)
+    runner.processes.pop('controller').wait()
+    record_property('drive without a controller let go after [s]', loop.until(
+        lambda: loop.effort == 0.0, 'the drive to let go'))
+    loop.target = None
+    runner.start('controller', parameters=loop.controller)
+    begin = len(loop.states)
+    loop.until(lambda: loop.is_in('ready') and len(loop.states) > begin + 50, 'the restart')
+    # It holds what it found; it neither jumps to zero nor to the old command.
+    held = [message.position[0] for message in loop.states[-30:]]
+    assert max(held) - min(held) < 1.0
+    loop.go(20.0)
+    runner.stop()
+
+
+def test_a_frozen_controller(runner, probe, record_property):
+    loop = LiveLoop(runner, probe, {'effort_noise': 0.0})
+    loop.go(20.0)
+    runner.processes['controller'].signal(signal.SIGSTOP)
+    record_property('frozen controller: drive let go after [s]', loop.until(
+        lambda: loop.effort == 0.0, 'the drive to let go'))
+    loop.during(1.5)
+    runner.processes['controller'].signal(signal.SIGCONT)
+    loop.until(lambda: loop.is_in('fault'), 'the controller to notice that it slept')
+    loop.until(lambda: loop.clear().success, 'the fault to be cleared')
+    loop.go(6.0)
+    runner.stop()
+
+
+def test_garbage_and_stale_commands(runner, probe, record_property):
+    loop = LiveLoop(runner, probe, stale_action='ramp_to_zero')
+    loop.go(10.0)
+    for value, cause in (
+            (math.nan, Cause.COMMAND_NOT_FINITE), (math.inf, Cause.COMMAND_NOT_FINITE),
+            (1e30, Cause.COMMAND_OUT_OF_RANGE), (-60.0, Cause.COMMAND_OUT_OF_RANGE)):
+        probe.publish(POSITION_COMMAND, value)
+        loop.until(lambda cause=cause: loop.has(cause), cause.name)
+        assert loop.is_in('enabled')
+    assert abs(loop.position - 10.0) < 0.5
+    probe.publish(CLAMP_FORCE_COMMAND, 5000.0)   # no mechanism: no force mode
+    loop.during(0.2)
+    assert abs(loop.position - 10.0) < 0.5
+    loop.target = None
+    record_property('stale command noticed after [s]', loop.until(
+        lambda: loop.is_in('fault') and loop.has(Cause.COMMAND_STALE), 'the fault'))
+    loop.until(lambda: abs(loop.position) < 0.4, 'the brake to be released')
+    probe.publish(POSITION_COMMAND, 15.0)
+    loop.during(0.3)
+    assert abs(loop.position) < 0.5   # latched: not obeyed
+    assert loop.clear().success
+    loop.go(4.0)
+    assert all(math.isfinite(message.data) and abs(message.data) <= 0.75
+               for message in loop.efforts)
+    runner.stop()
+
+
+def test_garbage_joint_states_and_jumps_of_the_clock(runner, probe):
+    loop = LiveLoop(runner, probe)
+    loop.go(10.0)
+    stamp = loop.states[-1].header.stamp
+
+    def state(name='motor', position=10.0, velocity=0.0, shift=0):
+        message = JointState(name=[name], position=[position], velocity=[velocity], effort=[0.0])
+        message.header.stamp.sec, message.header.stamp.nanosec = stamp.sec + shift, stamp.nanosec
+        return message
+
+    for message, cause in (
+            (state('wheel'), Cause.STATE_WRONG_JOINT), (JointState(), Cause.STATE_WRONG_JOINT),
+            (state(position=math.nan), Cause.STATE_NOT_FINITE),
+            (state(velocity=math.inf), Cause.STATE_NOT_FINITE),
+            (state(position=1e6), Cause.STATE_JUMP),
+            (state(shift=3600), Cause.CLOCK_JUMP), (state(shift=-3600), Cause.CLOCK_JUMP)):
+        def told(message=message, cause=cause):
+            probe.publish(JOINT_STATES, message)   # the loop reads the newest only: again
+            return loop.has(cause)
+        loop.until(told, cause.name)
+        assert loop.is_in('enabled')
+    loop.during(0.3)
+    assert abs(loop.position - 10.0) < 1.0
+    assert all(math.isfinite(message.data) and abs(message.data) <= 0.75
+               for message in loop.efforts)
+    runner.stop()
+
+
+def test_two_controllers_at_once(runner, probe, record_property):
+    loop = LiveLoop(runner, probe)
+    loop.go(10.0)
+    loop.during(1.2)
+    second = runner.start_command('second', node_command(
+        'controller', parameters=loop.controller, name='second'))
+    # From its start, which takes a second or more, to its silence; it never sends anything.
+    record_property('second controller noticed after [s]', loop.until(
+        lambda: any(message.data == 'fault' for message in loop.state), 'the second one to yield'))
+    loop.until(lambda: any(message.data & Cause.OTHER_CONTROLLER for message in loop.causes),
+               'the cause')
+    loop.during(1.0)
+    assert abs(loop.position - 10.0) < 0.5   # the first one went on
+    second.signal(signal.SIGINT)
+    runner.processes.pop('second')   # it shall end
+    loop.until(lambda: second.status is not None, 'the second one to end')
+    assert second.status == 0
+    loop.go(6.0)
+    runner.stop()
+
+
+def test_force_mode_observer_loss_and_a_model_accepted(runner, probe, tmp_path):
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.parameter import Parameter
+
+    from engb_ros.files import config_file
+    loop = LiveLoop(runner, probe, model=str(TRUE_BRAKE), observer_timeout=STATE_TIMEOUT,
+                    mechanism=str(config_file('mechanism.yaml')))
+    observer = runner.start('disturbance_observer')
+    forces = probe.listen(CLAMP_FORCE)
+    loop.until(lambda: probe.publishers(DISTURBANCE), 'the observer')
+    last = [0.0]
+
+    def forced():
+        if time.monotonic() - last[0] > 0.05:
+            last[0] = time.monotonic()
+            probe.publish(CLAMP_FORCE_COMMAND, 4000.0)
+        return forces and abs(forces[-1].data - 4000.0) < 200.0 and loop.is_in('enabled')
+
+    loop.until(forced, 'the clamp force')
+    observer.signal(signal.SIGKILL)
+    runner.processes.pop('disturbance_observer').wait()
+    loop.until(lambda: forced() is None or (loop.is_in('degraded')
+                                            and loop.has(Cause.OBSERVER_STALE)), 'degraded')
+    runner.start('disturbance_observer')
+    loop.until(forced, 'the observer to be back')
+
+    def candidate(model):
+        model.write(tmp_path / 'model.yaml')
+        service = Service('~/set_parameters', 'rcl_interfaces/srv/SetParameters', '')
+        request = SetParameters.Request(parameters=[Parameter(
+            'candidate_model', value=str(tmp_path / 'model.yaml')).to_parameter_msg()])
+        assert probe.call('controller', service, request=request).results[0].successful
+        return probe.call('controller', ACCEPT_MODEL)
+
+    from dataclasses import replace
+    true = Model.read(TRUE_BRAKE)
+    assert candidate(replace(true, motor=replace(true.motor, inertia=7.2e-5))).success
+    refused = candidate(replace(true, motor=replace(true.motor, inertia=7e-4)))
+    assert not refused.success
+    assert 'inertia' in refused.message
+    runner.stop()
+
+
+def test_a_last_command_of_no_torque_is_sent(runner, probe):
+    loop = LiveLoop(runner, probe)
+    loop.go(20.0)
+    assert loop.efforts[-1].data > 0.02
+    runner.stop(['controller'], signal.SIGTERM)
+    loop.until(lambda: loop.efforts[-1].data == 0.0, 'the last command')
+    assert probe.publishers(EFFORT_COMMAND) <= 1
+    runner.stop()
