@@ -40,7 +40,7 @@ def run_on_dask(tasks: Sequence[Task], work: Callable[[Task], Outcome], address:
         raise InputError(f'--scheduler {address}: no scheduler answers there '
                          f'({str(error) or type(error).__name__}); start one with '
                          'dask scheduler') from error
-    with client:
+    with client, client.as_current():
         # Names of their own: another survey on the cluster must not share our results.
         run = uuid.uuid4().hex[:8]
         futures = {client.submit(work, task, key=f'engb-{run}-{index}', pure=False): index

@@ -1,0 +1,1 @@
+"""Tests of engb_ros.fleet and engb_core.fleet."""
