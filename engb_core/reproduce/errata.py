@@ -74,11 +74,11 @@ ERRATA: tuple[Erratum, ...] = (
     Erratum(
         '(42)', 'unsquared', 'Σ(−d̂_odd − (C₀ + C₁·T̂_L)·sgn ω)²', 'As (41).'),
     Erratum(
-        'Figures 15, 16', 'friction saturates over a width that is seen in the data',
-        'the width seen is mostly the low-pass of the observer',
-        'q in (30) smears the sign of ω over its own width; at 60 rad/s² a 20 Hz low-pass makes '
-        'a jump look like a ramp of about 1 rad/s. Passed through the same filter, a model with a '
-        'far smaller width fits the same data.'),
+        'Figures 15, 16', 'the width over which friction saturates is read off the data',
+        'the observer’s low-pass widens it',
+        'q in (30) smears the sign of ω over its own width: at 60 rad/s² a 20 Hz low-pass turns a '
+        'jump into a ramp of 1 rad/s (10 to 90 %). A model passed through the same filter as the '
+        'data gives the width itself: see ω_s in the table of numbers.'),
     Erratum(
         'text above Figure 20', '“Figures 20 and 21 show the observed even disturbance and odd '
         'disturbance, respectively”', 'Figure 20 is the odd, Figure 21 the even part',

@@ -184,10 +184,11 @@ def _friction(result: StrokesResult) -> tuple[Figure, Figure, Figure]:
                  * np.clip(speed / friction.saturation_velocity, 0, 1), 'after')), 220),),
         alt='Friction rises from zero speed and saturates.',
         caption='Paper: “Approximated velocity dependent friction torque (speed domain).” To '
-                'see: friction seems to build up over about a rad/s. Nearly all of that is the '
-                'observer’s low-pass, which smears the change of sign: the simulated brake '
-                f'saturates at {chosen.SATURATION_VELOCITY} rad/s. Modelled through the same '
-                'filter, as the joint regression does, the width comes out far smaller.')
+                'see: friction builds up from zero speed, then hardly changes with it. The '
+                f'paper’s way has it saturate at {paper.friction.saturation_velocity:.2f} rad/s, '
+                f'joint regression at {friction.saturation_velocity:.2f}; the simulated brake '
+                f'has {chosen.SATURATION_VELOCITY}. The observer’s low-pass widens what is drawn '
+                'here; the joint regression passes its model through the same filter.')
     fitted = (paper.friction.coulomb + paper.friction.load_gain * np.abs(load)) * np.clip(
         parts.velocity / paper.friction.saturation_velocity, 0.0, 1.0)
     combined = Figure(

@@ -122,12 +122,15 @@ def _identification(page: Page, results: Results) -> None:
     page.subsection('How far is each way off?')
     page.text(
         'The simulated brake’s truth is known, so the ways can be judged. Pairing samples by '
-        'number fails as soon as tracking is poor: load leaks into friction. Nearest neighbour '
-        'resampling repairs that, as the paper claims, also with few grid points. It does not '
-        'repair a wrong B: what a classical step test puts too much into B is missing from C₀. '
-        'Joint regression needs no pairs; alone it has to find J and B itself, and pays with a '
-        'larger scatter; given J, B and cogging with their intervals from the free motor it is '
-        'on a par and tells its own uncertainty.')
+        'number fails as soon as tracking is poor: load leaks into friction, C₁ comes out three '
+        'times too large. Nearest neighbour resampling repairs that, as the paper claims, also '
+        'with few grid points. What it does not repair: where tracking is poor, clamp and release '
+        'pass the same position at different speeds, and at low speed friction is then not odd '
+        '(the hysteresis term of (39)): load and C₁ stay biased. Nor does it repair a wrong B: '
+        'what a classical step test puts too much into B is missing from C₀. Joint regression '
+        'needs no pairs and is free of both; alone, on a coarse and slow recording, it scatters '
+        'more, since it has to find J and B too; given them with their intervals from the free '
+        'motor it is the best throughout, and tells its own uncertainty.')
     page.table(
         [Column('Way'), Column('Recording'), Column('Paired positions apart, rms', number=True),
          Column('Load, rms error', number=True), Column('C₀ error', number=True),
@@ -145,9 +148,13 @@ def _validation(page: Page, results: Results) -> None:
     for figure in validation_figures(results.validation):
         page.figure(figure)
     page.table(
-        [Column('Stop'), Column('Steady offset', number=True)],
-        [(f'{entry.angle:.1f} rad', _minus(f'{1e3 * entry.error:.1f} mrad'))
-         for entry in results.validation.offsets], kind='compact',
+        [Column('Stop'), Column('Steady offset', number=True),
+         Column('On a brake that sticks', number=True)],
+        [(f'{entry.angle:.1f} rad', _minus(f'{1e3 * entry.error:.1f} mrad'),
+          _minus(f'{1e3 * other.error:.1f} mrad'))
+         for entry, other in zip(results.validation.offsets,
+                                 results.validation.sticking_offsets, strict=True)],
+        kind='compact',
         caption='PD and identified model; required: 500 mrad.')
 
 
@@ -190,7 +197,8 @@ def _errata(page: Page) -> None:
 def _chosen(page: Page) -> None:
     page.section('Chosen numbers, and the runs')
     mechanism = MECHANISM
-    page.text('The paper doesn’t print these; they were fixed before the first run.')
+    page.text('The paper doesn’t print these. The saturation velocity stands for what its Figures '
+              '14 to 16 show, the rest for a brake of its size.')
     page.table(
         [Column('Number'), Column('Value', number=True)],
         [('N_g', f'{mechanism.gear_ratio:g}'), ('L', f'{1e3 * mechanism.screw_lead:g} mm'),
@@ -203,7 +211,8 @@ def _chosen(page: Page) -> None:
          ('F_N(s)', ' + '.join(f'{value:.3g}·s^{power}' for power, value in enumerate(
              mechanism.clamp_stiffness, 1)) + ' N, s in m'),
          ('C₀', f'{1e3 * chosen.COULOMB:g} mN·m'),
-         ('ω_s', f'{chosen.SATURATION_VELOCITY:g} rad/s'),
+         ('ω_s, and of the brake that sticks', f'{chosen.SATURATION_VELOCITY:g} rad/s, '
+                                               f'{chosen.STICKING_VELOCITY:g} rad/s'),
          ('PID', f'p {chosen.GAINS.p:g}, i {chosen.GAINS.i:g}, d {chosen.GAINS.d:g}'),
          ('PID, low gains', f'p {chosen.POOR_GAINS.p:g}, i {chosen.POOR_GAINS.i:g}, '
                             f'd {chosen.POOR_GAINS.d:g}'),

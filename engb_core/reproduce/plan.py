@@ -168,6 +168,9 @@ def _plan() -> tuple[Experiment, ...]:
         closed('model_2', '19–21', 'the same, second run', strokes, model='identified', seed=7),
         closed('pd_model', '22, 23', 'PD and the identified model, stops at five angles', levels,
                model='identified', gains=pd),
+        closed('pd_sticking', '22, 23', 'the same on a brake that sticks, as (13) has it', levels,
+               chosen.true_brake(saturation_velocity=chosen.STICKING_VELOCITY),
+               model='identified', gains=pd),
     )
 
 

@@ -12,7 +12,6 @@ from scipy.interpolate import CubicHermiteSpline
 from engb_core.identify.paper_way import paper_way
 from engb_core.identify.procedure import IdentifiedModel
 from engb_core.identify.smoothing import motions
-from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.reproduce.plan import PLAN
 
@@ -72,21 +71,24 @@ class Offset:
 
 @dataclass(frozen=True)
 class ValidationResult:
-    """Chapter 4: `tracking` by experiment name, `left` of two runs, `offsets` under PD."""
+    """Chapter 4: `tracking` by experiment name, `left` of two runs, `offsets` under PD, and
+    `sticking_offsets` on a brake that sticks."""
 
     tracking: dict[str, Tracking]
     left: list[Left]
     offsets: list[Offset]
+    sticking_offsets: list[Offset]
 
 
 def analyse_validation(recordings: Mapping[str, Recording],
                        identified: IdentifiedModel) -> ValidationResult:
     """Analyse the runs of chapter 4."""
     names = ('middle_pid', 'middle_feedforward', 'high_pid', 'high_feedforward', 'model_1',
-             'model_2', 'pd_model')
+             'model_2', 'pd_model', 'pd_sticking')
     tracking = {name: track(recordings[name]) for name in names}
     left = [left_over(recordings[name], identified) for name in ('model_1', 'model_2')]
-    return ValidationResult(tracking, left, _offsets(tracking['pd_model']))
+    return ValidationResult(tracking, left, _offsets(tracking['pd_model']),
+                            _offsets(tracking['pd_sticking']))
 
 
 def track(recording: Recording) -> Tracking:
@@ -146,11 +148,6 @@ def compensated_share(left: Left) -> tuple[float, float]:
     return left.rms('even') / left.rms('even_before'), left.rms('odd') / left.rms('odd_before')
 
 
-def worst_offset(result: ValidationResult) -> float:
-    """Return the largest steady offset under PD and model [rad]."""
-    return max(abs(entry.error) for entry in result.offsets)
-
-
-def nominal_model(identified: IdentifiedModel) -> Model:
-    """Return the model that the identification started from."""
-    return identified.start
+def worst_offset(offsets: list[Offset]) -> float:
+    """Return the largest steady offset [rad]."""
+    return max(abs(entry.error) for entry in offsets)

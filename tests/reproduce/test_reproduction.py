@@ -69,8 +69,19 @@ def test_nearest_neighbour_repairs_poor_tracking(results):
     wrong_b = by_way['nearest neighbour, J and B of the classical step test']
     assert wrong_b.coulomb < -2e-3
     joint = by_way['joint regression, J, B and cogging known from the free motor']
-    assert joint.load < 4e-4
+    # Friction falls off at low speed, so pairs at different speeds bias the paper's way.
+    assert joint.load < 0.5 * nearest.load
+    assert abs(joint.load_gain) < abs(nearest.load_gain)
     assert abs(joint.coulomb) < 4e-4
+
+
+def test_saturation_velocity_is_widened_by_the_papers_way_only(results):
+    good = results.strokes.good
+    low, high = good.estimates['saturation_velocity'].interval(0.99)
+    assert low < chosen.SATURATION_VELOCITY < high
+    assert good.paper.friction.saturation_velocity > high
+    # (42) with its bare sign is pulled down by the strokes' ends.
+    assert good.paper.sign_friction.load_gain < good.paper.friction.load_gain
 
 
 def test_feedforward_and_model_leave_little(results):
@@ -80,8 +91,9 @@ def test_feedforward_and_model_leave_little(results):
     for left in results.validation.left:
         assert left.rms('even') < 0.05 * left.rms('even_before')
         assert left.rms('odd') < 0.1 * left.rms('odd_before')
-    assert len(results.validation.offsets) == 5
-    assert max(abs(entry.error) for entry in results.validation.offsets) < 0.1
+    for offsets in (results.validation.offsets, results.validation.sticking_offsets):
+        assert len(offsets) == 5
+        assert max(abs(entry.error) for entry in offsets) < 0.1
 
 
 def test_pad_friction_both_ways_round_and_the_bias_of_a_constant_slope(results, numbers):
