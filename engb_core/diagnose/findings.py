@@ -54,7 +54,7 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
         return []
     before = max(selection.excess_before, selection.nominal_excess)
     share = max(0.0, 1.0 - selection.excess_after / before)
-    known = something_known(explanation.adequacy, selection.excess_after)
+    known = something_known(explanation.adequacy, selection.excess_after, before)
     matters = []
     for index in range(len(variants)):
         if len(variants) == 1:
@@ -101,7 +101,7 @@ def _numbers(fitter: Fitter, nominal: Fit, chosen: Fit, numbers: list[NumberFind
     total = sum(finding.matters for finding in numbers)
     after = max(level(chosen, fitter) - 1.0, 0.0)
     taken = max(0.0, 1.0 - after / before)
-    known = something_known(taken, after)
+    known = something_known(taken, after, before)
     if chosen.hypothesis.variants:
         taken *= min(1.0, total / (total + before))
     findings = []

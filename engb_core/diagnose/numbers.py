@@ -28,10 +28,10 @@ INSISTED_PART = 0.08
 # others of a refitted file moved along with the one that is wrong.
 SECOND = 0.6
 # A file that fits nearly as well as any numbers without the effects was refitted around them.
-REFITTED = 1.3
+REFITTED = 1.5
 # Beside effects a wrong number must matter as much as this part of what the file loses to
 # refitted numbers.
-BESIDE = 0.3
+BESIDE = 0.5
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,8 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     insisted = sorted((name for name in rises if rises[name] >= least),
                       key=lambda name: -rises[name])
     variants = explained.hypothesis.variants
-    if any(variant.effect.number_only for variant in variants):
+    if any(variant.effect.number_only for variant in variants) and not all(
+            variant.effect.number_only for variant in variants):
         return []
     if variants:
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)

@@ -18,6 +18,10 @@ __all__ = ['rival_weights', 'something_known']
 # The noise-like part of a formula's error: excess below it tells rivals apart no further.
 FORMULA_ERROR = 0.10
 TEMPER = 6.0
+# Something without a name is the rarer cause, where it fits no better.
+UNNAMED = 0.15
+# So is physics that happens to look like one wrong number.
+PHYSICS_FOR_NUMBER = 0.2
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -36,18 +40,32 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
         return math.log(excess + floor - 1.0) + 0.02 * (fit.hypothesis.size - size)
 
     best = score(chosen)
-    weights = [1.0] + [min(1.0, math.exp(-TEMPER * (score(fit) - best))) for fit in rivals]
+    weights = [1.0] + [min(1.0, math.exp(-TEMPER * (score(fit) - best))) * _prior(fit, chosen)
+                       for fit in rivals]
     total = sum(weights)
     return [weight / total for weight in weights]
 
 
-def something_known(adequacy: float, after: float) -> float:
+def _prior(fit: Fit, chosen: Fit) -> float:
+    """Return how much rarer a rival is beforehand: without a name, or physics where one wrong
+    number of the chosen fit says it all."""
+    prior = UNNAMED ** sum(variant.effect.unnamed for variant in fit.hypothesis.variants)
+    number = all(variant.effect.number_only for variant in chosen.hypothesis.variants)
+    if number and not all(variant.effect.number_only for variant in fit.hypothesis.variants):
+        prior *= PHYSICS_FOR_NUMBER
+    return prior
+
+
+def something_known(adequacy: float, after: float, before: float) -> float:
     """Return the probability that the chosen effects are physics of the library at all.
 
     Args:
         adequacy: part of all that can be explained that they account for (openset.py).
         after: excess that is left (noise = 1).
+        before: excess of the model file or of its refitted numbers, the larger one.
     """
     if after < 0.3:
         return 0.98
-    return 1.0 / (1.0 + math.exp(-(16.0 * adequacy - 12.0)))
+    left = after / max(before, 1e-9)
+    evidence = 16.0 * adequacy - 12.0 - 12.0 * max(0.0, left - 0.15)
+    return 1.0 / (1.0 + math.exp(-evidence))

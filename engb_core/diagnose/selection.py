@@ -24,6 +24,7 @@ FURTHER_PART = 0.28
 FIRST_PART = 0.15
 FURTHER_LEAST = 0.15
 FURTHER_OF_WHOLE = 0.02
+THIRD_OF_WHOLE = 0.06
 # An effect that contains another one is preferred only if it takes away this part of what the
 # simpler one leaves.
 CONTAINING_PART = 0.30
@@ -132,7 +133,7 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
     if not moved or rise < max(INSISTED, BESIDE * (nominal - before)):
         return chosen
     best = min(moved, key=lambda fit: price(fit, fitter))
-    return best if level(best, fitter) < limit + 0.1 * rise else chosen
+    return best if level(best, fitter) < limit + min(0.02 * rise, 0.3) else chosen
 
 
 def _by_numbers(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
@@ -142,7 +143,7 @@ def _by_numbers(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     if rise < max(INSISTED, INSISTED_PART * nominal):
         return base, []
     return _decided(result, base, result.of_size(1), [],
-                    level(base, fitter) + max(HELD_LOSS, 0.12 * rise))
+                    level(base, fitter) + max(HELD_LOSS, min(0.1 * rise, 0.3)))
 
 
 def _decided(result: Search, chosen: Fit, close: list[Fit], others: list[Fit], limit: float,
@@ -162,7 +163,8 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
     gain = old - new
     if not chosen.hypothesis.variants:
         return gain > FURTHER_LEAST and gain > FIRST_PART * old
-    return gain > FURTHER_LEAST and gain > FURTHER_PART * old and gain > FURTHER_OF_WHOLE * whole
+    least = FURTHER_OF_WHOLE if len(best.hypothesis.variants) == 2 else THIRD_OF_WHOLE
+    return gain > FURTHER_LEAST and gain > FURTHER_PART * old and gain > least * whole
 
 
 def _simplest(candidates: list[Fit], fitter: Fitter) -> Fit:

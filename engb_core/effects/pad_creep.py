@@ -20,7 +20,7 @@ EFFECT = Effect(
     title='Pad creep',
     parameters=(
         Parameter('relaxed_fraction', '-', -0.5, 0.8, none=0.0, starts=(0.05,)),
-        Parameter('time_constant', 's', 0.03, 60.0, starts=(0.3, 1.0, 3.0),
+        Parameter('time_constant', 's', 0.1, 60.0, starts=(0.3, 1.0, 3.0),
                   logarithmic=True),
     ),
     stages={'load': _load},
