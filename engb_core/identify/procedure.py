@@ -148,7 +148,9 @@ def _joint(pieces: list[Motion], start: Model, paper: PaperResult, tell: Progres
     if not sinusoid:
         other = _with_contact(pieces, best, paper, tell)
         if other is not best:
-            best = _with_cogging(pieces, other, tell)
+            # Lines found while the contact was missed may have been part of its misfit: anew.
+            best = _with_cogging(pieces, fit(pieces, replace(other.form, orders=form.orders),
+                                             other.values), tell)
     return _kept_where_unknown(pieces, best, start, tell)
 
 

@@ -1,5 +1,7 @@
 """Identification against an independent bench (Runge-Kutta, tests only)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,8 +9,10 @@ from engb_core.control.feedforward import Feedforward
 from engb_core.control.reference import ReferenceSettings
 from engb_core.errors import InputError
 from engb_core.identify.procedure import identify
-from engb_core.model import Friction, Model
+from engb_core.model import Cogging, Friction, LoadTorque, Model
 from engb_core.recording import Recording
+from engb_core.reproduce.bench import run_experiment
+from engb_core.reproduce.plan import PLAN
 
 from .bench import PAPER, simulate, stroke_reference
 
@@ -146,3 +150,16 @@ def test_torques_are_those_of_the_plant(found):
         assert found.load_torque(theta) == pytest.approx(load)
         assert found.friction_torque(theta, omega) == pytest.approx(
             feedforward.friction_torque(load, omega))
+
+
+def test_a_missed_contact_leaves_no_line_behind():
+    """The demo's brake and strokes on the package's own plant: one line of cogging, no more."""
+    brake = Model(load_torque=LoadTorque(coefficients=(0.0, 3e-3, 1.2e-4, 2e-6),
+                                         contact_angle=4.0),
+                  friction=Friction(0.014, 0.11, 0.3), cogging=(Cogging(12.0, 4e-3, 0.7),))
+    reference = ReferenceSettings(kind='strokes')
+    experiment = replace(next(entry for entry in PLAN if entry.name == 'strokes'), brake=brake,
+                         reference=reference, duration=reference.trajectory().duration + 0.3)
+    found = identify([run_experiment(experiment, Model())])
+    assert [wave.order for wave in found.model.cogging] == [12.0]
+    assert found.model.load_torque.contact_angle == pytest.approx(4.0, abs=0.15)
