@@ -8,23 +8,34 @@ from engb_core.effects.base import ACCELERATION, Effect, INERTIA, Parameter, TIM
 
 @effect_function
 def _torque(parameters, state, sample):
-    # state: relative displacement of the inertia beyond, its rate; the motion with the
-    # motor held is that of a damped oscillator driven by the motor's acceleration.
-    if sample[TIME] <= 0.0:
-        state[0] = 0.0
-        state[1] = 0.0
+    # state: 0 relative displacement e of the inertia beyond, 1 its rate, 2 the last acceleration.
+    # With the motor's motion given, e is a damped oscillator driven by the motor's acceleration;
+    # solved exactly for an acceleration that runs straight from sample to sample, so that long
+    # steps (inverse dynamics) and short ones (simulation) agree.
     fraction = parameters[0]
     locked = 2.0 * math.pi * parameters[1] * math.sqrt(1.0 - fraction)
     damping = parameters[2]
-    remaining = sample[TIME_STEP]
-    relative = 0.0
-    steps = int(remaining * locked * 8.0) + 1
-    step = remaining / steps
-    for _ in range(steps):
-        relative = -locked * locked * state[0] - 2.0 * damping * locked * state[1] \
-            - sample[ACCELERATION]
-        state[1] += step * relative
-        state[0] += step * state[1]
+    decay = damping * locked
+    turning = locked * math.sqrt(1.0 - damping * damping)
+    acceleration = sample[ACCELERATION]
+    step = sample[TIME_STEP]
+    if sample[TIME] <= 0.0:
+        state[0] = -acceleration / locked ** 2
+        state[1] = 0.0
+    else:
+        slope = (acceleration - state[2]) / step
+        forced = -state[2] / locked ** 2 + 2.0 * damping * slope / locked ** 3
+        free = state[0] - forced
+        rate = state[1] + slope / locked ** 2
+        fade = math.exp(-decay * step)
+        cosine = fade * math.cos(turning * step)
+        sine = fade * math.sin(turning * step) / turning
+        state[0] = (forced - slope * step / locked ** 2
+                    + free * cosine + (rate + decay * free) * sine)
+        state[1] = (-slope / locked ** 2
+                    + rate * cosine - (decay * rate + locked ** 2 * free) * sine)
+    state[2] = acceleration
+    relative = -locked ** 2 * state[0] - 2.0 * decay * state[1] - acceleration
     # Rigid, the inertia beyond is part of J; what is added is its relative acceleration.
     return fraction * sample[INERTIA] * relative
 
