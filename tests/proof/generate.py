@@ -6,6 +6,7 @@ known from the truth alone. Interrupted, it goes on where it stopped.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from multiprocessing import get_context
 from pathlib import Path
 import secrets
@@ -84,8 +85,10 @@ def _one(job: tuple[int, Request, np.random.SeedSequence, Path, Path]) -> str:
 
 
 def generate(count: int, seed: int, out: Path, truth: Path, strata: dict[str, float],
-             jobs: int = 1, effects: list[str] | None = None, first: int = 1) -> str:
+             jobs: int = 1, effects: list[str] | None = None, first: int = 1,
+             progress: Callable[[str], None] | None = None) -> str:
     """Draw, write and seal; returns the digest of the truth."""
+    told = progress or _tell
     root = np.random.SeedSequence(seed)
     planner, *cases = root.spawn(count + 1)
     requests = plan(count, strata, np.random.default_rng(planner), effects)
@@ -95,12 +98,17 @@ def generate(count: int, seed: int, out: Path, truth: Path, strata: dict[str, fl
     if jobs > 1:
         with get_context('spawn').Pool(jobs) as pool:
             for done, name in enumerate(pool.imap_unordered(_one, work), 1):
-                print(f'\r{done}/{count} {name}', end='', file=sys.stderr, flush=True)
+                told(f'{done}/{count} {name}')
     else:
         for done, job in enumerate(work, 1):
-            print(f'\r{done}/{count} {_one(job)}', end='', file=sys.stderr, flush=True)
-    print(file=sys.stderr)
+            told(f'{done}/{count} {_one(job)}')
+    if progress is None:
+        print(file=sys.stderr)
     return digest_of(truth)
+
+
+def _tell(text: str) -> None:
+    print(f'\r{text}', end='', file=sys.stderr, flush=True)
 
 
 def parse_strata(text: str) -> dict[str, float]:

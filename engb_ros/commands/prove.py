@@ -1,0 +1,160 @@
+"""Measure the diagnosis on cases whose truth is sealed: concealed effects, honest scores.
+
+Draws brakes at random, conceals effects in them, seals the truth and prints its digest; runs
+`engb diagnose` as separate processes on copies that hold only recording and nominal model; opens
+the truth, checks the digest, scores. Writes into DIR: index.html (start here), scores.json,
+cases.jsonl, and results/ with the report of every case. Started again with the same DIR it goes
+on where it stopped. Without --seed the cases come from the operating system's entropy.
+
+examples:
+  engb prove --cases 100 --jobs 2 --out out/proof
+  engb prove --cases 300 --strata clean --out out/null
+  engb prove --reuse out/proof --out out/again
+  engb prove --open bags/brake_1/truth.sealed --diagnosis result/diagnosis.json
+
+It needs the source tree, whose tests/proof make and score the cases; --open does not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import json
+from pathlib import Path
+import shlex
+import sys
+from types import ModuleType
+
+from engb_core.errors import InputError
+from engb_ros.commands.common import add_progress, Progress
+
+__all__ = ['add_arguments', 'run']
+
+_NOT_STRICT = 1
+_MOST_CASES = 9999
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument('--out', metavar='DIR', help='where cases and scores go')
+    parser.add_argument('--cases', type=int, metavar='N', help='how many to draw (default: 100)')
+    parser.add_argument('--seed', type=int, metavar='S',
+                        help='draw these cases again (default: new ones)')
+    parser.add_argument('--strata', metavar='NAME=SHARE,…', help='what to draw of clean, strong, '
+                        'subtle, pair, outside, e.g. clean=1,strong=2')
+    parser.add_argument('--effects', metavar='NAME,…', help='conceal only these')
+    parser.add_argument('--jobs', type=int, default=1, metavar='J',
+                        help='cases at a time (default: %(default)s)')
+    parser.add_argument('--reuse', metavar='DIR',
+                        help='run the tool on the cases of an earlier proof')
+    parser.add_argument('--again', action='store_true', help='run the tool anew on all cases')
+    parser.add_argument('--baselines', action='store_true',
+                        help='score plain methods on the same cases, too')
+    parser.add_argument('--strict', action='store_true', help='end with status 1 after a crash or '
+                        'a false alarm on a clean recording')
+    parser.add_argument('--open', metavar='FILE.sealed', help='show a sealed truth')
+    parser.add_argument('--diagnosis', metavar='diagnosis.json',
+                        help='with --open: what the tool said')
+    add_progress(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    if arguments.open:
+        _open(arguments.open, arguments.diagnosis)
+        return 0
+    if arguments.diagnosis:
+        raise InputError('--diagnosis belongs to --open FILE.sealed')
+    _check(arguments)
+    proof = _proof()
+    job = proof.Proof(
+        Path(arguments.out), arguments.cases, arguments.seed, arguments.strata,
+        arguments.effects, arguments.jobs, Path(arguments.reuse) if arguments.reuse else None,
+        arguments.again, arguments.baselines, shlex.join(['engb', *sys.argv[1:]]))
+    with Progress(arguments) as progress:
+        def say(text: str) -> None:
+            progress.done()
+            print(text, flush=True)
+        summary = proof.prove(job, progress, say)
+    print((job.out / 'scores.txt').read_text('utf8'), end='')
+    for one in summary.get('baselines', []):
+        print(_baseline(one))
+    print(f'{summary["wall_seconds"]:.0f} s in all')
+    print(f'scores: {job.out / "index.html"}')
+    wrong = proof.strict_failures(summary) if arguments.strict else []
+    for line in wrong:
+        print(f'engb: {line}', file=sys.stderr)
+    return _NOT_STRICT if wrong else 0
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    if not arguments.out:
+        raise InputError('--out DIR is needed: where cases and scores go')
+    if arguments.cases is not None and not 1 <= arguments.cases <= _MOST_CASES:
+        raise InputError(f'--cases {arguments.cases}: must lie within 1 and {_MOST_CASES}')
+    if arguments.seed is not None and arguments.seed < 0:
+        raise InputError(f'--seed {arguments.seed}: must not be below 0')
+    if arguments.jobs < 1:
+        raise InputError(f'--jobs {arguments.jobs}: must be at least 1')
+    if Path(arguments.out).exists() and not Path(arguments.out).is_dir():
+        raise InputError(f'--out {arguments.out}: is a file; name a folder')
+
+
+def _proof() -> ModuleType:
+    """Import tests/proof of the source tree that this file lies in."""
+    root = Path(__file__).resolve().parents[2]
+    if not (root / 'tests' / 'proof' / 'prove.py').exists():
+        raise InputError('engb prove needs the source tree (its tests/proof draw and score the '
+                         'cases), which an installation does not hold; run it from a checkout')
+    if importlib.util.find_spec('numba') is None:
+        raise InputError('engb prove needs numba: pip install numba')
+    if str(root) not in sys.path:
+        sys.path.insert(0, str(root))
+    return importlib.import_module('tests.proof.prove')
+
+
+def _baseline(one: dict) -> str:
+    parts = [f'{name} {entry["hits"]}/{entry["of"]}' for name, entry in (
+        ('strong', one['named_first'].get('strong')), ('subtle', one['named_first'].get('subtle')),
+        ('both of a pair', one['pairs_both']), ('false alarms', one['false_alarms']),
+        ('wrong names outside', one['confident_wrong_outside']), ('harm', one['harm'])) if entry]
+    return f'baseline {one["label"]}: {", ".join(parts)}'
+
+
+def _open(path: str, diagnosis: str | None) -> None:
+    from engb_ros.sealed import digest, opened
+    try:
+        text = Path(path).read_text('ascii')
+        truth = opened(text)
+        effect, parameters = str(truth['effect']), dict(truth['parameters'])
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f'{path}: is not a sealed truth, or damaged') from error
+    print(f'sha256 {digest(text)}')
+    print(f'concealed: {effect}')
+    claims = [] if diagnosis is None else _claims(diagnosis)
+    found = next((claim['parameters'] for claim in claims if claim['effect'] == effect), {})
+    for name, value in parameters.items():
+        line = f'   {name} = {value:g}'
+        if name in found:
+            said = found[name]
+            std = '' if said.get('std') is None else f' ± {said["std"]:.2g}'
+            line += f'; found {said["value"]:.4g}{std}'
+        print(line)
+    if diagnosis is None:
+        return
+    print('said:')
+    for number, claim in enumerate(claims, 1):
+        mark = ' ← concealed' if claim['effect'] == effect else ''
+        print(f'   {number}. {claim["effect"]} (probability {claim["probability"]:.2f}){mark}')
+    if not claims:
+        print('   nothing')
+
+
+def _claims(path: str) -> list[dict]:
+    try:
+        claims = json.loads(Path(path).read_text('utf8'))['effects']
+        return [{'effect': str(claim['effect']), 'probability': float(claim['probability']),
+                 'parameters': dict(claim['parameters'])} for claim in claims]
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f'{path}: is not a diagnosis.json') from error

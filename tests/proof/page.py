@@ -1,0 +1,262 @@
+"""The scores of a proof as a page: what was asked, how often it was right, every miss."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from engb_core.report.figures import Axis, Figure, Line, Panel, Points
+from engb_core.report.layout import Column, Page
+from engb_core.report.text import escape, Html
+from engb_core.report.wording import effect_name, parameter_name, percent
+
+from .score import CaseScore
+
+__all__ = ['proof_page']
+
+_STRATA = ('clean', 'strong', 'subtle', 'pair', 'outside')
+
+
+def proof_page(summary: dict, scores: Sequence[CaseScore], *, backend: str | None = None) -> Page:
+    """The page of a proof; `summary` as in scores.json, `backend` as in `Page`."""
+    page = Page('engb prove', backend=backend)
+    _header(page, summary)
+    _shares(page, summary)
+    if 'baselines' in summary:
+        _baselines(page, summary)
+    _confusion(page, summary)
+    _calibration(page, summary)
+    _parameters(page, summary)
+    _held_out(page, summary, scores)
+    _misses(page, summary)
+    _how(page, summary)
+    page.footer('engb prove. scores.json holds the numbers, cases.jsonl a line per case, '
+                'results/ each case\'s diagnosis and report.')
+    return page
+
+
+def _name(effect: str) -> str:
+    text = effect_name(effect.removeprefix('outside_'))
+    return f'{text} (outside the library)' if effect.startswith('outside_') else text
+
+
+def _of(entry: dict | None) -> str:
+    return '–' if entry is None else f'{entry["hits"]} of {entry["of"]}'
+
+
+def _share(entry: dict | None) -> str:
+    return '–' if entry is None else percent(entry['share'])
+
+
+def _interval(entry: dict | None) -> str:
+    if entry is None:
+        return ''
+    low, high = entry['interval']
+    return f'{100 * low:.1f} to {100 * high:.1f} %'
+
+
+def _mean(value: float | None) -> str:
+    return '–' if value is None else percent(value)
+
+
+def _header(page: Page, summary: dict) -> None:
+    named, alarms = summary['named_first'], summary['false_alarms']
+    found = [f'{_of(named[key])} {key}' for key in ('strong', 'subtle') if named.get(key)]
+    if found:
+        headline = f'The hidden effect was named first in {" and ".join(found)} cases'
+    else:
+        headline = f'{summary["cases"]} cases with concealed truth'
+    lead = []
+    if alarms is not None:
+        lead.append(f'On {alarms["of"]} clean recordings it raised {alarms["hits"]} false alarms '
+                    f'(95 % interval of the rate: {_interval(alarms)}).')
+    if summary['failures']:
+        lead.append(f'{len(summary["failures"])} runs failed; they count as silent.')
+    seconds = summary['seconds']
+    error = summary['calibration']['expected_error']
+    bad = summary['failures'] or (alarms and alarms['hits'])
+    page.header(f'Proof on sealed cases · {summary.get("date", "")}', headline, lead,
+                tone='warn' if bad else 'info', key=[
+        ('strong', _share(named.get('strong')), f'named first, {_of(named.get("strong"))}'),
+        ('subtle', _share(named.get('subtle')), f'named first, {_of(named.get("subtle"))}'),
+        ('false alarms', _share(alarms), f'{_of(alarms)} clean'),
+        ('wrong names outside', _share(summary['confident_wrong_outside']),
+         f'{_of(summary["confident_wrong_outside"])}, probability above 50 %'),
+        ('calibration error', '–' if error is None else f'{error:.3f}',
+         f'{summary["calibration"]["claims"]} claims'),
+        ('seconds', '–' if seconds['mean'] is None else f'{seconds["mean"]:.1f}',
+         'a diagnosis, on average')])
+
+
+def _shares(page: Page, summary: dict) -> None:
+    page.section('How often it was right')
+    rows = [(f'named first, {key}', value) for key, value in summary['named_first'].items()]
+    rows += [('both of a pair', summary['pairs_both']),
+             ('one of a pair first', summary['pairs_first']),
+             ('false alarms on clean recordings', summary['false_alarms']),
+             ('confident wrong name, outside the library', summary['confident_wrong_outside']),
+             ('single effects with a false second name', summary['singles_with_false_extra']),
+             ('harm: held-out prediction made worse', summary['harm'])]
+    page.table([Column('score'), Column('share', number=True), Column('cases', number=True),
+                Column('95 % interval', number=True)],
+               [[name, _share(entry), _of(entry), _interval(entry)]
+                for name, entry in rows if entry], kind='compact',
+               caption='Exact (Clopper–Pearson) intervals. Strong and subtle: the effect stands '
+               'about 7 and 2 times above the noise floor after a refit of the model to hide '
+               'it. Rich: an identification run; routine: plain braking.')
+    if summary['named_first_by_effect']:
+        page.begin_details('Named first, effect by effect')
+        page.table([Column('hidden'), Column('share', number=True), Column('cases', number=True),
+                    Column('95 % interval', number=True)],
+                   [[_name(effect), _share(entry), _of(entry), _interval(entry)]
+                    for effect, entry in summary['named_first_by_effect'].items()],
+                   kind='compact')
+        page.end_details()
+
+
+def _baselines(page: Page, summary: dict) -> None:
+    page.section('Beside plain methods')
+
+    def row(label: str, one: dict) -> list[str]:
+        named, removed = one['named_first'], one['held_out_removed']
+        return [label, _share(named.get('strong')), _share(named.get('subtle')),
+                _share(one['pairs_both']), _share(one['false_alarms']),
+                _share(one['confident_wrong_outside']), _mean(removed.get('strong')),
+                _mean(removed.get('subtle')), _share(one['harm'])]
+
+    page.table([Column('method'), *(Column(text, number=True) for text in (
+        'strong', 'subtle', 'both of a pair', 'false alarms', 'wrong names outside',
+        'error removed, strong', 'error removed, subtle', 'harm'))],
+        [row('engb diagnose', summary), *(row(one['label'], one)
+                                          for one in summary['baselines'])], chosen=[0],
+        caption='The same cases and scorer. Error removed: of the held-out error of the nominal '
+        'model, how much of what the oracle (the true equations) removes.')
+
+
+def _confusion(page: Page, summary: dict) -> None:
+    page.section('What was named for what')
+    rows = []
+    for truth, said in sorted(summary['confusion'].items()):
+        count = sum(said.values())
+        order = sorted(said.items(), key=lambda entry: (-entry[1], entry[0]))
+        names = ', '.join(f'{_name(name) if name != "nothing" else "nothing"} {number}'
+                          for name, number in order)
+        right = said.get('nothing' if truth == 'clean' or truth.startswith('outside_')
+                         else truth, 0)
+        rows.append([_name(truth) if truth != 'clean' else 'nothing (clean)',
+                     f'{right} of {count}', names])
+    page.table([Column('hidden'), Column('right', number=True), Column('first claim')], rows,
+               caption='The confusion matrix without its zeros; pairs are left out. Right is the '
+               'effect itself, and silence where nothing is hidden or nothing the library knows.')
+    _matrix(page, summary['confusion'])
+
+
+def _matrix(page: Page, confusion: dict) -> None:
+    claims = sorted({name for row in confusion.values() for name in row} - {'nothing'})
+    columns = ['nothing', *claims]
+    page.begin_details('The whole matrix')
+    page.table([Column('hidden'), *(Column(_name(name), number=True) for name in columns)],
+               [[_name(truth), *(str(row.get(name, '') or '·') for name in columns)]
+                for truth, row in sorted(confusion.items())], kind='numbers')
+    page.end_details()
+
+
+def _calibration(page: Page, summary: dict) -> None:
+    sure = summary['calibration']
+    if not sure['bins']:
+        return
+    page.section('Whether its probabilities mean what they say')
+    said, right = ([b[key] for b in sure['bins']] for key in ('said', 'right'))
+    page.figure(Figure(
+        'Probability said, and how often it was right', Axis('said', limits=(0.0, 1.03)),
+        (Panel(Axis('right', limits=(-0.03, 1.03)), (
+            Line('perfect', [0.0, 1.0], [0.0, 1.0], 'noise', 'dash'),
+            Line('claims', said, right, 'after', marker='circle')), 300),),
+        alt='Reliability diagram: ' + '; '.join(
+            f'said {b["said"]:.2f}, right {b["right"]:.2f}' for b in sure['bins'])))
+    page.table([Column('said'), Column('right', number=True), Column('claims', number=True)],
+               [[f'{b["said"]:.2f}', f'{b["right"]:.2f}', str(b['claims'])]
+                for b in sure['bins']], kind='compact',
+               caption=f'Expected calibration error {sure["expected_error"]:.3f} over '
+               f'{sure["claims"]} claims.')
+
+
+def _parameters(page: Page, summary: dict) -> None:
+    fit = summary['parameters']
+    if not fit['by_parameter']:
+        return
+    page.section('How well the parameters were found')
+    rows = []
+    for key, row in fit['by_parameter'].items():
+        effect, _, name = key.rpartition('.')
+        rows.append([f'{_name(effect)}: {parameter_name(name)}', str(row['cases']),
+                     percent(row['median_error']), percent(row['median_deviation']),
+                     _mean(row['coverage'])])
+    rows.append(['all', '', percent(fit['median_error']), percent(fit['median_deviation']),
+                 _mean(fit['coverage'])])
+    page.table([Column('parameter'), Column('cases', number=True),
+                Column('median error', number=True), Column('median deviation', number=True),
+                Column('truth inside ± 2 std', number=True)], rows, chosen=[len(rows) - 1],
+               caption='Of effects that were rightly claimed, pairs left out. Deviation: for '
+               'ratios whose neutral value is 1, the error relative to their distance from 1.')
+
+
+def _held_out(page: Page, summary: dict, scores: Sequence[CaseScore]) -> None:
+    page.section('What the corrected model gains on another recording')
+    rows = [[name.replace('_', ' '), _mean(value), _mean(summary['held_out_energy_removed'][name])]
+            for name, value in summary['held_out_removed'].items()]
+    where = summary['localisation']
+    page.table([Column('stratum'), Column('of the rms', number=True),
+                Column('of the energy', number=True)], rows, kind='compact',
+               caption='Removed error as a share of what the oracle removes, which knows the true '
+               'equations (1: all of it; below 0: worse than the nominal).')
+    series = []
+    for stratum, colour in zip(_STRATA, ('noise', 'after', 'before', 'third', 'mark'),
+                               strict=True):
+        kept = [s for s in scores if s.stratum == stratum and s.after is not None and s.floor > 0]
+        if kept:
+            series.append(Points(stratum, [s.before / s.floor for s in kept],
+                                 [s.after / s.floor for s in kept], colour))
+    if series:
+        top = max(s.before / s.floor for s in scores if s.floor > 0)
+        page.figure(Figure(
+            'Held-out error before and after, in noise floors',
+            Axis('nominal model', 'floors'),
+            (Panel(Axis('corrected model', 'floors'), (
+                Line('no gain', [0.0, top], [0.0, top], 'grid', 'dash'), *series), 320),),
+            alt='Error of the corrected model over that of the nominal model, a point per case.'))
+    if where['recall'] is not None:
+        precision = '–' if where['precision'] is None else f'{where["precision"]:.2f}'
+        page.text(f'Where in time the mismatch lies: precision {precision}, recall '
+                  f'{where["recall"]:.2f}.')
+
+
+def _misses(page: Page, summary: dict) -> None:
+    page.section('Every miss')
+    if not summary['misses'] and not summary['failures']:
+        page.text('None.')
+        return
+    rows = []
+    for miss in summary['misses']:
+        case = str(miss['case'])
+        held = ', '.join(f'{_name(effect)} ({form})' for effect, form in zip(
+            miss['hidden'], miss['as'], strict=True)) or 'nothing'
+        said = ', '.join(f'{_name(effect)} {p:.2f}' for effect, p in miss['claims']) or 'nothing'
+        rows.append([Html(f'<a href="results/{escape(case)}/report.html">{escape(case)}</a>'),
+                     f'{miss["stratum"]}, {miss["motion"]}'
+                     + (', refitted' if miss['refitted'] else ''), held, said])
+    if rows:
+        page.table([Column('case'), Column('kind'), Column('hidden'), Column('said')], rows)
+    page.notes([f'{one["case"]} failed: {one["failure"]}' for one in summary['failures']])
+
+
+def _how(page: Page, summary: dict) -> None:
+    page.section('How this was measured')
+    page.text('Each case is a brake drawn at random, simulated by a plant that shares no code '
+              'with the tool, with an effect in a formulation that is not the library\'s. The '
+              'tool ran as a separate process on copies that held two recordings and a nominal '
+              'model, nothing else. The digest of the truth was printed before it ran and checked '
+              'after.')
+    page.table([Column('what'), Column('value', kind='wrap')],
+               [['truth, SHA-256', summary['digest']], ['seed', str(summary.get('seed'))],
+                ['strata', summary.get('strata') or 'the usual mix'],
+                ['command', summary.get('command', '')],
+                ['cases', str(summary['cases'])]], kind='compact')

@@ -1,0 +1,213 @@
+"""One proof from the draw to the page; `engb prove` calls this.
+
+DIR holds cases/, truth/, results/ (one folder per case), proof.json (what was drawn, its digest),
+and in the end scores.json, cases.jsonl and index.html.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import as_completed, Future, ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from datetime import datetime, UTC
+import json
+from pathlib import Path
+import re
+import secrets
+import shutil
+import time
+
+from engb_core.errors import InputError
+
+from .baselines import BASELINES, run_baseline, thresholding_by
+from .catalogue import known
+from .generate import generate, parse_strata
+from .page import proof_page
+from .run import run_tool, score_all
+from .score import CaseScore
+from .sealing import digest_of
+from .summary import as_text
+from .totals import summarise
+
+__all__ = ['Proof', 'prove', 'strict_failures']
+
+_STRATA = ('clean', 'strong', 'subtle', 'pair', 'outside')
+# A run that was stopped (Ctrl-C reaches it, too) is done again by the next start.
+_STOPPED = re.compile(r'exit (130|143|-2|-15)\b')
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What to prove, and where; None where an earlier start in `out`, or chance, decides."""
+
+    out: Path
+    cases: int | None = None
+    seed: int | None = None
+    strata: str | None = None
+    effects: str | None = None
+    jobs: int = 1
+    reuse: Path | None = None
+    again: bool = False
+    baselines: bool = False
+    command: str = ''
+
+
+def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], None]) -> dict:
+    """Draw, seal, run, open, score, write; returns the summary.
+
+    Raises:
+        InputError: the folder holds another proof, or a truth that was changed.
+    """
+    begin = time.monotonic()
+    home = proof.reuse or proof.out
+    plan = _planned(proof, home)
+    truth, results = home / 'truth', proof.out / 'results'
+    folders, sealed = _drawn(plan, home, proof.jobs, progress)
+    say(f'{len(folders)} cases, seed {plan["seed"]}')
+    say(f'truth sealed: sha256 {sealed}')
+    if proof.again:
+        shutil.rmtree(results, ignore_errors=True)
+        shutil.rmtree(proof.out / 'baselines', ignore_errors=True)
+    names = list(BASELINES) if proof.baselines else []
+    work = [(lambda c=c: run_tool(c, results / c.name), results / c.name) for c in folders]
+    for name in names:
+        at = proof.out / 'baselines' / name
+        work += [(lambda c=c, n=name, at=at: run_baseline(n, c, at / c.name), at / c.name)
+                 for c in folders]
+    _run_all(work, proof.jobs, progress)
+    if digest_of(truth) != sealed:
+        raise InputError(f'{truth}: the truth was changed while the tool ran; no score')
+    scores = score_all(folders, truth, results)
+    summary = {
+        'digest': sealed, 'date': datetime.now(UTC).isoformat(timespec='seconds'),
+        'command': proof.command, 'seed': plan['seed'],
+        'strata': plan['strata'], 'wall_seconds': time.monotonic() - begin, **summarise(scores)}
+    if names:
+        summary['baselines'] = _baselines(names, folders, truth, proof.out)
+    _write(proof.out, summary, scores)
+    return summary
+
+
+def strict_failures(summary: dict) -> list[str]:
+    """What no proof may hold, whatever was drawn: a crash, a claim on a clean recording."""
+    found = [f'{one["case"]} failed: {one["failure"]}' for one in summary['failures']]
+    found += [f'{one["case"]}: false alarm: {", ".join(name for name, _ in one["claims"])}'
+              for one in summary['misses'] if not one['hidden']]
+    return found
+
+
+def _planned(proof: Proof, home: Path) -> dict:
+    """What is drawn, or was by an earlier start; kept in proof.json."""
+    path = home / 'proof.json'
+    wanted = {'cases': proof.cases, 'seed': proof.seed, 'strata': proof.strata,
+              'effects': proof.effects}
+    if path.exists():
+        plan = _read(path)
+        for name, value in wanted.items():
+            if value is not None and value != plan[name]:
+                raise InputError(f'{home} holds a proof with --{name} {plan[name]}; to go on with '
+                                 'it leave that away, or name another --out')
+        return plan
+    if proof.reuse is not None:
+        if not (home / 'cases').is_dir() or not (home / 'truth').is_dir():
+            raise InputError(f'--reuse {home}: holds no cases; name the --out of an earlier proof')
+        return {'cases': len(list((home / 'truth').glob('case_*.npz'))), 'seed': None,
+                'strata': None, 'effects': None, 'digest': digest_of(home / 'truth')}
+    if home.exists() and any(home.iterdir()):
+        raise InputError(f'--out {home}: holds something else; name a new folder')
+    seed = secrets.randbits(64) if proof.seed is None else proof.seed
+    plan = {'cases': proof.cases or 100, 'seed': seed, 'strata': _checked(proof.strata or ''),
+            'effects': _known(proof.effects or ''), 'digest': None}
+    home.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(plan, indent=1), 'utf8')
+    return plan
+
+
+def _read(path: Path) -> dict:
+    try:
+        plan = json.loads(path.read_text('utf8'))
+        assert {'cases', 'seed', 'strata', 'effects', 'digest'} <= set(plan)
+    except (ValueError, AssertionError, TypeError) as error:
+        raise InputError(f'{path}: is damaged') from error
+    return plan
+
+
+def _checked(strata: str) -> str:
+    try:
+        shares = parse_strata(strata)
+    except ValueError as error:
+        raise InputError(f'--strata {strata}: write it like clean=1,strong=2') from error
+    wrong = [name for name in shares if name not in _STRATA]
+    if wrong:
+        raise InputError(f'--strata: no stratum {wrong[0]!r}; there are {", ".join(_STRATA)}')
+    if not all(0.0 <= share < 1e6 for share in shares.values()) or not sum(shares.values()):
+        raise InputError(f'--strata {strata}: shares must be numbers above 0')
+    return strata
+
+
+def _known(effects: str) -> str:
+    names = [name for name in known() if not name.startswith('outside_')]
+    wrong = [name for name in effects.split(',') if name and name not in names]
+    if wrong:
+        raise InputError(f'--effects: no effect {wrong[0]!r}; there are {", ".join(names)}')
+    return effects
+
+
+def _drawn(plan: dict, home: Path, jobs: int, progress: Callable[[str], None]
+           ) -> tuple[list[Path], str]:
+    """Draw what is still to draw; returns the folders of the cases, and the truth's digest."""
+    cases, truth = home / 'cases', home / 'truth'
+    if plan['digest'] is None:
+        effects = plan['effects'].split(',') if plan['effects'] else None
+        plan['digest'] = generate(plan['cases'], plan['seed'], cases, truth,
+                                  parse_strata(plan['strata']), jobs, effects,
+                                  progress=lambda text: progress(f'drawing {text}'))
+        (home / 'proof.json').write_text(json.dumps(plan, indent=1), 'utf8')
+    sealed = digest_of(truth)
+    if sealed != plan['digest']:
+        raise InputError(f'{truth}: is not what was sealed (sha256 {plan["digest"]})')
+    return sorted(p for p in cases.glob('case_*') if (truth / f'{p.name}.npz').exists()), sealed
+
+
+def _run_all(work: list[tuple[Callable[[], str | None], Path]], jobs: int,
+             progress: Callable[[str], None]) -> None:
+    todo = [(job, at) for job, at in work if not (at / 'run.json').exists()]
+    pool = ThreadPoolExecutor(jobs)
+    waiting: dict[Future, Path] = {}
+    try:
+        for job, at in todo:
+            waiting[pool.submit(job)] = at
+        for count, done in enumerate(as_completed(waiting), 1):
+            failure = done.result()
+            at = waiting[done]
+            if failure and _STOPPED.search(failure):
+                raise KeyboardInterrupt
+            progress(f'{count}/{len(todo)} {at.parent.name} {at.name}: {failure or "done"}')
+    except BaseException:
+        pool.shutdown(wait=True, cancel_futures=True)
+        for done, at in waiting.items():
+            if done.done() and not done.cancelled() and _STOPPED.search(str(done.result())):
+                (at / 'run.json').unlink(missing_ok=True)
+        raise
+    pool.shutdown()
+
+
+def _baselines(names: list[str], folders: list[Path], truth: Path, out: Path) -> list[dict]:
+    found = []
+    for name in names:
+        summary = summarise(score_all(folders, truth, out / 'baselines' / name))
+        label = BASELINES[name][0]
+        if name == 'sparse':
+            label += f', {thresholding_by()}'
+        keys = ('named_first', 'pairs_both', 'false_alarms', 'confident_wrong_outside',
+                'held_out_removed', 'harm', 'seconds', 'failures')
+        found.append({'name': name, 'label': label, **{key: summary[key] for key in keys}})
+    return found
+
+
+def _write(out: Path, summary: dict, scores: list[CaseScore]) -> None:
+    out.mkdir(parents=True, exist_ok=True)
+    (out / 'scores.json').write_text(json.dumps(summary, indent=1), 'utf8')
+    rows = [json.dumps(asdict(score)) for score in scores]
+    (out / 'cases.jsonl').write_text('\n'.join(rows) + '\n', 'utf8')
+    (out / 'scores.txt').write_text(as_text(summary) + '\n', 'utf8')
+    proof_page(summary, scores).write(out / 'index.html')

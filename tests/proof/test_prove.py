@@ -1,0 +1,125 @@
+"""`engb prove` end to end on three fixed cases, and opening a seal."""
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+from engb_ros.commands.main import main
+
+ROOT = Path(__file__).resolve().parents[2]
+SEAL = ROOT / 'bags' / 'brake_1' / 'truth.sealed'
+
+
+def engb(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run the program in `folder`, as a user would."""
+    path = os.pathsep.join([str(ROOT), os.environ.get('PYTHONPATH', '')]).rstrip(os.pathsep)
+    return subprocess.run([sys.executable, '-m', 'engb_ros.commands.main', *arguments],
+                          cwd=folder, env={**os.environ, 'PYTHONPATH': path},
+                          capture_output=True, text=True)
+
+
+@pytest.fixture(scope='module')
+def proof(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, subprocess.CompletedProcess]:
+    """A clean case, a strong one, and one outside the library."""
+    folder = tmp_path_factory.mktemp('proof')
+    done = engb(folder, 'prove', '--cases', '3', '--seed', '1', '--strata',
+                'clean=1,strong=1,outside=1', '--out', 'out', '--jobs', '2', '--strict')
+    return folder / 'out', done
+
+
+def test_no_crash_and_no_false_alarm(proof: tuple[Path, subprocess.CompletedProcess]) -> None:
+    # Fails on a crash and on a false alarm only; what was found, and what not, is a score.
+    _, done = proof
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ''
+
+
+def test_scores_and_page_are_written(proof: tuple[Path, subprocess.CompletedProcess]) -> None:
+    out, done = proof
+    scores = json.loads((out / 'scores.json').read_text('utf8'))
+    assert scores['cases'] == 3
+    assert scores['false_alarms']['of'] == 1
+    lines = done.stdout.splitlines()
+    assert lines[1] == f'truth sealed: sha256 {scores["digest"]}'
+    page = (out / 'index.html').read_text('utf8')
+    assert scores['digest'] in page
+    for miss in scores['misses']:
+        assert f'results/{miss["case"]}/report.html' in page
+        assert (out / 'results' / miss['case'] / 'report.html').exists()
+
+
+def test_second_start_runs_nothing_and_a_changed_truth_is_refused(
+        proof: tuple[Path, subprocess.CompletedProcess]) -> None:
+    out, _ = proof
+    before = {p: p.stat().st_mtime_ns for p in out.glob('results/*/run.json')}
+    done = engb(out.parent, 'prove', '--out', 'out')
+    assert done.returncode == 0, done.stderr
+    assert {p: p.stat().st_mtime_ns for p in out.glob('results/*/run.json')} == before
+    other = engb(out.parent, 'prove', '--out', 'out', '--seed', '2')
+    assert other.returncode == 2
+    assert '--seed 1' in other.stderr
+    sealed = sorted((out / 'truth').glob('case_*.npz'))[0]
+    content = sealed.read_bytes()
+    sealed.write_bytes(content + b' ')
+    changed = engb(out.parent, 'prove', '--out', 'out')
+    sealed.write_bytes(content)
+    assert changed.returncode == 2
+    assert 'not what was sealed' in changed.stderr
+
+
+def test_baselines_are_scored_on_the_same_cases(
+        proof: tuple[Path, subprocess.CompletedProcess]) -> None:
+    out, _ = proof
+    done = engb(out.parent, 'prove', '--reuse', 'out', '--out', 'out', '--baselines')
+    assert done.returncode == 0, done.stderr
+    scores = json.loads((out / 'scores.json').read_text('utf8'))
+    assert [one['name'] for one in scores['baselines']] == ['refit', 'bic', 'sparse']
+    assert not [one for one in scores['baselines'] if one['failures']]
+    assert 'Beside plain methods' in (out / 'index.html').read_text('utf8')
+
+
+def test_open_shows_the_truth_beside_a_diagnosis(tmp_path: Path) -> None:
+    from engb_ros.sealed import opened
+    truth = opened(SEAL.read_text('ascii'))
+    claim = {'effect': truth['effect'], 'probability': 0.9,
+             'parameters': {name: {'value': 2.0, 'std': None, 'unit': '-'}
+                            for name in truth['parameters']}}
+    other = {'effect': 'no_such', 'probability': 0.1, 'parameters': {}}
+    path = tmp_path / 'diagnosis.json'
+    path.write_text(json.dumps({'effects': [other, claim]}), 'utf8')
+    done = engb(tmp_path, 'prove', '--open', str(SEAL), '--diagnosis', str(path))
+    assert done.returncode == 0, done.stderr
+    assert f'concealed: {truth["effect"]}' in done.stdout
+    assert f'2. {truth["effect"]} (probability 0.90) ← concealed' in done.stdout
+    assert 'found 2' in done.stdout
+    digest = done.stdout.splitlines()[0].removeprefix('sha256 ')
+    assert digest in (ROOT / 'bags' / 'README.md').read_text('utf8')
+
+
+@pytest.mark.parametrize(('arguments', 'told'), [
+    (['--open', 'nothing.sealed'], 'No such file'),
+    (['--open', 'noise.sealed'], 'not a sealed truth'),
+    (['--cases', '3'], '--out DIR is needed'),
+    (['--out', 'x', '--cases', '0'], '--cases 0'),
+    (['--out', 'x', '--strata', 'odd=1'], "no stratum 'odd'"),
+    (['--out', 'x', '--strata', 'clean=many'], 'clean=1'),
+    (['--out', 'x', '--effects', 'odd'], "no effect 'odd'"),
+    (['--out', 'x', '--reuse', 'y'], 'holds no cases'),
+    (['--out', '.'], 'holds something else'),
+    (['--diagnosis', 'noise.sealed'], 'belongs to --open'),
+])
+def test_wrong_calls_end_in_one_line(arguments: list[str], told: str, tmp_path: Path,
+                                     monkeypatch: pytest.MonkeyPatch,
+                                     capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'noise.sealed').write_bytes(b'\xff\x00noise')
+    assert main(['prove', *arguments]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith('engb: ')
+    assert told in said
+    assert said.count('\n') == 1
