@@ -53,6 +53,11 @@ def make_brake(values: dict[str, Any]) -> VirtualBrake:
     # already be heeded.
     from engb_core.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
     model = Model.read(values['model'] or TRUE_BRAKE)
+    if values['mechanism']:
+        from engb_core.control.clamp_force import read_mechanism
+        from engb_core.statics import mechanism_load
+        model = mechanism_load(model, read_mechanism(values['mechanism']),
+                               values['pad_friction'])
     model = replace(model, effects=model.effects + parse_effects(values['effects']))
     return VirtualBrake(
         model,
