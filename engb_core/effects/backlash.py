@@ -19,12 +19,14 @@ from engb_core.effects.base import (
 @effect_function
 def _shift(parameters, state, sample):
     # state: 0 displacement of the load from the middle of the gap, 1 load velocity,
-    # 2 side in contact (−1: the motor pushes forward, +1: it pulls back, 0: in the gap)
+    # 2 side in contact (−1: the motor pushes forward, +1: it pulls back, 0: in the gap),
+    # 3 time for which the last impact still speaks in the motor's acceleration
     half = 0.5 * parameters[0]
     if sample[TIME] <= 0.0:
         state[0] = -half
         state[1] = 0.0
         state[2] = -1.0
+        state[3] = 0.0
     return state[0] + half
 
 
@@ -39,7 +41,8 @@ def _torque(parameters, state, sample):
     if state[2] != 0.0:
         # Torque that the contact must transmit so that the load follows the motor.
         transmitted = inertia * sample[ACCELERATION] + load + friction * sample[DIRECTION]
-        if transmitted * state[2] > 0.0:
+        state[3] -= step
+        if state[3] < 0.0 and transmitted * state[2] > 0.0:
             state[2] = 0.0
             state[1] = motor
         else:
@@ -66,6 +69,8 @@ def _torque(parameters, state, sample):
         # Contact again: the load takes on the motor's speed within the step.
         freed += inertia * (motor - fresh) / step
         state[1] = motor
+        # The impact brakes the motor; that is no torque which would pull the two apart.
+        state[3] = 1.5 * step
     return freed
 
 
