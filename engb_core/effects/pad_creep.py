@@ -19,7 +19,7 @@ EFFECT = Effect(
     id='pad_creep',
     title='Pad creep',
     parameters=(
-        Parameter('relaxed_fraction', '-', -0.5, 0.8, none=0.0, starts=(0.05,)),
+        Parameter('relaxed_fraction', '-', 0.0, 0.8, none=0.0, starts=(0.05,)),
         Parameter('time_constant', 's', 0.1, 60.0, starts=(0.3, 1.0, 3.0),
                   logarithmic=True),
     ),
