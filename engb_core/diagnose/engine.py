@@ -9,6 +9,7 @@ import numpy as np
 
 from engb_core.diagnose.diagnosis import Diagnosis
 from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops
+from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.locate import intervals, zones
@@ -61,12 +62,13 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     located = [entry for run, part in zip(problem.runs, parts, strict=True)
                for entry in intervals(run, part)] if verdict != 'consistent' else []
     where = zones(list(problem.runs), parts, corrected) if verdict != 'consistent' else []
+    proposal = next_experiment(fitter, explanation.fit, findings, selection.rivals)
     tell('simulating the loop')
     loops = simulated_loops(problem, corrected)
     return Diagnosis(
         verdict=verdict, effects=tuple(findings), time=tuple(located), where=tuple(where),
         unexplained=unexplained, held_out=quality_of_fit(problem, corrected, loops),
-        next_experiment=None, model=corrected,
+        next_experiment=proposal, model=corrected,
         evidence=evidence_of(fitter, nominal, chosen, selection, corrected, findings, loops,
                              time.perf_counter() - started))
 

@@ -1,27 +1,23 @@
 """What to measure next: the reference on which the chosen effects and their rivals part.
 
-A family of segments is run on the chosen fit in closed loop. On that motion each rival says what
-effort it would take; what refitted numbers and parameters of the rival can make up for, held by
-what the recordings have already fixed, doesn't count:
-
-    E = min over x of |W (y_chosen − y_rival − A x)|² + xᵀ G x,   G = Jᵀ W² J + priors
-
-with A and J the rival's derivatives on the new and on the recorded motion. Segments are added
-one by one as long as they add to E as much per second as those that are there.
+A family of segments (experiment_segments.py), within what was recorded (experiment_room.py), is
+run on the chosen fit in closed loop (experiment_rehearsal.py). Those are combined whose motion
+the rivals can't explain with refitted numbers (experiment_score.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding, NextExperiment
 from engb_core.diagnose.experiment_rehearsal import rehearsed
-from engb_core.diagnose.experiment_segments import Course, course_of, Room, room_of, segments_of
+from engb_core.diagnose.experiment_room import Room, room_of
+from engb_core.diagnose.experiment_score import alone, combined, known_of, parts_of
+from engb_core.diagnose.experiment_segments import Course, course_of, Segment, segments_of
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.problem import Problem
 from engb_core.effects.catalogue import get_effect
@@ -36,40 +32,10 @@ Array = NDArray[np.float64]
 NOT_TOLD_APART = 0.1
 # Rivals that a reference is made for.
 MOST_RIVALS = 3
-SHORTEST, LONGEST = 15.0, 40.0
-# A segment is added if it gives this part of what those before it give per second.
-WORTH_ADDING = 0.3
+LONGEST = 40.0
 # Below this separation (rms, noise = 1) no reference within the recorded range settles it.
 TOO_LITTLE = 0.4
 PROPER = ('stribeck', 'coulomb')
-
-
-@dataclass(frozen=True)
-class _Parts:
-    """What a rival's normal equations are made of, by segment.
-
-    `distance` (s,) Σ w d²; `pull` (s, k) Aᵀ w d; `gram` (s, k, k) Aᵀ w A; `known` (k, k) what
-    the recordings have fixed; `size` (s,) Σ w σ², the number of values, noise = 1.
-    """
-
-    distance: Array
-    pull: Array
-    gram: Array
-    known: Array
-    size: Array
-
-    def energy(self, counts: Array) -> float:
-        """Return E for `counts` (s,) of each segment."""
-        pull = counts @ self.pull
-        gram = self.known + np.tensordot(counts, self.gram, 1)
-        scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-        solution = np.linalg.solve(gram / np.outer(scale, scale) + 1e-9 * np.eye(scale.size),
-                                   pull / scale)
-        return max(float(counts @ self.distance - (pull / scale) @ solution), 0.0)
-
-    def separation(self, counts: Array) -> float:
-        """Return the rms difference that is left, in units of the noise."""
-        return float(np.sqrt(self.energy(counts) / max(counts @ self.size, 1e-9)))
 
 
 def next_experiment(fitter: Fitter, chosen: Fit, findings: Sequence[EffectFinding],
@@ -87,7 +53,7 @@ def next_experiment(fitter: Fitter, chosen: Fit, findings: Sequence[EffectFindin
     """
     told = sorted(((probability, finding.effect, name) for finding in findings
                    for name, probability in finding.alternatives
-                   if probability > NOT_TOLD_APART), reverse=True)
+                   if probability > NOT_TOLD_APART), key=lambda entry: -entry[0])
     if not told:
         return None
     names = tuple(dict.fromkeys(name for _, *pair in told for name in pair))
@@ -109,22 +75,26 @@ def _proposal(fitter: Fitter, chosen: Fit, pairs: list[tuple[str, str, Fit]],
     model = chosen.hypothesis.corrected(chosen.vector)
     room = room_of(fitter.problem, model, _slowest(fitter))
     family = segments_of(room)
-    known = [_known(fitter, fit) for _, _, fit in pairs]
+    if not family:
+        raise InputError('no segment fits what was recorded')
+    known = [known_of(fitter, fit) for _, _, fit in pairs]
     disc = _disc_speeds(fitter, names)
     fits = [fit for *_, fit in pairs]
     tried = course_of(room, family)
     trial = _trial(fitter, model, tried, disc)
-    parts = _parts(fitter, chosen, fits, known, trial, tried.spans)
+    parts = parts_of(fitter, chosen, fits, known, trial, tried.spans)
     lengths = np.array([end - begin for begin, end in tried.spans])
-    counts = _combined(parts, lengths, _harmless(fitter, trial, tried, room))
-    order = [index for index in np.argsort(-_alone(parts, lengths)) if counts[index]]
+    early_and_late = any(get_effect(name).reveals == 'time' for name in names)
+    longest = LONGEST - 3.0 - (float(lengths.max()) if early_and_late else 0.0)
+    counts = combined(parts, lengths, _harmless(fitter, trial, tried, room), longest)
+    order = [index for index in np.argsort(-alone(parts, lengths)) if counts[index]]
     picked = [family[index] for index in order for _ in range(int(counts[index]))]
-    if any(get_effect(name).reveals == 'time' for name in names):
+    if early_and_late:
         # What changes with time shows in the same stroke, early and late.
         picked = [*(entry for entry in picked if entry is not picked[0]), picked[0]]
         picked.insert(0, picked[-1])
     course = course_of(room, picked)
-    finals = _parts(fitter, chosen, fits, known, _trial(fitter, model, course, disc),
+    finals = parts_of(fitter, chosen, fits, known, _trial(fitter, model, course, disc),
                     ((0.0, course.duration + 1.0),))
     apart = [part.separation(np.ones(1)) for part in finals]
     return NextExperiment(_reason(pairs, apart), names, _words(course, picked, disc),
@@ -146,52 +116,9 @@ def _slowest(fitter: Fitter) -> float:
     return min(float(np.concatenate(judged).min()), 0.03 * fitter.problem.scene.speed)
 
 
-def _known(fitter: Fitter, rival: Fit) -> Array:
-    """Return what the recordings have fixed of a rival's numbers, (k, k)."""
-    jacobian = rival.jacobian if rival.jacobian is not None else fitter.finish(rival).jacobian
-    scaled = (jacobian / fitter.spread[:, None])[fitter.fitted]
-    known = scaled.T @ scaled
-    numbers = rival.hypothesis.numbers
-    places = range(len(numbers))
-    known[places, places] += [number.spread ** -2.0 for number in numbers]
-    for entry, (_, _, run) in enumerate(rival.hypothesis.places):
-        if run >= 0:
-            # Found anew in each recording: what is known of it is of no use in the next.
-            known[len(numbers) + entry, :] = known[:, len(numbers) + entry] = 0.0
-    return known
-
-
 def _trial(fitter: Fitter, model: Model, course: Course, disc: tuple[float, ...]) -> Problem:
     return rehearsed(fitter.problem, model, course.time, course.position,
                      _disc_profile(course, disc))
-
-
-def _parts(fitter: Fitter, chosen: Fit, rivals: list[Fit], known: list[Array], problem: Problem,
-           spans: tuple[tuple[float, float], ...]) -> list[_Parts]:
-    run = problem.runs[0]
-    there = copy.copy(fitter)
-    there.problem = problem
-    missed = max(float(np.median(fitter.spread ** 2 - fitter.sigma ** 2)), 0.0)
-    variance = fitter.problem.noise_floor ** 2 + run.sigma ** 2 - run.noise ** 2
-    weight = 1.0 / (variance + missed)
-    expected = there.predict(chosen.hypothesis, chosen.vector)
-    time = run.motion.time[run.comparison.grid]
-    rows = [slice(*np.searchsorted(time, span)) for span in spans]
-    found = []
-    for rival, fixed in zip(rivals, known, strict=True):
-        predicted = there.predict(rival.hypothesis, rival.vector)
-        distance = expected - predicted
-        columns = there.finish(Fit(rival.hypothesis, rival.vector, predicted, distance,
-                                   0.0)).jacobian
-        if not (np.isfinite(columns).all() and np.isfinite(distance).all()):
-            raise InputError('a rival has no finite effort on the reference')
-        weighted = columns * weight[:, None]
-        found.append(_Parts(
-            np.array([weight[part] @ distance[part] ** 2 for part in rows]),
-            np.array([weighted[part].T @ distance[part] for part in rows]),
-            np.array([weighted[part].T @ columns[part] for part in rows]), fixed,
-            np.array([weight[part] @ variance[part] for part in rows])))
-    return found
 
 
 def _harmless(fitter: Fitter, trial: Problem, course: Course, room: Room) -> NDArray[np.bool_]:
@@ -204,40 +131,9 @@ def _harmless(fitter: Fitter, trial: Problem, course: Course, room: Room) -> NDA
             & (motion.position <= high + 0.005 * room.width))
     inside = np.array([good[slice(*np.searchsorted(motion.time, span))].all()
                        for span in course.spans])
-    return inside if inside.any() else np.ones_like(inside)
-
-
-def _alone(parts: list[_Parts], lengths: Array) -> Array:
-    """Return what each segment gives by itself, per second, for the pair it parts least, (s,)."""
-    each = np.eye(lengths.size)
-    return np.array([min(part.energy(one) for part in parts) for one in each]) / lengths
-
-
-def _combined(parts: list[_Parts], lengths: Array, allowed: NDArray[np.bool_]) -> Array:
-    """Return how often to use each segment, (s,): added greedily, per second, 40 s in all."""
-    counts = np.zeros(lengths.size)
-
-    def worth(trial: Array) -> float:
-        # The logarithm lets the pair that is parted least count most.
-        return float(sum(np.log1p(part.energy(trial)) for part in parts))
-
-    while True:
-        spent = float(counts @ lengths)
-        options = [index for index in np.flatnonzero(allowed & (counts < 2))
-                   if spent + lengths[index] < LONGEST - 3.0]
-        if not options:
-            return counts
-        one = np.eye(lengths.size)
-        # A segment that is there already adds certainty, but nothing new.
-        best = max(options, key=lambda index: (
-            (worth(counts + one[index]) - worth(counts)) / lengths[index]
-            / (1.0 + 2.0 * counts[index])))
-        if spent >= SHORTEST:
-            gain = min((part.energy(counts + one[best]) - part.energy(counts)) / lengths[best]
-                       * spent / max(part.energy(counts), 1e-9) for part in parts)
-            if gain < WORTH_ADDING:
-                return counts
-        counts[best] += 1
+    if not inside.any():
+        raise InputError('every segment asks for more than was recorded')
+    return inside
 
 
 def _disc_speeds(fitter: Fitter, names: tuple[str, ...]) -> tuple[float, ...]:
@@ -266,22 +162,24 @@ def _disc_profile(course: Course, disc: tuple[float, ...]) -> Array | None:
 
 
 def _reason(pairs: list[tuple[str, str, Fit]], apart: list[float]) -> str:
-    effects = tuple(dict.fromkeys(effect for effect, _, _ in pairs))
-    told = _enumerated([f'{distance:.1f} times the noise from {_title(other)}' + (
-                            f' (for {_title(effect)})' if len(effects) > 1 else '')
-                        for (effect, other, _), distance in zip(pairs, apart, strict=True)])
-    text = (f'These recordings fit {_listed([other for _, other, _ in pairs])} about as well as '
-            f'{_listed(effects)}; on the proposed reference the effort (rms, all numbers '
-            f'refitted) parts by {told}')
+    effects = dict.fromkeys(effect for effect, _, _ in pairs)
+    several = len(effects) > 1
+    told = _enumerated([
+        f'{distance:.1f} ({_title(other)}{f" for {_title(effect)}" if several else ""})'
+        for (effect, other, _), distance in zip(pairs, apart, strict=True)])
+    text = (f'{_listed([other for _, other, _ in pairs])} would fit these recordings about as '
+            f'well as {_listed(list(effects))}; on the proposed reference the efforts that they '
+            f'predict differ by {told} times the noise (rms, all numbers refitted)')
     if min(apart) < TOO_LITTLE:
-        text += ', which is little: a wider range of load or speed would tell more'
-    return f'{text}.'
+        text += ', which is little: within the recorded range they come to nearly the same'
+    return f'{text[0].upper()}{text[1:]}.'
 
 
-def _words(course: Course, picked: list, disc: tuple[float, ...]) -> str:
-    text = (f'next_experiment.csv, {course.duration:.0f} s, for the controller node (reference: '
-            f'file, reference_file: next_experiment.csv): '
-            + '; '.join(_again(picked)) + '.')
+def _words(course: Course, picked: list[Segment], disc: tuple[float, ...]) -> str:
+    text = (f'{"; ".join(_again(picked))}; {course.duration:.0f} s in all, in '
+            'next_experiment.csv, which the controller node runs (reference: file, '
+            'reference_file: next_experiment.csv).')
+    text = f'{text[0].upper()}{text[1:]}'
     if disc:
         speeds = ', '.join(f'{speed:.3g} rad/s' for speed in disc[1:])
         text += (f' Run it {len(disc)} times: with the disc standing and with the disc turning at '
@@ -289,7 +187,7 @@ def _words(course: Course, picked: list, disc: tuple[float, ...]) -> str:
     return text
 
 
-def _again(picked: list) -> list[str]:
+def _again(picked: list[Segment]) -> list[str]:
     """Return the segments' texts, one that follows itself only once."""
     texts = []
     for index, segment in enumerate(picked):

@@ -86,10 +86,10 @@ def write_results(folder: Path, diagnosis: Diagnosis) -> None:
     write_report(folder / REPORT, diagnosis)
     proposal = diagnosis.next_experiment
     if proposal is not None and proposal.time is not None and proposal.position is not None:
-        _write_experiment(folder / EXPERIMENT, proposal)
+        write_experiment(folder / EXPERIMENT, proposal)
 
 
-def _write_experiment(path: Path, proposal: NextExperiment) -> None:
+def write_experiment(path: Path, proposal: NextExperiment) -> None:
     """Write the proposed reference as a table that the controller node can run."""
     with path.open('w', encoding='utf-8') as file:
         file.write('time,position\n')

@@ -1,0 +1,32 @@
+"""The table that a diagnosis proposes, run by the controller node."""
+
+import numpy as np
+
+from engb_core.diagnose.diagnosis import NextExperiment
+from engb_core.diagnose.experiment_room import Room
+from engb_core.diagnose.experiment_segments import course_of, segments_of
+from engb_ros.bags.read import read_recording
+from engb_ros.bench import Bench
+from engb_ros.commands.diagnose import write_experiment
+
+ROOM = Room(low=0.5, high=30.0, speed=40.0, acceleration=100.0, slowest=0.5, finest=0.02,
+            home=0.0, angle=np.linspace(0.5, 30.0, 50), load=np.linspace(0.0, 1.0, 50) ** 2,
+            unit='rad')
+
+
+def test_the_controller_node_runs_the_proposed_table(runner, probe, tmp_path):
+    course = course_of(ROOM, [segment for segment in segments_of(ROOM)
+                              if segment.name in ('fast full strokes', 'holds under load')])
+    table = tmp_path / 'next_experiment.csv'
+    write_experiment(table, NextExperiment('', ('a', 'b'), '', course.time, course.position))
+    bench = Bench(runner, probe, rate=500.0)
+    length = bench.record(tmp_path / 'bag', controller={
+        'reference': 'file', 'reference_file': table})
+    bench.stop()
+    assert length >= course.duration
+    run = read_recording(str(tmp_path / 'bag'))
+    assert run.position.max() > 0.97 * course.position.max()
+    wanted = run.reference
+    moving = np.flatnonzero(np.abs(np.diff(wanted.position)) > 0)[0]
+    expected = np.interp(wanted.time - wanted.time[moving] + 0.4, course.time, course.position)
+    assert np.abs(expected - wanted.position)[moving:].max() < 0.5
