@@ -69,10 +69,10 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
         shutil.rmtree(proof.out / 'baselines', ignore_errors=True)
     names = list(BASELINES) if proof.baselines else []
     work = [(lambda c=c: run_tool(c, results / c.name), results / c.name) for c in folders]
-    for name in names:
-        at = proof.out / 'baselines' / name
-        work += [(lambda c=c, n=name, at=at: run_baseline(n, c, at / c.name), at / c.name)
-                 for c in folders]
+    for case in folders:
+        for name in names:
+            at = proof.out / 'baselines' / name / case.name
+            work.append((lambda n=name, c=case, at=at: run_baseline(n, c, at), at))
     _run_all(work, proof.jobs, progress)
     if digest_of(truth) != sealed:
         raise InputError(f'{truth}: the truth was changed while the tool ran; no score')

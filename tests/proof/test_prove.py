@@ -14,6 +14,8 @@ from engb_ros.commands.main import main
 ROOT = Path(__file__).resolve().parents[2]
 SEAL = ROOT / 'bags' / 'brake_1' / 'truth.sealed'
 
+pytestmark = pytest.mark.timeout(900)
+
 
 def engb(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run the program in `folder`, as a user would."""
