@@ -1,6 +1,6 @@
 # Two commands do everything: `make demo` and `make test`. Each makes the .venv it needs.
-PYTHON ?= $(firstword $(shell command -v python3.12 && python3.12 -c '' 2>/dev/null) python3)
-PYTHON := $(shell for p in $(PYTHON) python3.11 python3.12 python3; do \
+# Python 3.11 or 3.12; PYTHON=… on the command line names another one of these.
+PYTHON ?= $(shell for p in python3.12 python3.11 python3; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))' 2>/dev/null \
 	&& echo "$$p" && break; done)
 VENV := .venv

@@ -77,7 +77,9 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)
         if excess < REFITTED * before:
             return []
-        insisted = [name for name in insisted if rises[name] > BESIDE * (excess - before)][:1]
+        insisted = [name for name in insisted if rises[name] > BESIDE * (excess - before)
+                    or _alone(fitter, explained, name)
+                    < floor + max(INSISTED, 0.15 * rises[name])][:1]
     elif len(insisted) > 1 and _alone(fitter, explained, insisted[0]) \
             < floor + max(INSISTED, 0.1 * rises[insisted[0]]):
         insisted = insisted[:1]
