@@ -31,7 +31,7 @@ __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', '
  SHIFT, LOAD, LEVEL, DIRECTION, EFFORT, INERTIA, VISCOUS, COULOMB, LOAD_GAIN,
  TORQUE) = range(18)
 SAMPLE_SIZE = 18
-STATE_SIZE = 8
+STATE_SIZE = 72
 STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation')
 
 

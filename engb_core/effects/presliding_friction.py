@@ -3,7 +3,7 @@
 import math
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import Effect, Parameter, TIME_STEP, VELOCITY
+from engb_core.effects.base import DIRECTION, Effect, Parameter, TIME_STEP, VELOCITY
 
 # 1 − z runs from 2 (just reversed) to 0; after 63 % of the way it is 2/e.
 _FULL = 2.0
@@ -12,6 +12,8 @@ _REST = 2.0 * math.exp(-1.0)
 
 @effect_function
 def _direction(parameters, state, sample):
+    if parameters[0] <= 0.0:
+        return sample[DIRECTION]
     # Exact for constant speed over the step, so that long steps (inverse dynamics) and
     # short ones (simulation) agree.
     travel = sample[VELOCITY] * sample[TIME_STEP] / parameters[0]
