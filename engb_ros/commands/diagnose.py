@@ -28,6 +28,7 @@ from engb_ros.commands.common import (
     Progress,
     read_recordings,
 )
+from engb_ros.numerics import computing
 
 if TYPE_CHECKING:
     from engb_core.diagnose.diagnosis import Diagnosis, NextExperiment
@@ -68,7 +69,8 @@ def run(arguments: argparse.Namespace) -> None:
         recordings = found[:len(arguments.recordings)]
         holdout = found[len(arguments.recordings):]
         from engb_core.diagnose.engine import diagnose
-        diagnosis = diagnose(recordings, model, holdout=holdout, progress=progress)
+        with computing(', '.join(arguments.recordings)):
+            diagnosis = diagnose(recordings, model, holdout=holdout, progress=progress)
         progress('writing the report')
         write_results(scratch, diagnosis)
     print(summary(diagnosis))

@@ -21,6 +21,7 @@ from engb_ros.commands.common import (
     Progress,
     read_recordings,
 )
+from engb_ros.numerics import computing
 
 __all__ = ['add_arguments', 'run']
 
@@ -43,7 +44,8 @@ def run(arguments: argparse.Namespace) -> None:
         recordings = read_recordings(arguments.recordings, model, arguments.namespace, progress)
         from engb_core.identify.procedure import identify
         progress('identifying')
-        identified = identify(recordings, model)
+        with computing(', '.join(arguments.recordings)):
+            identified = identify(recordings, model)
         identified.model.write(scratch)
     print(identified.summary())
     print(f'model: {arguments.out}')

@@ -24,6 +24,7 @@ from engb_ros.commands.common import (
     Progress,
     read_recordings,
 )
+from engb_ros.numerics import computing
 
 __all__ = ['add_arguments', 'run']
 
@@ -47,11 +48,13 @@ def run(arguments: argparse.Namespace) -> None:
 
         from engb_core.inverse_dynamics import predict_effort
         progress('the torque that the motion needs')
-        arrays = {'time': recording.time, 'effort': predict_effort(recording, model)}
+        with computing(arguments.recording):
+            arrays = {'time': recording.time, 'effort': predict_effort(recording, model)}
         if recording.reference is not None and model.controller is not None:
             from engb_core.simulation import simulate_closed_loop
             progress('simulating the closed loop')
-            arrays['position'], arrays['velocity'] = simulate_closed_loop(recording, model)
+            with computing(arguments.recording):
+                arrays['position'], arrays['velocity'] = simulate_closed_loop(recording, model)
         for name, values in arrays.items():
             if not np.isfinite(values).all():
                 raise InputError(f'{arguments.model}: its numbers give no finite {name} for '

@@ -63,11 +63,13 @@ def _diagnosed(task: dict[str, Any], namespace: str | None) -> dict[str, Any]:
     from engb_core.diagnose.engine import diagnose
     from engb_core.model import Model
     from engb_ros.bags.read import read_recording
+    from engb_ros.numerics import computing
     model = Model.from_mapping(task['model'])
     recording = read_recording(task['path'], joint=model.joint.name, namespace=namespace)
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')
-        diagnosis = diagnose([recording], model)
+        with computing(recording.name):
+            diagnosis = diagnose([recording], model)
         report = None
         if task['figures'] is not None:
             from engb_core.report.page import diagnosis_page

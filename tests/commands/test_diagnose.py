@@ -131,6 +131,17 @@ def test_no_diagnosis_leaves_what_was_there(engb, engine, bag, model_file, tmp_p
     assert not list(tmp_path.glob('.*'))
 
 
+@pytest.mark.parametrize(('error', 'status'), [
+    (np.linalg.LinAlgError('Singular matrix'), 2), (ZeroDivisionError('division by zero'), 2),
+    (ValueError('shapes'), 70)])
+def test_arithmetic_that_breaks_down(engb, engine, bag, model_file, tmp_path, error, status):
+    engine.result = error
+    outcome = engb('diagnose', bag, '--model', model_file, '--out', 'result')
+    assert outcome.status == status
+    assert outcome.err.count('\n') == 1
+    assert not (tmp_path / 'result').exists()
+
+
 def test_recordings_of_one_name_are_told_apart(engb, engine, bag, model_file, tmp_path):
     other = tmp_path / 'second' / 'run1'
     other.parent.mkdir()

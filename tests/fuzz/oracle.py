@@ -13,7 +13,7 @@ import numpy as np
 
 from .cases import Case
 
-__all__ = ['judge']
+__all__ = ['in_this_process', 'judge']
 
 
 def judge(case: Case, folder: Path) -> tuple[str, str]:
@@ -51,6 +51,12 @@ def judge(case: Case, folder: Path) -> tuple[str, str]:
     return '', complaint.strip()
 
 
+def in_this_process(tasks, work, jobs, seconds):
+    """Stand in for `run_processes`: a process of its own per case would take most of the time."""
+    del jobs, seconds
+    yield from ((index, work(task)) for index, task in enumerate(tasks))
+
+
 def _standing(folder: Path) -> set[str]:
     return {str(entry.relative_to(folder)) for entry in folder.rglob('*')}
 
@@ -71,7 +77,18 @@ def _wrong_result(case: Case, printed: str) -> str:
         return ''
     if case.arguments[0] == 'diagnose':
         return _wrong_diagnosis(out)
-    return '' if (out / 'survey.html').exists() else 'no survey.html'
+    return _wrong_survey(out)
+
+
+def _wrong_survey(out: Path) -> str:
+    """A survey survives what goes wrong with a recording; here it must not hide it."""
+    if not (out / 'survey.html').exists():
+        return 'no survey.html'
+    for file in (out / 'results').iterdir():
+        for result in json.loads(file.read_text(encoding='utf-8'))['results']:
+            if result['status'] not in ('ok', 'refused'):
+                return f'survey: {result["status"]}: {result["message"]}'
+    return ''
 
 
 def _wrong_diagnosis(out: Path) -> str:

@@ -140,8 +140,10 @@ class _Worker:
 
 def _work(pipe: Connection, commands: list[str] | None, keep: Path | None) -> None:
     warnings.simplefilter('ignore')
+    from engb_ros.fleet import processes
     from fuzz.cases import COMMANDS, make_case
-    from fuzz.oracle import judge
+    from fuzz.oracle import in_this_process, judge
+    processes.run_processes = in_this_process
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     while True:
         seed = pipe.recv()
