@@ -108,8 +108,9 @@ def overview(seals: dict[str, str]) -> None:
         'the brake as its model says; in each of the others one effect is added, drawn by a '
         'random generator and sealed before anyone saw it.\n\n'
         '| recording | SHA-256 of what `truth.sealed` holds |\n| --- | --- |\n' + lines
-        + '\n\nTo open a seal:\n\n    python -c "from engb_ros.sealed import opened; '
-        'print(opened(open(\'bags/brake_1/truth.sealed\').read()))"\n', encoding='utf-8')
+        + '\n\nTo open a seal, beside a diagnosis or without:\n\n'
+        '    engb prove --open bags/brake_1/truth.sealed --diagnosis out/brake_1/diagnosis.json\n',
+        encoding='utf-8')
 
 
 def main() -> int:

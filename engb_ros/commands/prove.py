@@ -80,6 +80,8 @@ def run(arguments: argparse.Namespace) -> int:
     print((job.out / 'scores.txt').read_text('utf8'), end='')
     for one in summary.get('baselines', []):
         print(_baseline(one))
+    if 'thresholding' in summary:
+        print(f'sparse regression by {summary["thresholding"]}')
     print(f'{summary["wall_seconds"]:.0f} s in all')
     print(f'scores: {job.out / "index.html"}')
     wrong = proof.strict_failures(summary) if arguments.strict else []

@@ -66,8 +66,8 @@ def _header(page: Page, summary: dict) -> None:
         headline = f'{summary["cases"]} cases with concealed truth'
     lead = []
     if alarms is not None:
-        lead.append(f'On {alarms["of"]} clean recordings it raised {alarms["hits"]} false alarms '
-                    f'(95 % interval of the rate: {_interval(alarms)}).')
+        lead.append(f'False alarms on clean recordings: {_of(alarms)} (95 % interval of the '
+                    f'rate: {_interval(alarms)}).')
     if summary['failures']:
         lead.append(f'{len(summary["failures"])} runs failed; they count as silent.')
     seconds = summary['seconds']
@@ -123,12 +123,13 @@ def _baselines(page: Page, summary: dict) -> None:
                 _mean(removed.get('subtle')), _share(one['harm'])]
 
     page.table([Column('method'), *(Column(text, number=True) for text in (
-        'strong', 'subtle', 'both of a pair', 'false alarms', 'wrong names outside',
-        'error removed, strong', 'error removed, subtle', 'harm'))],
+        'strong', 'subtle', 'pairs', 'false alarms', 'wrong outside', 'gain, strong',
+        'gain, subtle', 'harm'))],
         [row('engb diagnose', summary), *(row(one['label'], one)
                                           for one in summary['baselines'])], chosen=[0],
-        caption='The same cases and scorer. Error removed: of the held-out error of the nominal '
-        'model, how much of what the oracle (the true equations) removes.')
+        caption='The same cases and scorer; pairs: both named. Gain: of the nominal model\'s '
+        'held-out error, how much of what the oracle (the true equations) removes. Sparse '
+        f'regression by {summary["thresholding"]}.')
 
 
 def _confusion(page: Page, summary: dict) -> None:
@@ -221,7 +222,7 @@ def _held_out(page: Page, summary: dict, scores: Sequence[CaseScore]) -> None:
             'Held-out error before and after, in noise floors',
             Axis('nominal model', 'floors'),
             (Panel(Axis('corrected model', 'floors'), (
-                Line('no gain', [0.0, top], [0.0, top], 'grid', 'dash'), *series), 320),),
+                Line('no gain', [0.0, top], [0.0, top], 'recorded', 'dash'), *series), 320),),
             alt='Error of the corrected model over that of the nominal model, a point per case.'))
     if where['recall'] is not None:
         precision = '–' if where['precision'] is None else f'{where["precision"]:.2f}'
@@ -234,13 +235,14 @@ def _misses(page: Page, summary: dict) -> None:
     if not summary['misses'] and not summary['failures']:
         page.text('None.')
         return
-    rows = []
+    rows, silent = [], {one['case'] for one in summary['failures']}
     for miss in summary['misses']:
         case = str(miss['case'])
         held = ', '.join(f'{_name(effect)} ({form})' for effect, form in zip(
             miss['hidden'], miss['as'], strict=True)) or 'nothing'
         said = ', '.join(f'{_name(effect)} {p:.2f}' for effect, p in miss['claims']) or 'nothing'
-        rows.append([Html(f'<a href="results/{escape(case)}/report.html">{escape(case)}</a>'),
+        link = Html(f'<a href="results/{escape(case)}/report.html">{escape(case)}</a>')
+        rows.append([case if case in silent else link,
                      f'{miss["stratum"]}, {miss["motion"]}'
                      + (', refitted' if miss['refitted'] else ''), held, said])
     if rows:

@@ -83,6 +83,7 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
         'strata': plan['strata'], 'wall_seconds': time.monotonic() - begin, **summarise(scores)}
     if names:
         summary['baselines'] = _baselines(names, folders, truth, proof.out)
+        summary['thresholding'] = thresholding_by()
     _write(proof.out, summary, scores)
     return summary
 
@@ -185,7 +186,8 @@ def _run_all(work: list[tuple[Callable[[], str | None], Path]], jobs: int,
     except BaseException:
         pool.shutdown(wait=True, cancel_futures=True)
         for done, at in waiting.items():
-            if done.done() and not done.cancelled() and _STOPPED.search(str(done.result())):
+            if not done.cancelled() and done.exception() is None \
+                    and _STOPPED.search(str(done.result())):
                 (at / 'run.json').unlink(missing_ok=True)
         raise
     pool.shutdown()
@@ -195,12 +197,10 @@ def _baselines(names: list[str], folders: list[Path], truth: Path, out: Path) ->
     found = []
     for name in names:
         summary = summarise(score_all(folders, truth, out / 'baselines' / name))
-        label = BASELINES[name][0]
-        if name == 'sparse':
-            label += f', {thresholding_by()}'
         keys = ('named_first', 'pairs_both', 'false_alarms', 'confident_wrong_outside',
                 'held_out_removed', 'harm', 'seconds', 'failures')
-        found.append({'name': name, 'label': label, **{key: summary[key] for key in keys}})
+        found.append({'name': name, 'label': BASELINES[name][0],
+                      **{key: summary[key] for key in keys}})
     return found
 
 

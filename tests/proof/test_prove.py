@@ -10,6 +10,7 @@ import sys
 import pytest
 
 from engb_ros.commands.main import main
+from tests.proof.prove import _run_all, strict_failures
 
 ROOT = Path(__file__).resolve().parents[2]
 SEAL = ROOT / 'bags' / 'brake_1' / 'truth.sealed'
@@ -125,3 +126,30 @@ def test_wrong_calls_end_in_one_line(arguments: list[str], told: str, tmp_path: 
     assert said.startswith('engb: ')
     assert told in said
     assert said.count('\n') == 1
+
+
+def test_a_stopped_run_is_done_again(tmp_path: Path) -> None:
+    def ended(at: Path, failure: str | None) -> str | None:
+        at.mkdir(exist_ok=True)
+        (at / 'run.json').write_text('{}', 'utf8')
+        return failure
+
+    good, stopped = tmp_path / 'good', tmp_path / 'stopped'
+    with pytest.raises(KeyboardInterrupt):
+        _run_all([(lambda: ended(good, None), good),
+                  (lambda: ended(stopped, 'diagnose: exit 130: engb: interrupted'), stopped)],
+                 1, lambda text: None)
+    assert (good / 'run.json').exists()
+    assert not (stopped / 'run.json').exists()
+    told: list[str] = []
+    _run_all([(lambda: ended(good, 'never called'), good),
+              (lambda: ended(stopped, None), stopped)], 1, told.append)
+    assert told == [f'1/1 {tmp_path.name} stopped: done']
+
+
+def test_strict_fails_on_crashes_and_false_alarms_only() -> None:
+    misses = [{'case': 'case_0001', 'hidden': [], 'claims': [('backlash', 0.6)]},
+              {'case': 'case_0002', 'hidden': ['backlash'], 'claims': []}]
+    found = strict_failures({'failures': [{'case': 'case_0003', 'failure': 'exit 70'}],
+                             'misses': misses})
+    assert found == ['case_0003 failed: exit 70', 'case_0001: false alarm: backlash']
