@@ -137,7 +137,8 @@ def setting_values(effect: Effect, setting: EffectSetting) -> list[float]:
 def default_value(effect: Effect, name: str) -> float | None:
     """Return what stands for a parameter that a setting leaves out; None where it must be given.
 
-    A shape that the contract does not name may be left out; the sizing parameter may not.
+    A shape that the contract does not name may be left out; the sizing parameter may not, unless
+    the contract doesn't name it either (a resonance is given by its frequency).
     """
     for index, parameter in enumerate(effect.parameters):
         if parameter.name == name and index > 0 and parameter.starts:
@@ -146,7 +147,7 @@ def default_value(effect: Effect, name: str) -> float | None:
         return 0.0
     constants = {'duration': 60.0, 'largest_effort': 0.5, 'peak_load': 0.35, 'load_exponent': 0.0,
                  'by_temperature': 0.0, 'speed_from': 0.0, 'speed_to': 90.0,
-                 'temperature_from': 20.0, 'temperature_to': 400.0}
+                 'temperature_from': 20.0, 'temperature_to': 400.0, 'inertia_fraction': 0.25}
     return constants.get(name)
 
 

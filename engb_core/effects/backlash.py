@@ -33,6 +33,8 @@ def _shift(parameters, state, sample):
 @effect_function
 def _torque(parameters, state, sample):
     half = 0.5 * parameters[0]
+    if half <= 0.0:
+        return 0.0
     step = sample[TIME_STEP]
     inertia = parameters[1] * sample[INERTIA]
     friction = parameters[2] * sample[COULOMB]

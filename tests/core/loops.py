@@ -1,0 +1,179 @@
+"""Closed loops with one effect each, and the effort that their motion needs, for the tests.
+
+`python -m tests.core.loops FILE` writes the numbers of every effect: run with and without numba,
+both must give the same.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import zlib
+
+import numpy as np
+
+from engb_core.effects.base import (
+    ACCELERATION,
+    DIRECTION,
+    DISC_ANGLE,
+    DISC_SPEED,
+    Effect,
+    PAD_TEMPERATURE,
+    Parameter,
+    POSITION,
+    SAMPLE_SIZE,
+    Scene,
+    TIME,
+    TIME_STEP,
+    VELOCITY,
+)
+from engb_core.effects.catalogue import catalogue
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
+from engb_core.plant import physics_of
+from engb_core.recording import Recording, Reference, Signal
+from engb_core.simulation import simulate_closed_loop
+
+from .bench import strokes
+
+__all__ = ['RATE', 'SCENE', 'drawn', 'looped', 'model_with', 'needed', 'nothing', 'numbers']
+
+RATE = 1000.0
+TICK = 1.0 / RATE
+CONTROLLER = Controller(0.3, 1.0, 0.004, 10.0, RATE)
+MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6), contact_angle=2.0),
+              friction=Friction(0.012, 0.11, 0.1), controller=CONTROLLER)
+# Their own numbers, for what the model file has and for what only a recording can say.
+NOMINAL = {'inertia': MODEL.motor.inertia, 'viscous_friction': MODEL.motor.viscous_friction,
+           'coulomb': MODEL.friction.coulomb, 'load_gain': MODEL.friction.load_gain}
+PLACES = {'begin': 1.1, 'end': 2.6, 'centre': 9.0, 'width': 2.0}
+TABLE = {'x_code': float(POSITION), 'x_from': 0.0, 'x_to': 20.0, 'x_count': 12.0,
+         'y_code': float(DIRECTION), 'y_from': -1.0, 'y_to': 1.0, 'y_count': 2.0}
+
+
+def reference(duration: float = 10.0) -> np.ndarray:
+    """Return strokes (n,) that are fast, and one that creeps."""
+    fast = strokes((16.0, 10.0, 20.0), rate=RATE, acceleration=500.0, dwell=0.15)
+    slow = strokes((6.0,), rate=RATE, acceleration=12.0, dwell=0.15)
+    return np.concatenate([fast, slow])[:round(duration * RATE)]
+
+
+SCENE = Scene(duration=reference().size * TICK, largest_effort=0.2, largest_load=0.12, speed=60.0,
+              sampling=TICK, position_range=(0.0, 20.0), disc_speed_range=(0.0, 60.0),
+              temperature_range=(20.0, 200.0))
+
+
+def drawn(effect: Effect, seed: int) -> dict[str, float]:
+    """Return sensible values of an effect's parameters and constants, drawn by `seed`."""
+    rng = np.random.default_rng([seed, zlib.crc32(effect.id.encode())])
+    values = {parameter.name: _drawn(parameter, index == 0, rng)
+              for index, parameter in enumerate(effect.parameters)}
+    constants = dict(effect.variants[seed % len(effect.variants)])
+    if effect.set_constants is not None:
+        constants |= effect.set_constants(SCENE)
+    for name, _ in effect.constants:
+        values[name] = float(constants[name] if name in constants else TABLE[name])
+    return values
+
+
+def _drawn(parameter: Parameter, sizing: bool, rng: np.random.Generator) -> float:
+    if parameter.name.startswith('value_'):
+        return rng.uniform(-0.004, 0.004)
+    if parameter.none is None and parameter.name in NOMINAL and sizing:
+        return NOMINAL[parameter.name] * rng.uniform(1.1, 1.5)
+    if parameter.name in PLACES and not parameter.starts:
+        return PLACES[parameter.name]
+    if not parameter.starts:
+        return math.sqrt(parameter.low * parameter.high) if parameter.low > 0.0 else 1.0
+    start = float(rng.choice(parameter.starts))
+    if sizing and not parameter.logarithmic:
+        none = parameter.none or 0.0
+        start = none + (start - none) * rng.uniform(0.8, 1.3)
+    elif start == 0.0:
+        start = rng.uniform(0.0, 0.3 * min(1.0, parameter.high))
+    return float(np.clip(start, parameter.low, parameter.high))
+
+
+def nothing(effect: Effect, seed: int) -> dict[str, float]:
+    """Return values at which an effect vanishes, with all that it contains."""
+    values = drawn(effect, seed)
+    for entry in (effect.id, *effect.contains):
+        for parameter in catalogue()[entry].parameters:
+            if parameter.none is not None:
+                values[parameter.name] = parameter.none
+    first = effect.parameters[0]
+    if first.none is None:
+        values[first.name] = NOMINAL[first.name]
+    return values
+
+
+def model_with(effect: Effect | None, values: dict[str, float] | None = None) -> Model:
+    """Return MODEL with one effect (None: without)."""
+    settings = () if effect is None else (EffectSetting(effect.id, dict(values or {})),)
+    return Model(MODEL.motor, MODEL.load_torque, MODEL.friction, (), CONTROLLER, settings)
+
+
+def looped(model: Model, duration: float = 10.0) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate the loop; return its samples (n, SAMPLE_SIZE) and the effort (n,) it held.
+
+    A sample is the middle of a tick, over which effort and acceleration are constant and mean.
+    """
+    angle = reference(duration)
+    time = np.arange(angle.size) * TICK
+    speed = np.gradient(angle, TICK)
+    push = np.gradient(speed, TICK) * 6.8e-5 + 1.1e-3 * speed
+    disc = 40.0 * np.clip(2.0 * time, 0.0, 1.0)
+    warmth = 20.0 + 40.0 * time
+    recording = Recording('loop', time, angle.copy(), np.zeros(time.size),
+                          reference=Reference(time, angle, speed, push),
+                          signals={'disc_speed': Signal(time, disc),
+                                   'pad_temperature': Signal(time, warmth)})
+    position, velocity = simulate_closed_loop(recording, model)
+    error = angle - position
+    integral = np.concatenate([[0.0], np.cumsum(CONTROLLER.integral * error * TICK)[:-1]])
+    effort = (push + CONTROLLER.proportional * error + CONTROLLER.derivative * (speed - velocity)
+              + integral)
+    samples = np.zeros((time.size - 1, SAMPLE_SIZE))
+    samples[:, TIME_STEP] = TICK
+    samples[1:, TIME] = time[1:-1] + 0.5 * TICK
+    samples[:, POSITION] = 0.5 * (position[1:] + position[:-1])
+    samples[:, VELOCITY] = 0.5 * (velocity[1:] + velocity[:-1])
+    samples[:, ACCELERATION] = np.diff(velocity) / TICK
+    samples[:, DISC_SPEED] = disc[:-1]
+    samples[:, DISC_ANGLE] = (np.cumsum(disc) * TICK)[:-1] - 0.5 * disc[:-1] * TICK
+    samples[:, PAD_TEMPERATURE] = warmth[:-1]
+    return samples, effort[:-1]
+
+
+def needed(samples: np.ndarray, model: Model) -> np.ndarray:
+    """Return the effort (n,) that a motion needs."""
+    return effort_of_motion(samples.copy(), TICK, physics_of(model))
+
+
+def numbers(duration: float = 0.25) -> dict[str, np.ndarray]:
+    """Return what simulation, inverse dynamics and each stage give for every effect."""
+    found = {}
+    common, _ = looped(model_with(None), duration)
+    for effect in catalogue().values():
+        model = model_with(effect, drawn(effect, 1))
+        samples, effort = looped(model, duration)
+        found[f'{effect.id} simulated'] = samples[:, POSITION]
+        found[f'{effect.id} needed'] = needed(samples, model)
+        physics = physics_of(model, inverse=False)
+        for stage, functions in physics.stages.items():
+            table = common.copy()
+            needed_before = physics_of(model_with(None))
+            effort_of_motion(table, TICK, needed_before)
+            state = physics.fresh_state()
+            for function, owner in functions:
+                column = np.array([function(physics.parameters[owner], state[owner], row)
+                                   for row in table])
+                found[f'{effect.id} {stage} one by one'] = column
+                state[:] = 0.0
+                function.loop(physics.parameters[owner], state[owner], table, SAMPLE_SIZE - 1)
+                found[f'{effect.id} {stage} in a loop'] = table[:, SAMPLE_SIZE - 1]
+    return found
+
+
+if __name__ == '__main__':
+    np.savez(sys.argv[1], **numbers())

@@ -1,0 +1,261 @@
+"""Every effect of the catalogue: one definition that simulation and inverse dynamics share.
+
+A new file in engb_core/effects is covered by being there.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.ndimage import convolve1d, maximum_filter1d
+
+from engb_core.effects.base import Effect, EFFORT, POSITION, STAGES, VELOCITY
+from engb_core.effects.catalogue import catalogue, get_effect
+from engb_core.errors import InputError
+from engb_core.model import EffectSetting, Model
+from engb_core.motion import gaussian_kernel
+from engb_core.plant import physics_of
+
+from .loops import drawn, looped, model_with, needed, nothing, numbers, RATE
+
+ROOT = Path(__file__).resolve().parents[2]
+CONTRACT = ROOT.parent / 'shared' / 'contract.md'
+EFFECTS = list(catalogue().values())
+EACH = pytest.mark.parametrize('effect', EFFECTS, ids=[effect.id for effect in EFFECTS])
+
+# How far simulation and inverse dynamics may differ: part of the effect, and what middles of
+# ticks cost with no effect at all [N·m].
+TOLERANCE = 0.015
+FLOOR = 3e-5
+# An impact in the gap happens within a sample; which part of it belongs to this one and which to
+# the next no inverse can say.
+TOLERANCES = {'backlash': 0.25}
+
+
+def compared(values: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return `values` at moving samples through a 60 Hz low-pass."""
+    moving = ~maximum_filter1d(np.abs(samples[:, VELOCITY]) < 0.3, 41)
+    return convolve1d(values * moving, gaussian_kernel(60.0, 1.0 / RATE))[moving]
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values ** 2)))
+
+
+def test_without_effects_simulation_and_inverse_agree():
+    samples, effort = looped(model_with(None))
+    assert rms(compared(needed(samples, model_with(None)) - effort, samples)) < FLOOR
+    assert rms(effort) > 0.03
+
+
+@EACH
+def test_one_definition(effect):
+    """The motion simulated with an effect needs, with that effect, the effort it was given."""
+    if not effect.stages:
+        pytest.skip('acts in inverse dynamics only')
+    seen = 0
+    for seed in range(6):
+        model = model_with(effect, drawn(effect, seed))
+        samples, effort = looped(model)
+        assert np.isfinite(samples).all(), 'the simulation ran away'
+        with_it = rms(compared(needed(samples, model) - effort, samples))
+        size = rms(compared(needed(samples, model_with(None)) - effort, samples))
+        assert with_it < TOLERANCES.get(effect.id, TOLERANCE) * size + FLOOR, (
+            f'{effect.id} {model.effects[0].parameters}: differs by {with_it:.2e} N·m, the '
+            f'effect is {size:.2e} N·m')
+        seen += size > 2.0 * FLOOR
+        if seen == 3:
+            break
+    assert seen >= 2, 'at its starts the effect does next to nothing'
+
+
+@EACH
+def test_nothing_at_none(effect):
+    values = nothing(effect, 0)
+    model = model_with(effect, values)
+    samples, effort = looped(model_with(None))
+    np.testing.assert_allclose(needed(samples, model), needed(samples, model_with(None)),
+                               rtol=0, atol=1e-9)
+    again, same = looped(model)
+    # A friction direction of its own is stepped explicitly, the model's implicitly.
+    close = 1e-4 if 'direction' in effect.stages else 1e-9
+    np.testing.assert_allclose(again[:, POSITION], samples[:, POSITION], rtol=0, atol=close)
+    np.testing.assert_allclose(same, effort, rtol=0, atol=close)
+
+
+def test_sampling_delay_moves_the_effort_in_time():
+    samples, effort = looped(model_with(None))
+    shifted = needed(samples, model_with(get_effect('sampling_delay'), {'delay': 0.003}))
+    np.testing.assert_allclose(shifted[:-3], needed(samples, model_with(None))[3:], atol=1e-12)
+
+
+@pytest.mark.parametrize('delay', [0.0004, 0.003, 0.0101])
+def test_a_pure_delay_is_one_in_simulation_too(delay):
+    """Step in, step out `delay` later, not a first-order lag's creep."""
+    physics = physics_of(model_with(get_effect('actuation_lag'),
+                                    {'lag': delay, 'first_order': 0.0}), inverse=False)
+    (function, owner), = physics.stages['actuation']
+    state = physics.fresh_state()
+    samples, _ = looped(model_with(None), 0.05)
+    step = 1e-4
+    given = []
+    for index in range(400):
+        sample = samples[0].copy()
+        sample[:2] = step, index * step
+        sample[EFFORT] = 0.0 if index < 100 else 1.0
+        given.append(function(physics.parameters[owner], state[owner], sample))
+    given = np.array(given)
+    when = (100 + np.sum(given[100:] < 0.5)) * step
+    assert when == pytest.approx(0.01 + delay, abs=2.0 * step)
+    assert np.sum((given > 0.02) & (given < 0.98)) <= 4
+    assert given[0] == 0.0
+    assert given[-1] == pytest.approx(1.0)
+
+
+@EACH
+def test_words(effect: Effect):
+    for seed in range(4):
+        text = effect.statement(drawn(effect, seed))
+        assert text.endswith('.')
+        assert text[0].isupper()
+        assert len(text) < 300
+        assert '\n' not in text
+        assert 'nan' not in text.lower()
+        if effect.id != 'unexplained_surface':
+            assert re.search(r'\d', text), text
+        assert '{' not in text
+    assert len(effect.equation) > 5
+    assert len(effect.reference) > 3
+    assert effect.title[0].isupper()
+    module = sys.modules[f'engb_core.effects.{effect.id}']
+    assert module.__doc__
+    assert module.__doc__.strip().endswith('.')
+    assert module.EFFECT is effect
+
+
+@EACH
+def test_numbers_of_the_definition(effect: Effect):
+    names = [parameter.name for parameter in effect.parameters]
+    assert len(set(effect.names)) == len(effect.names)
+    assert set(effect.stages) <= set(STAGES)
+    assert set(effect.contains) <= set(catalogue())
+    for index, parameter in enumerate(effect.parameters):
+        assert parameter.low < parameter.high, parameter.name
+        assert parameter.unit, parameter.name
+        for start in parameter.starts:
+            assert parameter.low <= start <= parameter.high, parameter.name
+        if parameter.logarithmic:
+            assert parameter.low > 0.0, parameter.name
+        if index == 0 and parameter.none is not None and not parameter.logarithmic:
+            assert parameter.low <= parameter.none <= parameter.high
+            assert effect.unnamed or parameter.none not in parameter.starts
+    assert names == list(effect.names)[:len(names)]
+
+
+@EACH
+def test_at_its_bounds_it_stays_finite(effect: Effect):
+    """A fit walks along the bounds: no division by nothing, no overflow."""
+    samples, _ = looped(model_with(None), 1.0)
+    for parameter in effect.parameters[:8]:
+        for value in (parameter.low, parameter.high):
+            values = drawn(effect, 0) | {parameter.name: value}
+            if abs(value) > 1e5:
+                continue
+            found = needed(samples, model_with(effect, values))
+            assert np.isfinite(found).all(), (parameter.name, value)
+
+
+def table_of_the_contract() -> dict[str, dict[str, str]]:
+    """Return id → {parameter: unit} of the contract's table 4."""
+    section = CONTRACT.read_text(encoding='utf-8').split('## 4.')[1].split('## 5.')[0]
+    found = {}
+    for line in section.splitlines():
+        row = re.fullmatch(r'\| `(\w+)` (\|.*)', line)
+        if row:
+            found[row[1]] = dict(re.findall(r'`(\w+)`(?:\s*\[([^\]]+)\])?', row[2]))
+    return found
+
+
+CONTRACTUAL = table_of_the_contract() if CONTRACT.exists() else {}
+needs_contract = pytest.mark.skipif(not CONTRACTUAL, reason=f'{CONTRACT} is not there')
+
+
+@needs_contract
+def test_the_contract_is_read():
+    assert len(CONTRACTUAL) == 23
+    assert CONTRACTUAL['stribeck_friction'] == {'breakaway_ratio': '-',
+                                                'stribeck_velocity': 'rad/s'}
+
+
+@needs_contract
+@pytest.mark.parametrize('name', CONTRACTUAL)
+def test_names_and_units_are_the_contract_s(name):
+    units = {parameter.name: parameter.unit for parameter in get_effect(name).parameters}
+    for parameter, unit in CONTRACTUAL[name].items():
+        assert parameter in units
+        if unit:
+            assert units[parameter] == {'cycles per motor revolution': '1/rev'}.get(unit, unit)
+
+
+@needs_contract
+@pytest.mark.parametrize('name', CONTRACTUAL)
+def test_a_model_file_with_the_contract_s_parameters_alone_runs(name):
+    """Model files come from elsewhere: they hold what the contract names, and no more."""
+    values = drawn(get_effect(name), 0)
+    model = Model(effects=(EffectSetting(name, {parameter: values[parameter]
+                                                for parameter in CONTRACTUAL[name]}),))
+    physics_of(model)
+    physics_of(model, inverse=False)
+
+
+def test_unknown_effects_and_parameters_are_named():
+    with pytest.raises(InputError, match=r"unknown effect 'magic'; known: actuation_lag, "):
+        get_effect('magic')
+    with pytest.raises(InputError, match='pad_creep has no parameter .speed.; it has relaxed'):
+        physics_of(Model(effects=(EffectSetting('pad_creep', {'speed': 1.0}),)))
+    with pytest.raises(InputError, match='asymmetric_friction needs the parameter asymmetry'):
+        physics_of(Model(effects=(EffectSetting('asymmetric_friction', {}),)))
+    with pytest.raises(InputError, match='pad_creep.relaxed_fraction must be one number'):
+        physics_of(Model(effects=(EffectSetting('pad_creep', {'relaxed_fraction': [1.0]}),)))
+    many = tuple(EffectSetting('torque_offset', {'offset': 0.1}) for _ in range(40))
+    with pytest.raises(InputError, match='more than'):
+        physics_of(Model(effects=many))
+
+
+def test_effects_add_up():
+    """Two effects of different stages change the effort as each does alone."""
+    samples, _ = looped(model_with(None), 2.0)
+    cogging = EffectSetting('cogging_torque', {'amplitude': 0.003, 'order': 4.0})
+    drag = EffectSetting('nonlinear_viscous_friction', {'quadratic_viscous_friction': 1e-6})
+    base = model_with(None)
+
+    def change(*settings):
+        model = Model(base.motor, base.load_torque, base.friction, effects=settings)
+        return needed(samples, model) - needed(samples, base)
+
+    np.testing.assert_allclose(change(cogging, drag), change(cogging) + change(drag), atol=1e-12)
+
+
+def test_without_numba_the_same_numbers(tmp_path):
+    """Plain Python runs the same functions; nothing may depend on the compiler."""
+    script = ('import sys; sys.modules["numba"] = None\n'
+              'from engb_core.compiled import COMPILED; assert not COMPILED\n'
+              'import numpy; from tests.core.loops import numbers\n'
+              'numpy.savez(sys.argv[1], **numbers())')
+    done = subprocess.run([sys.executable, '-c', script, str(tmp_path / 'plain.npz')], cwd=ROOT,
+                          env=os.environ | {'PYTHONPATH': str(ROOT)}, capture_output=True,
+                          text=True, timeout=200)
+    assert done.returncode == 0, done.stderr
+    assert 'Traceback' not in done.stderr
+    compiled = numbers()
+    with np.load(tmp_path / 'plain.npz') as plain:
+        assert set(plain.files) == set(compiled)
+        for name in plain.files:
+            np.testing.assert_allclose(plain[name], compiled[name], rtol=1e-7, atol=1e-10,
+                                       err_msg=name)
