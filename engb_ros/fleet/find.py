@@ -57,7 +57,7 @@ def find_recordings(folders: Sequence[str]) -> list[Found]:
 
     A recording is a folder with metadata.yaml, or a storage file outside of such folders; a
     folder or file that is a recording itself counts too. Its unit is the folder that it lies in,
-    seen from the folder given; lying directly there, it is a unit of its own name.
+    seen from the folder given; what lies directly there is all of one unit, named like the folder.
 
     Raises:
         InputError: a folder is missing, or there is no recording at all.
@@ -78,7 +78,8 @@ def find_recordings(folders: Sequence[str]) -> list[Found]:
             if any(entry.key == key for entry in found.values()):
                 key = f'{number}/{key}'
             parent = Path(key).parent.as_posix()
-            found[real] = Found(key, path, recording_name(path) if parent == '.' else parent)
+            direct = recording_name(root) if path == root else root.resolve().name
+            found[real] = Found(key, path, direct if parent == '.' else parent)
     if not found:
         raise InputError(f'{", ".join(folders)}: no recording in there (folders with {METADATA}, '
                          'or .mcap and .db3 files)')

@@ -24,7 +24,7 @@ def tree(tmp_path):
 def test_every_recording_once(tree):
     found = find_recordings([str(tree)])
     assert {entry.key: entry.unit for entry in found} == {
-        'alone.mcap.zstd': 'alone', 'wheel_1/run_a': 'wheel_1', 'wheel_2/evening.db3': 'wheel_2',
+        'alone.mcap.zstd': 'data', 'wheel_1/run_a': 'wheel_1', 'wheel_2/evening.db3': 'wheel_2',
         'wheel_2/morning.mcap': 'wheel_2', 'wheel_3/deep/split': 'wheel_3/deep'}
     assert len({entry.slug for entry in found}) == 5
     assert [entry.key for entry in found] == sorted(entry.key for entry in found)
@@ -33,6 +33,10 @@ def test_every_recording_once(tree):
 def test_folders_that_overlap_and_recordings_by_name(tree):
     twice = find_recordings([str(tree), str(tree / 'wheel_1')])
     assert len(twice) == 5
+    wheels = find_recordings([str(tree / 'wheel_1'), str(tree / 'wheel_2')])
+    assert {entry.key: entry.unit for entry in wheels} == {
+        'wheel_1/run_a': 'wheel_1', 'wheel_2/evening.db3': 'wheel_2',
+        'wheel_2/morning.mcap': 'wheel_2'}
     single = find_recordings([str(tree / 'wheel_1' / 'run_a')])
     assert [(entry.key, entry.unit) for entry in single] == [('run_a', 'run_a')]
     file = find_recordings([str(tree / 'wheel_2' / 'morning.mcap')])
@@ -56,7 +60,7 @@ def test_units_table(tree, tmp_path):
     assert found['wheel_1/run_a'] == ('front left', 1200.0)
     assert found['wheel_2/morning.mcap'] == ('x', None)
     assert found['wheel_2/evening.db3'] == ('wheel_2', 7000.0)
-    assert found['alone.mcap.zstd'] == ('alone', None)
+    assert found['alone.mcap.zstd'] == ('data', None)
 
 
 @pytest.mark.parametrize(('text', 'word'), [
