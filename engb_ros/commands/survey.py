@@ -10,10 +10,10 @@ examples:
   engb survey recordings --model nominal.yaml --out fleet --scheduler tcp://10.0.0.5:8786
 
 All recordings below the folders count, each once. A recording's unit is the folder it lies in
-(so DIR/wheel_1/run_a is of wheel_1), and for a bag of several brakes also the namespace; or give --units, a table with columns
-recording (its path below the folder, its name, or a pattern like wheel_3/*), unit, mileage [km].
-With --scheduler the work is done by an existing Dask cluster, which has to have this package, and
-the recordings under the same paths.
+(DIR/wheel_1/run_a is of wheel_1), and for a bag of several brakes also the namespace; or give
+--units, a table with columns recording (its path below the folder, its name, or a pattern such as
+wheel_3/*), unit, mileage [km]. With --scheduler the work is done by an existing Dask cluster,
+which has to have this package, and the recordings under the same paths.
 """
 
 from __future__ import annotations
