@@ -28,9 +28,11 @@ from engb_core.effects.base import (
     LOAD,
     LOAD_GAIN,
     POSITION,
+    SAMPLE_SIZE,
     SHIFT,
     STAGES,
     STATE_SIZE,
+    TIME_STEP,
     VELOCITY,
     VISCOUS,
 )
@@ -131,7 +133,27 @@ def setting_values(effect: Effect, setting: EffectSetting) -> list[float]:
         if isinstance(value, list):
             raise InputError(f'effects: {effect.id}.{name} must be one number')
         values.append(float(value))
+    _refuse_impossible(effect, values)
     return values
+
+
+def _refuse_impossible(effect: Effect, values: list[float]) -> None:
+    """Raise InputError for values with which the effect gives no number (a distance of 0, …)."""
+    parameters = np.zeros(_MAXIMUM_PARAMETERS)
+    parameters[:len(values)] = values
+    for function in effect.stages.values():
+        sample = np.full(SAMPLE_SIZE, 0.5)
+        sample[TIME_STEP] = 1e-3
+        try:
+            result = function(parameters, np.zeros(STATE_SIZE), sample)
+        except (ArithmeticError, ValueError):
+            result = math.nan
+        if not math.isfinite(result):
+            given = zip(effect.parameters, values, strict=False)
+            outside = [f'{entry.name} = {value:g} (within {entry.low:g} and {entry.high:g})'
+                       for entry, value in given if not entry.low <= value <= entry.high]
+            raise InputError(f'effects: {effect.id} cannot be computed with '
+                             f'{", ".join(outside) or "these parameters"}')
 
 
 def default_value(effect: Effect, name: str) -> float | None:
