@@ -19,6 +19,8 @@ __all__ = ['findings_of']
 Array = NDArray[np.float64]
 # A rival is worth telling from here on.
 TOLD = 0.02
+# How sure a named effect can be beside a leading one without a name.
+COMPANION = 0.45
 
 
 def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
@@ -63,6 +65,11 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
             smaller = fitter.without(chosen, index)
             matters.append(max(level(smaller, fitter) - level(chosen, fitter), 1e-6))
     total = sum(matters)
+    nameless = sum(part for part, variant in zip(matters, variants, strict=True)
+                   if variant.effect.unnamed)
+    if nameless > 0.5 * total:
+        # What leads has no name: a companion may well be a makeshift for its details.
+        known *= COMPANION
     findings = []
     for index, variant in enumerate(variants):
         if variant.effect.unnamed:

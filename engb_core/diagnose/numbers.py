@@ -26,7 +26,7 @@ INSISTED = 0.25
 INSISTED_PART = 0.08
 # A second wrong number is named if the data insist on it nearly as much as on the first: the
 # others of a refitted file moved along with the one that is wrong.
-SECOND = 0.6
+SECOND = 0.75
 # A file that fits nearly as well as any numbers without the effects was refitted around them.
 REFITTED = 1.5
 # Beside effects a wrong number must matter as much as this part of what the file loses to

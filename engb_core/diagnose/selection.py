@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import math
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.numbers import BESIDE, INSISTED, INSISTED_PART, level, REFITTED
+from engb_core.diagnose.numbers import INSISTED, INSISTED_PART, level, REFITTED
 from engb_core.diagnose.search import extend, load_free, load_held, load_moved, Search
 
 __all__ = ['Selection', 'select']
@@ -29,6 +29,14 @@ THIRD_OF_WHOLE = 0.06
 # simpler one leaves.
 CONTAINING_PART = 0.30
 MOST_EFFECTS = 3
+# Refitted numbers suffice if they leave no more than this part of the file's excess, and no
+# more than this in units of the noise.
+NUMBERS_PART = 0.02
+NUMBERS_MOST = 0.7
+# Log mean square by which one wrong number may fit worse than physics and is preferred.
+NUMBER_BONUS = 0.08
+# Beside effects a moved load curve must matter as much as this part of what the file loses.
+BESIDE_LOAD = 0.2
 # With the file's load curve held a fit may be this much worse, and is preferred all the same.
 HELD_LOSS = 0.12
 # Each fitted parameter must lower the logarithm of the mean square by this much.
@@ -69,7 +77,10 @@ def excess(fit: Fit, fitter: Fitter) -> float:
 def price(fit: Fit, fitter: Fitter) -> float:
     """Return what fits of like size are ranked by: log mean square plus a price a parameter."""
     parameters = fit.hypothesis.size - len(fit.hypothesis.numbers)
-    return math.log(max(level(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters
+    variants = fit.hypothesis.variants
+    number = bool(variants) and all(variant.effect.number_only for variant in variants)
+    return math.log(max(level(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters \
+        - NUMBER_BONUS * number
 
 
 def select(result: Search) -> Selection:
@@ -79,7 +90,7 @@ def select(result: Search) -> Selection:
     nominal = excess(fitter.nominal(), fitter)
     if nominal <= CLEAN_EXCESS:
         return Selection(result.base, (), nominal, before, before)
-    if before <= CLEAN_EXCESS:
+    if before <= max(CLEAN_EXCESS, min(NUMBERS_PART * nominal, NUMBERS_MOST)):
         chosen, rivals = _by_numbers(result, nominal)
     else:
         chosen, rivals = _with_load_held(result, _forward(result, before))
@@ -130,7 +141,7 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
         return chosen
     moved = load_moved(result, chosen)
     rise = level(fitter.refit(chosen, load_free(fitter)), fitter) - level(chosen, fitter)
-    if not moved or rise < max(INSISTED, BESIDE * (nominal - before)):
+    if not moved or rise < max(INSISTED, BESIDE_LOAD * (nominal - before)):
         return chosen
     best = min(moved, key=lambda fit: price(fit, fitter))
     return best if level(best, fitter) < limit + min(0.02 * rise, 0.3) else chosen

@@ -35,6 +35,6 @@ EFFECT = Effect(
     reveals='disc_angle',
     constants=(('load_exponent', '-'), ('peak_load', 'N·m')),
     set_constants=lambda scene: {'peak_load': max(scene.largest_load, 1e-9)},
-    variants=({'load_exponent': 0.0}, {'load_exponent': 1.0}),
+    variants=({'load_exponent': 0.0}, {'load_exponent': 0.6}, {'load_exponent': 1.0}),
     applies=lambda scene: bool(scene.disc_speed_range) and scene.largest_load > 0,
 )
