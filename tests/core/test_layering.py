@@ -1,0 +1,135 @@
+"""The science knows no ROS, no bag and no command line; modules stay small and say what is public.
+"""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CORE = ROOT / 'engb_core'
+FOREIGN = {'rclpy', 'rosbags', 'engb_ros', 'mcap', 'argparse', 'launch', 'ament_index_python',
+           'rosidl_runtime_py', 'sensor_msgs', 'std_msgs', 'cantools', 'can'}
+MOST_LINES = 400
+# To be split; may not grow meanwhile.
+TOO_LONG = {'diagnose/fit.py': 430}
+MODULES = sorted(CORE.rglob('*.py'))
+EACH = pytest.mark.parametrize('path', MODULES, ids=[str(path.relative_to(CORE))
+                                                     for path in MODULES])
+
+
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding='utf-8'), str(path))
+
+
+def imported(tree: ast.AST) -> set[str]:
+    """Return the top-level names of all that is imported, wherever in the module."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split('.')[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add('engb_core' if node.level else (node.module or '').split('.')[0])
+    return found
+
+
+def public_names(tree: ast.Module) -> list[str] | None:
+    """Return what `__all__` lists, None where there is none."""
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and any(
+                isinstance(target, ast.Name) and target.id == '__all__'
+                for target in node.targets):
+            return ast.literal_eval(node.value)
+    return None
+
+
+def is_effect(path: Path) -> bool:
+    """A file of one effect: its public face is EFFECT, which the catalogue looks for."""
+    return path.parent.name == 'effects' and path.stem not in ('__init__', 'base', 'catalogue')
+
+
+@EACH
+def test_nothing_from_the_floors_above(path):
+    assert not imported(tree_of(path)) & FOREIGN
+
+
+@EACH
+def test_small(path):
+    lines = path.read_text(encoding='utf-8').count('\n')
+    assert lines <= TOO_LONG.get(path.relative_to(CORE).as_posix(), MOST_LINES), f'{lines} lines'
+
+
+@EACH
+def test_public_names_are_listed(path):
+    if path.name == '__init__.py' or is_effect(path):
+        pytest.skip('needs no list')
+    names = public_names(tree_of(path))
+    assert names, 'no __all__'
+    assert len(set(names)) == len(names)
+
+
+def public_functions(tree: ast.Module) -> list[tuple[str, ast.FunctionDef]]:
+    names = set(public_names(tree) or ())
+    found = []
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef) and node.name in names:
+            found.append((node.name, node))
+        elif isinstance(node, ast.ClassDef) and node.name in names:
+            found += [(f'{node.name}.{entry.name}', entry) for entry in node.body
+                      if isinstance(entry, ast.FunctionDef) and not entry.name.startswith('_')]
+    return found
+
+
+def is_property(function: ast.FunctionDef) -> bool:
+    return any(isinstance(entry, ast.Name) and entry.id == 'property'
+               for entry in function.decorator_list)
+
+
+def is_kernel(function: ast.FunctionDef) -> bool:
+    """Compiled code is typed by its compiler."""
+    return any(isinstance(entry, ast.Name) and entry.id in ('compiled', 'effect_function')
+               for entry in function.decorator_list)
+
+
+@EACH
+def test_documented(path):
+    tree = tree_of(path)
+    assert ast.get_docstring(tree), 'the module has no docstring'
+    names = set(public_names(tree) or ())
+    bare = [name for name, node in public_functions(tree)
+            if not ast.get_docstring(node) and not is_property(node)]
+    bare += [node.name for node in tree.body
+             if isinstance(node, ast.ClassDef) and node.name in names
+             and not ast.get_docstring(node)]
+    assert not bare, f'no docstring: {", ".join(bare)}'
+
+
+@EACH
+def test_typed(path):
+    untyped = []
+    for name, node in public_functions(tree_of(path)):
+        if is_kernel(node):
+            continue
+        arguments = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+        if any(entry.annotation is None for entry in arguments
+               if entry.arg not in ('self', 'cls')) or node.returns is None:
+            untyped.append(name)
+    assert not untyped, f'not typed: {", ".join(untyped)}'
+
+
+def test_names_that_are_listed_are_there():
+    missing = []
+    for path in MODULES:
+        tree = tree_of(path)
+        defined = {name.id for node in ast.walk(tree) for name in
+                   ([node] if isinstance(node, ast.Name)
+                    and isinstance(node.ctx, ast.Store) else [])}
+        defined |= {node.name for node in ast.walk(tree)
+                    if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+        defined |= {alias.asname or alias.name for node in ast.walk(tree)
+                    if isinstance(node, ast.ImportFrom) for alias in node.names}
+        missing += [f'{path.name}: {name}' for name in public_names(tree) or ()
+                    if name not in defined]
+    assert not missing
