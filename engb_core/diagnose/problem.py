@@ -143,7 +143,8 @@ def _slowest(motions: Sequence[Motion], model: Model, scene: Scene) -> float:
     by_counts = max(motion.quantum for motion in motions) / 0.015
     saturation = 2.0 * model.friction.saturation_velocity
     by_model = saturation if saturation < 0.02 * scene.speed else 0.0
-    return max(by_counts, by_model, 0.002 * scene.speed)
+    # A shaft that never moves has a speed of rounding errors only.
+    return max(by_counts, by_model, 0.002 * scene.speed, 1e-9)
 
 
 def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,

@@ -43,7 +43,7 @@ class Bench:
     load: tuple[float, ...] = (0.0, 1e-3, 2e-4, 5e-6)
     coulomb: float = 0.012
     load_gain: float = 0.11
-    width: float = 0.15
+    width: float = 0.03
     rubbing: Callable[[float, float], float] | None = None
     further: Callable[[float, float], float] | None = None
     noise: float = 2e-3
@@ -62,7 +62,7 @@ class Bench:
         rest = 0.0 if self.further is None else self.further(position, velocity)
         return load + friction + self.viscous * velocity + rest
 
-    def run(self, reference: np.ndarray, rate: float = 500.0, inner: int = 16,
+    def run(self, reference: np.ndarray, rate: float = 500.0, inner: int = 32,
             name: str = 'run') -> Recording:
         """Track `reference` (n,) with PID and nominal feedforward; return what is recorded."""
         rng = np.random.default_rng(self.seed)

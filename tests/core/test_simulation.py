@@ -138,7 +138,7 @@ def recorded():
 def test_the_loop_is_the_recorded_one(recorded):
     """Another integrator, another friction curve, the same loop: the same motion."""
     model = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
-                  friction=Friction(0.012, 0.11, 0.3),
+                  friction=Friction(0.012, 0.11, 0.06),
                   controller=Controller(0.3, 1.0, 0.004, 0.6, 500.0))
     position, velocity = simulate_closed_loop(recorded, model)
     tracking = np.std(recorded.position - recorded.reference.position)
