@@ -73,6 +73,9 @@ class Fitter:
         self._starts: dict[tuple, list[StartColumns]] = {}
         # Where a model misses by far more than the noise, values of little noise must not
         # outweigh all others: what is missed weighs on every value alike.
+        # The file's own residual first: noise alone would let a few quiet values rule the refit.
+        file = self._evaluate(self.hypothesis((), ()), np.zeros(0))
+        self.spread = self._spread(np.abs(file.residual))
         self.spread = self._spread(np.abs(self.base().residual))
         self._base.clear()
 

@@ -134,8 +134,8 @@ class Hypothesis:
         numbers = {number.name: float(_outward(vector[place], number.logarithmic))
                    for place, number in enumerate(self.numbers)}
         settings = []
-        if numbers.get(DELAY):
-            settings.append(EffectSetting(DELAY, {'delay': numbers[DELAY]}))
+        # The sampling delay belongs to a recording, not to the brake: it is not carried over.
+        numbers.pop(DELAY, None)
         for index, variant in enumerate(self.variants):
             if variant.effect.only_here:
                 continue

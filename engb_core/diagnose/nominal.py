@@ -55,7 +55,7 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
     speed = max(scene.speed, 1e-9)
     revolute = model.joint.type == 'revolute'
     torque = 'N·m' if revolute else 'N'
-    delay = NominalNumber(DELAY, N_DELAY, 's', 0.5 * scene.sampling, -2.5 * scene.sampling,
+    delay = NominalNumber(DELAY, N_DELAY, 's', 0.5 * scene.sampling, -0.6 * scene.sampling,
                           0.25 * scene.sampling)
     angle = 'rad' if revolute else 'm'
     numbers = [

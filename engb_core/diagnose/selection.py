@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 
+import numpy as np
+
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.numbers import INSISTED, INSISTED_PART, level, REFITTED
 from engb_core.diagnose.search import extend, load_free, load_held, load_moved, Search
@@ -35,6 +37,10 @@ NUMBERS_PART = 0.02
 NUMBERS_MOST = 0.7
 # Log mean square by which one wrong number may fit worse than physics and is preferred.
 NUMBER_BONUS = 0.08
+# Log mean square by which a description without a name must fit better than physics.
+NAMELESS_PRICE = 0.2
+# A further effect may raise the plain mean square by this factor at most.
+HARM = 1.02
 # Beside effects a moved load curve must matter as much as this part of what the file loses.
 BESIDE_LOAD = 0.2
 # With the file's load curve held a fit may be this much worse, and is preferred all the same.
@@ -80,7 +86,8 @@ def price(fit: Fit, fitter: Fitter) -> float:
     variants = fit.hypothesis.variants
     number = bool(variants) and all(variant.effect.number_only for variant in variants)
     return math.log(max(level(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters \
-        - NUMBER_BONUS * number
+        - NUMBER_BONUS * number \
+        + NAMELESS_PRICE * sum(variant.effect.unnamed for variant in variants)
 
 
 def select(result: Search) -> Selection:
@@ -103,7 +110,8 @@ def _forward(result: Search, before: float) -> Fit:
     for size in range(1, MOST_EFFECTS + 1):
         if size > 2:
             extend(result, chosen)
-        candidates = sorted(result.of_size(size), key=lambda fit: price(fit, fitter))
+        candidates = sorted((fit for fit in result.of_size(size) if _harmless(fit, chosen)),
+                            key=lambda fit: price(fit, fitter))
         if not candidates:
             break
         best = _simplest(candidates, fitter)
@@ -167,6 +175,18 @@ def _decided(result: Search, chosen: Fit, close: list[Fit], others: list[Fit], l
         return chosen, others
     best = _simplest(held, fitter)
     return best, [fit for fit in held if fit is not best]
+
+
+def _harmless(fit: Fit, chosen: Fit) -> bool:
+    """Whether a fit is no worse in plain torque: the weights forgive much where effort changes
+    fast, and no effect may live on that."""
+    for entry in range(fit.hypothesis.size - len(fit.hypothesis.numbers)):
+        parameter = fit.hypothesis.parameter(entry)
+        value = fit.vector[len(fit.hypothesis.numbers) + entry]
+        if parameter.name == 'frequency' and value > math.log(0.97 * parameter.high):
+            # Driven to the edge of what can be seen, it stands for something else.
+            return False
+    return float(np.mean(fit.residual ** 2)) <= HARM * float(np.mean(chosen.residual ** 2))
 
 
 def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
