@@ -90,8 +90,8 @@ class Bench:
         for name in others:
             runner.start(name, parameters={**model, **clock})
         runner.start('controller', parameters={
-            **model, 'reference': 'strokes', 'start_on_request': True, **clock,
-            **(controller or {})})
+            **model, 'reference': 'strokes', 'start_on_request': True, 'reference_every': 4,
+            **clock, **(controller or {})})
         runner.start('plant', parameters={
             'rate': self._rate, 'lockstep': True, 'publish_clock': True,
             'speed': max(1.0, _FASTEST / self._rate),

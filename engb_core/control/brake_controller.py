@@ -21,6 +21,14 @@ __all__ = ['BrakeController', 'ControllerSettings', 'ForceSettings', 'Report']
 
 VELOCITY_CUTOFF = 100.0
 
+# The contact wanders slowly: more than this often needn't be looked [s].
+ESTIMATE_EVERY = 0.0035
+
+_COMMAND_STALE = Cause.COMMAND_STALE.value
+_STATE_STALE = Cause.STATE_STALE.value
+# With these latched the set-point still means something; with any other the torque goes.
+_TORQUE_MUST_GO = ~(Cause.COMMAND_STALE | Cause.TRACKING_ERROR).value
+
 
 @dataclass(frozen=True)
 class ForceSettings:
@@ -178,7 +186,7 @@ class BrakeController:
 
     def start_reference(self) -> float:
         """Begin the trajectory; return its length [s]. InputError where there is none."""
-        if self.supervisor.latched:
+        if self.supervisor.faults:
             raise InputError('a fault is latched; clear it first')
         self.source.start()
         return self.source.duration
@@ -207,9 +215,9 @@ class BrakeController:
         if self.silent:
             return None
         self._estimate(now, stamp, position, velocity, effort)
-        if self._torque_must_go():
+        if supervisor.faults & _TORQUE_MUST_GO:
             return self._ramp_down(now)
-        if supervisor.latched & Cause.COMMAND_STALE and not self._stale_handled:
+        if supervisor.faults & _COMMAND_STALE and not self._stale_handled:
             self._stale()
         self.setpoint = setpoint = self.source.at(stamp, position)
         if self.source.commanded_by_trajectory and self.source.running:
@@ -231,7 +239,7 @@ class BrakeController:
         """Look at the clock; return a torque to send where no joint state will ask for one."""
         supervisor = self.supervisor
         supervisor.watch(now)
-        if self.silent or not supervisor.latched & Cause.STATE_STALE:
+        if self.silent or not supervisor.faults & _STATE_STALE:
             return None
         return self._ramp_down(now)
 
@@ -254,12 +262,9 @@ class BrakeController:
         self.observer.reset()
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
         self._force_command: float | None = None
+        self._estimated = -math.inf
         self._stale_handled = False
         self.report = Report()
-
-    def _torque_must_go(self) -> bool:
-        faults = self.supervisor.latched & ~(Cause.COMMAND_STALE | Cause.TRACKING_ERROR)
-        return bool(faults)
 
     def _ramp_down(self, now: float) -> float:
         dt, self._last = now - self._last, now
@@ -292,8 +297,10 @@ class BrakeController:
         disturbance = math.nan
         if math.isfinite(effort):
             disturbance = self.observer.step(stamp, velocity, effort)
-        if self.supervisor.settings.observer_timeout > 0.0 and (
-                self.supervisor.active(now) & Cause.OBSERVER_STALE):
+        if 0.0 <= stamp - self._estimated < ESTIMATE_EVERY:
+            return
+        self._estimated = stamp
+        if self.supervisor.holds(Cause.OBSERVER_STALE):
             disturbance = math.nan
         estimator.step(stamp, position, velocity, disturbance, self._disc_speed)
         torques = self.loop.torques

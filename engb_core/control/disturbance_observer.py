@@ -12,6 +12,9 @@ from engb_core.model import Motor
 
 __all__ = ['DisturbanceObserver']
 
+# Beyond this a number is not a measurement but a fault, which the filter would never forget.
+LARGEST = 1e9
+
 # A gap longer than this many samples' worth of filter time starts the filters anew.
 _RESTART = 20.0
 
@@ -54,15 +57,15 @@ class DisturbanceObserver:
     def step(self, time: float, velocity: float, effort: float) -> float:
         """Take one sample and return d̂ [N·m].
 
-        A sample that is not finite, or not later than the last one, is left out: the estimate
-        is held.
+        A sample that is not finite, beyond LARGEST, or not later than the last one, is left out:
+        the estimate is held.
 
         Args:
             time: the sample's stamp [s].
             velocity: ω [rad/s].
             effort: u, the torque that acted [N·m].
         """
-        if not math.isfinite(time + velocity + effort):
+        if not (math.isfinite(time) and abs(velocity) + abs(effort) < LARGEST):
             self.rejected += 1
             return self.estimate
         previous = self._time

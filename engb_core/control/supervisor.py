@@ -17,6 +17,9 @@ __all__ = ['CAUSES', 'Cause', 'FinalClamp', 'STALE_ACTIONS', 'Severity', 'State'
 
 STALE_ACTIONS = ('hold', 'ramp_to_zero', 'ramp_to_value')
 
+# An angle or speed beyond this is no measurement [rad, rad/s].
+LARGEST = 1e6
+
 # A rejected input is shown for so long after it came [s].
 SHOWN = 1.0
 
@@ -83,7 +86,8 @@ CAUSES: dict[Cause, CauseInfo] = {
         Severity.FAULT, 'no valid joint state within `state_timeout`',
         'the torque ramps to zero within `ramp_time`'),
     Cause.STATE_NOT_FINITE: CauseInfo(
-        Severity.NOTICE, 'a joint state held NaN or infinity', 'the sample is not used'),
+        Severity.NOTICE, 'a joint state held NaN, infinity, or a number beyond 1e6',
+        'the sample is not used'),
     Cause.STATE_JUMP: CauseInfo(
         Severity.NOTICE, 'the angle moved faster than `largest_speed`', 'the sample is not used'),
     Cause.STATE_WRONG_JOINT: CauseInfo(
@@ -110,6 +114,15 @@ CAUSES: dict[Cause, CauseInfo] = {
         Severity.DEGRADED, 'angle and current disagree about the clamp force',
         'tracking goes on; the force\'s uncertainty says how far to trust it'),
 }
+
+
+_COMMAND_STALE = Cause.COMMAND_STALE.value
+_STATE_STALE = Cause.STATE_STALE.value
+_OBSERVER_STALE = Cause.OBSERVER_STALE.value
+_TRACKING_ERROR = Cause.TRACKING_ERROR.value
+# Someone else's torque is a fault for who came later; who was first goes on, degraded.
+_DEGRADING = Cause.OTHER_CONTROLLER.value | sum(
+    cause.value for cause, info in CAUSES.items() if info.severity is Severity.DEGRADED)
 
 
 @dataclass(frozen=True)
@@ -195,23 +208,23 @@ class Supervisor:
     """Judges inputs, watches their age, latches faults until they are cleared.
 
     Attributes:
-        latched: faults that wait to be cleared.
-        active: causes whose condition holds now, or held within the last second.
+        faults: faults that wait to be cleared, as a plain number: it is asked every cycle, and
+            arithmetic with enum flags costs a microsecond each.
         counts: how often each cause came up.
     """
 
     def __init__(self, settings: SupervisorSettings) -> None:
         self.settings = settings
-        self.latched = Cause(0)
+        self.faults = 0
         self.counts = dict.fromkeys(Cause, 0)
         self.watch_commands = True
-        self._conditions = Cause(0)
+        self._conditions = 0
         self._last_seen: dict[Cause, float] = {}
         self.start(0.0)
 
     def start(self, now: float) -> None:
         """Begin (on activation): ages count from now on."""
-        self.latched = self._conditions = Cause(0)
+        self.faults = self._conditions = 0
         self._last_seen.clear()
         self.commanded = False
         self._command: float | None = None
@@ -220,25 +233,30 @@ class Supervisor:
         self._error_since: float | None = None
 
     @property
+    def latched(self) -> Cause:
+        """Faults that wait to be cleared."""
+        return Cause(self.faults)
+
+    @property
     def state(self) -> State:
         """What the controller may do."""
-        if self.latched:
+        if self.faults:
             return State.FAULT
         if not self.commanded:
             return State.READY
-        if any(self._conditions & cause for cause, info in CAUSES.items()
-               if info.severity is Severity.DEGRADED) \
-                or self._conditions & Cause.OTHER_CONTROLLER:
-            return State.DEGRADED
-        return State.ENABLED
+        return State.DEGRADED if self._conditions & _DEGRADING else State.ENABLED
 
     def active(self, now: float) -> Cause:
         """Return the causes that hold now, or came up within the last second."""
-        found = self._conditions | self.latched
+        found = self._conditions | self.faults
         for cause, seen in self._last_seen.items():
             if now - seen <= SHOWN:
-                found |= cause
-        return found
+                found |= cause.value
+        return Cause(found)
+
+    def holds(self, cause: Cause) -> bool:
+        """Whether a lasting condition holds now."""
+        return bool(self._conditions & cause.value)
 
     def note(self, cause: Cause, now: float) -> None:
         """Take note of a passing cause."""
@@ -247,21 +265,22 @@ class Supervisor:
 
     def set(self, cause: Cause, holds: bool, now: float, latch: bool | None = None) -> None:
         """Say whether a lasting condition holds; faults are latched (unless `latch` is False)."""
-        if holds and not self._conditions & cause:
+        bit = cause.value
+        if not holds:
+            self._conditions &= ~bit
+            return
+        if not self._conditions & bit:
             self.counts[cause] += 1
-        if holds:
-            self._conditions |= cause
-            self._last_seen[cause] = now
-            if latch or (latch is None and CAUSES[cause].severity is Severity.FAULT):
-                self.latched |= cause
-        else:
-            self._conditions &= ~cause
+        self._conditions |= bit
+        self._last_seen[cause] = now
+        if latch or (latch is None and CAUSES[cause].severity is Severity.FAULT):
+            self.faults |= bit
 
     def clear(self, now: float) -> Cause:
         """Clear the latched faults whose condition is gone; return those that remain."""
-        self.latched &= self._conditions & ~Cause.COMMAND_STALE
-        if not self.latched:
-            self._conditions &= ~Cause.COMMAND_STALE
+        self.faults &= self._conditions & ~_COMMAND_STALE
+        if not self.faults:
+            self._conditions &= ~_COMMAND_STALE
             self.commanded = False
             self._command = None
             self._command_time = now
@@ -279,7 +298,7 @@ class Supervisor:
                 and abs(value - self._command) > self.settings.largest_command_step):
             self.note(Cause.COMMAND_JUMP, now)
             return False
-        if self.latched:
+        if self.faults:
             return False
         self._command = value
         self._command_time = now
@@ -294,7 +313,7 @@ class Supervisor:
             stamp: of the sample [s].
             position, velocity: [rad, rad/s]; a velocity of NaN means that none is given.
         """
-        if not (math.isfinite(stamp) and math.isfinite(position)) or math.isinf(velocity):
+        if not (math.isfinite(stamp) and abs(position) < LARGEST) or abs(velocity) > LARGEST:
             self.note(Cause.STATE_NOT_FINITE, now)
             return False
         settings, before = self.settings, self._state
@@ -310,21 +329,21 @@ class Supervisor:
                 return False
         self._state = (stamp, position)
         self._state_time = now
-        if self._conditions & Cause.STATE_STALE:
+        if self._conditions & _STATE_STALE:
             self.set(Cause.STATE_STALE, False, now)
         return True
 
     def observer_spoke(self, now: float) -> None:
         """Feed the observer's watchdog."""
         self._observer_time = now
-        if self._conditions & Cause.OBSERVER_STALE:
+        if self._conditions & _OBSERVER_STALE:
             self.set(Cause.OBSERVER_STALE, False, now)
 
     def tracking(self, now: float, error: float) -> None:
         """Judge the tracking error [rad]."""
         if abs(error) <= self.settings.largest_error:
             self._error_since = None
-            if self._conditions & Cause.TRACKING_ERROR:
+            if self._conditions & _TRACKING_ERROR:
                 self.set(Cause.TRACKING_ERROR, False, now)
         elif self._error_since is None:
             self._error_since = now

@@ -23,8 +23,7 @@ from engb_ros.nodes.messages import joint_sample, JointMessage, Scalar, StampClo
 
 __all__ = ['ControllerNode', 'main']
 
-# How often the watchdogs look, and how often the graph is searched for another controller [s].
-_TICK = 0.005
+# How often the graph is searched for another controller [s].
 _LOOK = 0.5
 
 # After its activation a controller is silent for so long, to hear whether another is there [s].
@@ -34,7 +33,7 @@ _PROBATION = 0.5
 class ControllerNode(ManagedNode):
     """One control cycle per `joint_states` message: the drive's clock sets the pace.
 
-    Watchdogs run on a timer of the steady clock, so they also act when no message comes.
+    The watchdogs look at a steady clock, also when no message comes.
     """
 
     node_name = 'controller'
@@ -52,11 +51,12 @@ class ControllerNode(ManagedNode):
                                   position=array('d', [0.0] * 3), effort=array('d', [0.0] * 3))
         self._diagnostic = DiagnosticMessage(f'{self.get_namespace().strip("/")}: controller')
         self._reference_every = values['reference_every']
+        self._force_every = values['force_every']
         self._report_every = values['report_every']
         self._count = 0
         self._told: tuple[Any, int] | None = None
         self._activation = 0
-        self._speak_at = 0.0
+        self._speak_at = self._look_at = 0.0
         self._other_activations: set[int] = set()
         self._alone_since: float | None = None
         self._publish_effort = self.advertise(interface.EFFORT_COMMAND).publish
@@ -78,7 +78,7 @@ class ControllerNode(ManagedNode):
         self.serve(interface.START_REFERENCE, self._start_reference)
         self.serve(interface.CLEAR_FAULTS, self._clear_faults)
         self.serve(interface.ACCEPT_MODEL, self._accept_model)
-        self.every(_TICK, self._on_tick)
+        self.poll_period = _watch_period(values)
         self.every(_LOOK, self._look_for_others)
         self.every(values['diagnostics_period'], self._diagnose)
 
@@ -90,6 +90,7 @@ class ControllerNode(ManagedNode):
         """Take up new settings without a jump of the torque."""
         if hasattr(self, '_controller'):
             self._controller.apply(self._settings(values))
+            self.poll_period = _watch_period(values)
 
     def _settings(self, values: dict[str, Any]) -> ControllerSettings:
         if self.get_parameter('use_sim_time').value:
@@ -172,20 +173,22 @@ class ControllerNode(ManagedNode):
             setpoint = controller.setpoint
             self._publish_reference(self._reference.fill_at(
                 stamp, setpoint.position, setpoint.velocity, controller.feedforward))
-            if self._publish_force is not None:
-                self._publish_force(self._scalar.fill(controller.estimator.force))
+        elif self._publish_force is not None and count % self._force_every == 1:
+            self._publish_force(self._scalar.fill(controller.estimator.force))
         if self._report_every and count % self._report_every == 0:
             self._send_report(stamp)
 
-    def _on_tick(self) -> None:
-        if not self.active:
+    def poll(self) -> None:
+        """Let the watchdogs look; say so if the state has changed."""
+        now = monotonic()
+        if not self.active or now < self._look_at:
             return
-        torque = self._controller.on_tick(monotonic())
+        self._look_at = now + self.poll_period
+        torque = self._controller.on_tick(now)
         if torque is not None:
             self._publish_effort(self._scalar.fill(torque))
         supervisor = self._controller.supervisor
-        if self._told is None or self._told[0] is not supervisor.state or (
-                self._told[1] != supervisor.latched):
+        if self._told != (supervisor.state, supervisor.faults):
             self._tell()
 
     def _on_activation(self, message: UInt64) -> None:
@@ -224,7 +227,7 @@ class ControllerNode(ManagedNode):
     def _tell(self) -> None:
         """Publish the state now, because it has changed."""
         supervisor = self._controller.supervisor
-        before, self._told = self._told, (supervisor.state, int(supervisor.latched))
+        before, self._told = self._told, (supervisor.state, supervisor.faults)
         self._publish_state(String(data=supervisor.state.value))
         self._diagnose()
         if before is not None and before[1] != self._told[1] and supervisor.latched:
@@ -239,6 +242,15 @@ class ControllerNode(ManagedNode):
         level, message, values = controller_status(self._controller, now)
         self._publish_diagnostics(self._diagnostic.fill(
             self.get_clock().now().to_msg(), level, message, values))
+
+
+def _watch_period(values: dict[str, Any]) -> float:
+    """Return how often the watchdog of the joint states looks [s].
+
+    While they come, each cycle looks at all ages itself; this is for when they don't.
+    """
+    timeout = values['state_timeout']
+    return min(max(0.1 * timeout, 0.002), 0.02) if timeout > 0.0 else 0.02
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -109,9 +109,10 @@ _SUPERVISION = (
 )
 
 _OUTPUT = (
-    ParameterSpec('reference_every', 4, 'publish `reference` and `clamp_force` every n-th cycle; '
-                  '0: never', '', 0, 1000),
-    ParameterSpec('report_every', 20, 'publish `control_report` every n-th cycle; 0: never', '', 0,
+    ParameterSpec('reference_every', 10, 'publish `reference` every n-th cycle; 0: never', '', 0,
+                  1000),
+    ParameterSpec('force_every', 10, 'publish `clamp_force` every n-th cycle', '', 2, 1000),
+    ParameterSpec('report_every', 50, 'publish `control_report` every n-th cycle; 0: never', '', 0,
                   1000),
     ParameterSpec('diagnostics_period', 0.5, 'between messages on /diagnostics', 's', 0.05, 60.0),
 )

@@ -125,15 +125,22 @@ def test_garbage_joint_states_and_jumps_of_the_clock(runner, probe):
             (state('wheel'), Cause.STATE_WRONG_JOINT), (JointState(), Cause.STATE_WRONG_JOINT),
             (state(position=math.nan), Cause.STATE_NOT_FINITE),
             (state(velocity=math.inf), Cause.STATE_NOT_FINITE),
-            (state(position=1e6), Cause.STATE_JUMP),
+            (state(position=1e5), Cause.STATE_JUMP),
             (state(shift=3600), Cause.CLOCK_JUMP), (state(shift=-3600), Cause.CLOCK_JUMP)):
         def told(message=message, cause=cause):
             probe.publish(JOINT_STATES, message)   # the loop reads the newest only: again
             return loop.has(cause)
         loop.until(told, cause.name)
         assert loop.is_in('enabled')
-    loop.during(0.3)
-    assert abs(loop.position - 10.0) < 1.0
+    # The test hears its own messages too; the drive's have a noisy effort, never exactly 0.
+    count = len(loop.states)
+
+    def of_the_drive():
+        return [message.position[0] for message in loop.states[count:]
+                if len(message.effort) and message.effort[0] != 0.0]
+
+    loop.until(lambda: len(of_the_drive()) > 20, 'the drive')
+    assert abs(of_the_drive()[-1] - 10.0) < 1.0
     assert all(math.isfinite(message.data) and abs(message.data) <= 0.75
                for message in loop.efforts)
     runner.stop()

@@ -1,0 +1,34 @@
+"""The page for integrators says what the code says."""
+
+from pathlib import Path
+import re
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from engb_ros.files import config_file  # noqa: E402
+from engb_ros.integration_tables import filled, PAGE, tables  # noqa: E402
+from engb_ros.interface import DIAGNOSTICS, TOPICS  # noqa: E402
+
+TEXT = PAGE.read_text(encoding='utf-8')
+
+
+def test_the_tables_are_up_to_date():
+    assert filled(TEXT) == TEXT, 'run: python -m engb_ros.integration_tables'
+    assert set(re.findall(r'<!-- table (.+?) -->', TEXT)) == set(tables())
+
+
+def test_every_test_named_in_the_table_of_faults_exists():
+    sources = ''.join(path.read_text(encoding='utf-8')
+                      for path in (Path(__file__).parents[1] / 'ros').glob('test_*.py'))
+    named = set(re.findall(r'`(test_\w+)`', TEXT))
+    assert len(named) > 8
+    assert all(f'def {name}(' in sources for name in named)
+
+
+def test_the_plot_layout_names_topics_that_exist():
+    known = {topic.name for topic in (*TOPICS, DIAGNOSTICS)}
+    curves = ElementTree.parse(config_file('plotjuggler_layout.xml')).iter('curve')
+    assert all(curve.get('name').split('/')[2] in known for curve in curves)
