@@ -16,7 +16,14 @@ from sensor_msgs.msg import JointState
 
 from engb_core.errors import InputError
 from engb_ros.files import NOMINAL_MODEL
-from engb_ros.interface import EFFORT_COMMAND, JOINT_STATES, START_REFERENCE, TOPICS
+from engb_ros.interface import (
+    EFFORT_COMMAND,
+    JOINT_STATES,
+    RECORDED,
+    REFERENCE,
+    START_REFERENCE,
+    TOPICS,
+)
 from engb_ros.nodes.messages import joint_sample, StampClock
 from engb_ros.probe import Probe
 from engb_ros.runner import Runner
@@ -102,6 +109,10 @@ class Bench:
                      and probe.subscribers(JOINT_STATES) >= listeners
                      and probe.ready('controller', START_REFERENCE)),
             'the nodes to hear each other', timeout=60.0, pause=probe.spin)
+        if bag is not None:
+            # That two nodes are there does not say that they hear each other yet.
+            runner.wait_until(self._is_recorded, 'the recorder to hear all', timeout=60.0,
+                              pause=lambda: probe.spin(0.1))
         if started is not None:
             started(', '.join(runner.processes))
         return self._drive(progress or (lambda state: None))
@@ -109,6 +120,11 @@ class Bench:
     def stop(self) -> None:
         """Stop all nodes by signal; the recorder closes its bag."""
         self._runner.stop(reversed(list(self._runner.processes)))
+
+    def _is_recorded(self) -> bool:
+        answer = self._probe.call('recorder', RECORDED).message
+        recorded = {name.rpartition('/')[2] for name in answer.split(', ')}
+        return {JOINT_STATES.name, EFFORT_COMMAND.name, REFERENCE.name} <= recorded
 
     def _drive(self, progress: Callable[[BenchProgress], None]) -> float:
         probe, stamps = self._probe, StampClock()

@@ -14,9 +14,9 @@ __all__ = ['ACCEPT_MODEL', 'CLAMP_FORCE', 'CLAMP_FORCE_COMMAND', 'CLEAR', 'CLEAR
            'CONTROLLER_STATE', 'CONTROL_REPORT',
            'DEFAULT_NAMESPACE', 'DIAGNOSTICS', 'DIAGNOSTIC_ARRAY', 'DISC_SPEED', 'DISTURBANCE',
            'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY', 'JOINT_STATE',
-           'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND', 'REFERENCE',
-           'SERVICES', 'START_REFERENCE', 'STRING', 'Service', 'TOPICS', 'TRIGGER', 'Topic',
-           'UINT32', 'UINT64', 'WRITE_MODEL']
+           'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND', 'RECORDED',
+           'REFERENCE', 'SERVICES', 'START_REFERENCE', 'STRING', 'Service', 'TOPICS', 'TRIGGER',
+           'Topic', 'UINT32', 'UINT64', 'WRITE_MODEL']
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 FLOAT64 = 'std_msgs/msg/Float64'
@@ -104,6 +104,8 @@ IDENTIFY = Service('~/identify', TRIGGER, 'identifier: identify from the samples
 WRITE_MODEL = Service('~/write_model', TRIGGER, 'identifier: write the identified model; the '
                       'answer\'s message is its path, or the YAML itself where no path is set')
 CLEAR = Service('~/clear', TRIGGER, 'identifier: forget the samples collected so far')
+RECORDED = Service('~/recorded', TRIGGER, 'recorder: how many messages of which topics are in the '
+                   'bag; false while there are none')
 
 SERVICES: tuple[Service, ...] = (START_REFERENCE, CLEAR_FAULTS, ACCEPT_MODEL, IDENTIFY,
-                                 WRITE_MODEL, CLEAR)
+                                 WRITE_MODEL, CLEAR, RECORDED)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 import sys
+import time
 from typing import Any
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
+from engb_core.errors import InputError
 from engb_ros import interface
 from engb_ros.bags.writing import BagWriter
 from engb_ros.nodes.base import ManagedNode, run
@@ -27,7 +30,8 @@ class RecorderNode(ManagedNode):
 
     Topics are subscribed as they appear. Publishers that are best effort are read so; what is
     transient local is read so. A chunk of the file is finished every `chunk_time` seconds: what
-    was recorded before is readable even if the recorder is killed.
+    was recorded before is readable even if the recorder is killed. What comes before simulated
+    time has begun is written with the first time there is.
     """
 
     node_name = 'recorder'
@@ -50,6 +54,8 @@ class RecorderNode(ManagedNode):
         self._recorded: dict[str, Any] = {}
         self._every = values['every']
         self._heard = self._heard_before = 0
+        self._early: list[tuple[str, bytes]] = []
+        self._written: Counter[str] = Counter()
         names = [name for name in values['topics'] if name] or [
             topic.name for topic in interface.TOPICS]
         self._wanted = {self.resolve_topic_name(name) for name in names}
@@ -57,6 +63,7 @@ class RecorderNode(ManagedNode):
             name = self.resolve_topic_name(topic.name)
             if name in self._wanted:
                 self._subscribe(name, topic.type)
+        self.serve(interface.RECORDED, self._say_what_is_recorded)
         self.every(0.2, self._look_around)
         self.every(values['chunk_time'], self._writer.finish_chunk)
         self._look_around()
@@ -75,6 +82,7 @@ class RecorderNode(ManagedNode):
         self._recorded = {}
         writer = getattr(self, '_writer', None)
         if writer is not None and writer.is_open:
+            self._write_early(time.time_ns())   # simulated time never began
             count = writer.close()
             self.get_logger().info(f'{count} messages in {writer.path}')
 
@@ -120,18 +128,36 @@ class RecorderNode(ManagedNode):
         self._recorded[name] = subscription
 
     def _recording(self, name: str) -> Callable[[bytes], None]:
-        clock, write, every, count = self.get_clock(), self._writer.write, self._every, 0
+        clock, write, every, count = self.get_clock(), self._write, self._every, 0
 
         def on_message(raw: bytes) -> None:
             nonlocal count
             count += 1
             self._heard += 1
             if self.active and count % every == 0:
-                now = clock.now().nanoseconds
-                if now > 0:   # simulated time that has not begun is no time
-                    write(name, now, raw)
+                write(name, clock.now().nanoseconds, raw)
 
         return on_message
+
+    def _write(self, name: str, now: int, raw: bytes) -> None:
+        if now == 0:   # simulated time that has not begun is no time
+            self._early.append((name, raw))
+            return
+        if self._early:
+            self._write_early(now)
+        self._writer.write(name, now, raw)
+        self._written[name] += 1
+
+    def _write_early(self, now: int) -> None:
+        early, self._early = self._early, []
+        for name, raw in early:
+            self._write(name, now, raw)
+
+    def _say_what_is_recorded(self) -> str:
+        if not self._written:
+            raise InputError('nothing yet: ' + ('simulated time has not begun' if self._early
+                                                else 'no message came'))
+        return ', '.join(f'{count} {name}' for name, count in sorted(self._written.items()))
 
 
 def main(args: Sequence[str] | None = None) -> int:
