@@ -44,8 +44,8 @@ class Motion:
     """One run on an even grid, all arrays (n,).
 
     Position, its derivatives and effort have passed the same Gaussian of `bandwidth` [Hz].
-    `known` is False where the grid falls into a gap of the recording; `recorded_step` [s] is
-    the recording's own.
+    `known` is False where the grid falls into a gap of the recording, and at its very ends;
+    `recorded_step` [s] is the recording's own.
     """
 
     name: str
@@ -124,7 +124,7 @@ def motion_of(recording: Recording) -> Motion:
         disc_angle=cumulative_trapezoid(disc_speed, dx=step, initial=0.0),
         pad_temperature=(np.full(time.size, 20.0) if temperature is None
                          else np.interp(time, recording.time, temperature)),
-        known=_known(recording, time, fine), quantum=_quantum(recording.position),
+        known=_known(recording, time, fine, gaussian_kernel(bandwidth, fine).size // 2), quantum=_quantum(recording.position),
         has_disc=disc is not None and bool(np.any(np.abs(disc) > 1e-6)),
         has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine)
 
@@ -142,11 +142,13 @@ def _without_counts(recording: Recording) -> tuple[Array, Array]:
             np.concatenate([[middle[0]], middle, [middle[-1]]]))
 
 
-def _known(recording: Recording, time: Array, step: float) -> NDArray[np.bool_]:
+def _known(recording: Recording, time: Array, step: float, reach: int) -> NDArray[np.bool_]:
+    # A recording may begin or end in the midst of a motion, where smoothing looks beyond its end.
+    inside = (time > (reach - 1) * step) & (time < recording.time[-1] - (reach - 1) * step)
     following = np.clip(np.searchsorted(recording.time, time), 1, recording.time.size - 1)
     gap = recording.time[following] - recording.time[following - 1]
     # One lost sample is bridged by interpolation without harm.
-    return ~maximum_filter1d(gap > 2.5 * step, 3)
+    return inside & ~maximum_filter1d(gap > 2.5 * step, 3)
 
 
 def _quantum(position: Array) -> float:

@@ -39,8 +39,15 @@ class Variant:
                 for combination in itertools.product(*values)]
 
 
+# The starts of the effects' distances and speeds are those of a motor's stroke.
+USUAL_STROKE = 30.0     # rad
+USUAL_SPEED = 50.0      # rad/s
+LEAST_STROKE = 4.0      # rad
+
+
 def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
     """Return the effect's variants for what was recorded."""
+    effect = _scaled(effect, scene)
     found = []
     for fixed in effect.variants:
         if fixed.get('by_temperature') and scene.temperature_range is None:
@@ -50,6 +57,20 @@ def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
             values |= effect.set_constants(scene)
         found.append(Variant(effect, tuple(float(values[name]) for name, _ in effect.constants)))
     return found
+
+
+def _scaled(effect: Effect, scene: Scene) -> Effect:
+    """Return the effect with starts and lowest values for a slider or a short swing."""
+    low, high = scene.position_range
+    if scene.joint_type == 'revolute' and high - low >= LEAST_STROKE:
+        return effect
+    scales = {'rad': (high - low) / USUAL_STROKE, 'rad/s': scene.speed / USUAL_SPEED}
+    parameters = tuple(
+        entry if entry.name == 'phase' or entry.unit not in scales else
+        replace(entry, low=entry.low * min(scales[entry.unit], 1.0),
+                starts=tuple(start * scales[entry.unit] for start in entry.starts))
+        for entry in effect.parameters)
+    return replace(effect, parameters=parameters)
 
 
 @dataclass(frozen=True)
@@ -134,8 +155,9 @@ class Hypothesis:
         numbers = {number.name: float(_outward(vector[place], number.logarithmic))
                    for place, number in enumerate(self.numbers)}
         settings = []
-        # The sampling delay belongs to a recording, not to the brake: it is not carried over.
-        numbers.pop(DELAY, None)
+        delay = numbers.pop(DELAY, 0.0)
+        if delay:
+            settings.append(EffectSetting(DELAY, {'delay': delay}))
         for index, variant in enumerate(self.variants):
             if variant.effect.only_here:
                 continue
