@@ -1,20 +1,25 @@
 """What a control cycle costs and how late it is: our controller beside a bare rclpy echo.
 
-    python benchmarks/control_cycle.py [--seconds 10] [--rates 250 500 1000]
+    python -m benchmarks.control_cycle [--rates 250 500 1000] [--rounds 20] [--seconds 0.6]
 
-A source process sends JointState at each rate. On the other side runs, in turn, a bare rclpy
-node that answers each JointState with a Float64, and the package's controller (PID,
-feedforward, clamp-force estimate, supervision, reference and report topics on). Counted are the
-CPU time of that process per cycle (user + system, from /proc), and the round trip from sending
-the sample to receiving the answer. Both run the same executor; the bare one also with the
-single-threaded executor, for the choice of executor.
+A bare rclpy node that answers each JointState with a Float64, and the package's controller (PID,
+feedforward, clamp-force estimate, supervision, reference and report topics on) run side by side,
+each in a namespace of its own, each with the events and with the single-threaded executor. A
+source sends joint states to one of them at a time. Rounds are short and go through all of them,
+so a load of the machine that comes and goes meets all alike; what is compared is always within a
+round, and shown is the median over the rounds with its quartiles.
+
+Counted are the CPU time of the process per cycle (user + system, all its threads), and the round
+trip from sending the sample to receiving the answer.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+import contextlib
+from dataclasses import dataclass
 import os
-from pathlib import Path
 import subprocess
 import sys
 import time
@@ -23,18 +28,15 @@ import numpy as np
 
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 
-ROOT = Path(__file__).resolve().parents[1]
-TICKS = os.sysconf('SC_CLK_TCK')
-
 ECHO = '''
-import os, signal, sys
+import signal, sys
 import rclpy
-from rclpy.signals import SignalHandlerOptions
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-node = rclpy.create_node('echo', namespace='/engb')
+node = rclpy.create_node('echo', namespace=sys.argv[2])
 publisher = node.create_publisher(Float64, 'effort_command', QoSProfile(depth=1))
 message = Float64()
 def on_state(state):
@@ -53,118 +55,223 @@ while not stop:
     executor.spin_once(timeout_sec=0.1)
 '''
 
+# A process that is driven again after a pause is warm after so long [s].
+WARM = 0.2
+
+# Position commands to the controller [Hz], and between which angles they go [rad].
+COMMANDS = 20.0
+STROKE = 1.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One process under test: `node` ('bare echo' or 'controller') with an executor."""
+
+    node: str
+    executor: str
+
+    @property
+    def name(self) -> str:
+        """As the table shows it."""
+        return f'{self.node}, {self.executor}'
+
+    @property
+    def namespace(self) -> str:
+        """Where it lives."""
+        return f'/{self.node.replace(" ", "_")}_{self.executor}'
+
+    def start(self, domain: int) -> subprocess.Popen:
+        """Start the process."""
+        from engb_ros.files import config_file, TRUE_BRAKE
+        from engb_ros.runner import node_command
+        if self.node == 'bare echo':
+            command = [sys.executable, '-c', ECHO, self.executor, self.namespace]
+        else:
+            command = node_command('controller', namespace=self.namespace, parameters={
+                'model': os.fspath(TRUE_BRAKE),
+                'mechanism': os.fspath(config_file('mechanism.yaml')),
+                # While the others are driven this one is left alone.
+                'state_timeout': 0.0, 'command_timeout': 0.0})
+        environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain),
+                       'ENGB_EXECUTOR': self.executor, 'ROS_PYTHON_CHECK_FIELDS': '0'}
+        return subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """One stretch of driving one process: `cpu` time per cycle [µs], round `trips` (n,) [µs],
+    achieved `rate` [Hz], the part of the samples that was `answered`."""
+
+    cpu: float
+    trips: np.ndarray
+    rate: float
+    answered: float
+
+
+ECHOES = [Candidate('bare echo', name) for name in ('events', 'single')]
+CONTROLLERS = [Candidate('controller', name) for name in ('events', 'single')]
+CANDIDATES = [candidate for pair in zip(ECHOES, CONTROLLERS, strict=True) for candidate in pair]
+
 
 def cpu_time(pid: int) -> float:
-    """Return user + system time of a process [s]."""
-    fields = Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS
+    """Return the CPU time of all threads of a process [s], to the nanosecond."""
+    # The kernel's number of another process's CPU clock (clock_getcpuclockid).
+    return time.clock_gettime((~pid << 3) | 2)
 
 
-def measure(command: list[str], environment: dict[str, str], domain: int, rate: float,
-            seconds: float) -> dict[str, float]:
-    """Return cost and latency of one process that answers joint states."""
-    import rclpy
-    from rclpy.experimental import EventsExecutor
-    from rclpy.qos import QoSProfile
-    from sensor_msgs.msg import JointState
-    from std_msgs.msg import Float64
-    context = rclpy.Context()
-    context.init(domain_id=domain)
-    node = rclpy.create_node('source', context=context, namespace='/engb')
-    publisher = node.create_publisher(JointState, 'joint_states', QoSProfile(depth=10))
-    commands = node.create_publisher(Float64, 'position_command', QoSProfile(depth=1))
-    sent = [0.0]
-    trips: list[float] = []
+class Source:
+    """Sends joint states to one process at a time, and times the answers."""
 
-    counts = {'samples': 0, 'answers': 0}
+    def __init__(self, domain: int) -> None:
+        import rclpy
+        from rclpy.experimental import EventsExecutor
+        from rclpy.qos import QoSProfile
+        from sensor_msgs.msg import JointState
+        from std_msgs.msg import Float64
+        self._context = rclpy.Context()
+        self._context.init(domain_id=domain)
+        self._node = rclpy.create_node('source', context=self._context)
+        self._executor = EventsExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._states, self._commands = {}, {}
+        for candidate in CANDIDATES:
+            space = candidate.namespace
+            self._states[candidate] = self._node.create_publisher(
+                JointState, f'{space}/joint_states', QoSProfile(depth=10))
+            self._commands[candidate] = self._node.create_publisher(
+                Float64, f'{space}/position_command', QoSProfile(depth=1))
+            self._node.create_subscription(
+                Float64, f'{space}/effort_command',
+                lambda message, candidate=candidate: self._on_answer(candidate),
+                QoSProfile(depth=1))
+        self._message = JointState(name=['motor'], position=[0.0], velocity=[0.0], effort=[0.0])
+        self._command = Float64()
+        self._driven: Candidate | None = None
+        self._sent = 0.0
+        self._samples = self._answers = 0
+        self._trips: list[float] = []
 
-    def on_answer(message: Float64) -> None:
-        counts['answers'] += 1
-        if sent[0]:
-            trips.append(time.perf_counter() - sent[0])
-            sent[0] = 0.0
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.try_shutdown()
 
-    node.create_subscription(Float64, 'effort_command', on_answer, QoSProfile(depth=1))
-    executor = EventsExecutor(context=context)
-    executor.add_node(node)
-    process = subprocess.Popen(command, env=environment, cwd=ROOT, stdout=subprocess.DEVNULL)
-    message = JointState(name=['motor'], position=[0.0], velocity=[0.0], effort=[0.0])
+    def drive(self, candidate: Candidate, process: subprocess.Popen, rate: float,
+              seconds: float) -> Block:
+        """Drive one process at `rate` [Hz] for `seconds`, after it is warm."""
+        every = max(1, round(rate / COMMANDS))
+        publish = self._states[candidate].publish
 
-    def tick() -> None:
-        stamp = node.get_clock().now().to_msg()
-        message.header.stamp = stamp
-        sent[0] = time.perf_counter()
-        publisher.publish(message)
-        counts['samples'] += 1
-        if counts['samples'] % max(1, round(rate / 20.0)) == 0:
-            commands.publish(Float64(data=0.0))
+        def tick() -> None:
+            self._message.header.stamp = self._node.get_clock().now().to_msg()
+            self._sent = time.perf_counter()
+            publish(self._message)
+            self._samples += 1
+            if self._samples % every == 0:
+                # Back and forth: the reference never rests.
+                self._command.data = STROKE - self._command.data
+                self._commands[candidate].publish(self._command)
 
-    timer = node.create_timer(1.0 / rate, tick)
-    try:
+        self._driven = candidate
+        timer = self._node.create_timer(1.0 / rate, tick)
+        try:
+            self._reset()
+            self._wait_for_answers(candidate, process, round(WARM * rate))
+            self._reset()
+            begin, used = time.monotonic(), cpu_time(process.pid)
+            while time.monotonic() - begin < seconds:
+                self._executor.spin_once(timeout_sec=0.1)
+            spent, passed = cpu_time(process.pid) - used, time.monotonic() - begin
+        finally:
+            self._node.destroy_timer(timer)
+            self._driven = None
+        return Block(1e6 * spent / max(self._answers, 1), 1e6 * np.array(self._trips),
+                     self._samples / passed, self._answers / max(self._samples, 1))
+
+    def _reset(self) -> None:
+        self._trips, self._samples, self._answers, self._sent = [], 0, 0, 0.0
+
+    def _wait_for_answers(self, candidate: Candidate, process: subprocess.Popen,
+                          count: int) -> None:
         end = time.monotonic() + 60.0
-        while len(trips) < rate * 1.5:   # warm, and past the controller's probation
-            executor.spin_once(timeout_sec=0.1)
+        while self._answers < count:
+            self._executor.spin_once(timeout_sec=0.1)
             if time.monotonic() > end or process.poll() is not None:
-                raise RuntimeError(f'{command[:3]} does not answer')
-        trips.clear()
-        counts['samples'] = counts['answers'] = 0
-        begin, used = time.monotonic(), cpu_time(process.pid)
-        while time.monotonic() - begin < seconds:
-            executor.spin_once(timeout_sec=0.1)
-        spent = cpu_time(process.pid) - used
-        passed = time.monotonic() - begin
+                raise RuntimeError(f'{candidate.name} does not answer')
+
+    def _on_answer(self, candidate: Candidate) -> None:
+        if candidate is not self._driven:
+            return
+        self._answers += 1
+        if self._sent:
+            self._trips.append(time.perf_counter() - self._sent)
+            self._sent = 0.0
+
+
+@contextlib.contextmanager
+def running(domain: int) -> Iterator[dict[Candidate, subprocess.Popen]]:
+    """Run all candidates."""
+    processes = {candidate: candidate.start(domain) for candidate in CANDIDATES}
+    try:
+        yield processes
     finally:
-        node.destroy_timer(timer)
-        process.send_signal(2)
-        process.wait(20.0)
-        node.destroy_node()
-        context.try_shutdown()
-    late = 1e6 * np.array(trips)
-    return {'rate': counts['samples'] / passed, 'answered': counts['answers'] / counts['samples'],
-            'cpu': 1e6 * spent / counts['answers'], 'p50': float(np.percentile(late, 50)),
-            'p99': float(np.percentile(late, 99)), 'max': float(late.max())}
+        for process in processes.values():
+            process.send_signal(2)
+        for process in processes.values():
+            process.wait(20.0)
+
+
+def quartiles(values: list[float]) -> str:
+    """Return 'median (first … third quartile)'."""
+    low, middle, high = np.percentile(values, [25, 50, 75])
+    return f'{middle:.2f} ({low:.2f} … {high:.2f})'
+
+
+def tell(rate: float, found: dict[Candidate, list[Block]]) -> None:
+    """Print one rate's table and ratios."""
+    for candidate, blocks in found.items():
+        trips = np.concatenate([block.trips for block in blocks])
+        print(f'{candidate.name:20} {rate:6.0f} {np.median([b.rate for b in blocks]):7.1f} '
+              f'{np.mean([b.answered for b in blocks]):9.4f} '
+              f'{np.median([b.cpu for b in blocks]):13.1f} '
+              f'{np.percentile(trips, 50):8.0f} {np.percentile(trips, 99):8.0f} '
+              f'{trips.max():8.0f}')
+    for echo, controller in zip(ECHOES, CONTROLLERS, strict=True):
+        pairs = list(zip(found[controller], found[echo], strict=True))
+        cpu = quartiles([ours.cpu / bare.cpu for ours, bare in pairs])
+        trip = quartiles([np.median(ours.trips) / np.median(bare.trips) for ours, bare in pairs])
+        print(f'{"":20} controller / bare echo, {echo.executor}: CPU per cycle {cpu}, '
+              f'round trip {trip}', flush=True)
 
 
 def main() -> int:
     """Measure and print a table."""
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--seconds', type=float, default=10.0)
-    parser.add_argument('--rates', type=float, nargs='+', default=[250.0, 500.0, 1000.0])
-    parser.add_argument('--rounds', type=int, default=3, help='each pair so often, in turn; the '
-                        'median is shown')
+    parser.add_argument('--rates', type=float, nargs='+', default=[250.0, 500.0, 1000.0],
+                        metavar='HZ')
+    parser.add_argument('--rounds', type=int, default=20, help='each process so often, in turn')
+    parser.add_argument('--seconds', type=float, default=0.6, help='of each of these turns')
     options = parser.parse_args()
-    from engb_ros.files import config_file, TRUE_BRAKE
-    from engb_ros.runner import node_command, reserved_domain
-    controller = node_command('controller', parameters={
-        'model': os.fspath(TRUE_BRAKE), 'mechanism': os.fspath(config_file('mechanism.yaml')),
-        'state_timeout': 5.0, 'command_timeout': 5.0})
-    settings = {
-        'bare echo, events': [sys.executable, '-c', ECHO, 'events'],
-        'controller, events': controller,
-        'bare echo, single': [sys.executable, '-c', ECHO, 'single'],
-        'controller, single': controller,
-    }
+    from engb_ros.runner import reserved_domain
     print(f'{"":20} {"asked":>6} {"got":>7} {"answered":>9} {"CPU µs/cycle":>13} '
           f'{"p50 µs":>8} {"p99 µs":>8} {"max µs":>8}')
-    with reserved_domain() as domain:
-        for rate in options.rates:
-            found: dict[str, list[dict[str, float]]] = {name: [] for name in settings}
-            for _ in range(options.rounds):
-                for name, command in settings.items():
-                    environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain),
-                                   'ENGB_EXECUTOR': name.rpartition(' ')[2],
-                                   'ROS_PYTHON_CHECK_FIELDS': '0'}
-                    found[name].append(measure(command, environment, domain, rate,
-                                               options.seconds))
-            middle = {name: {key: float(np.median([row[key] for row in rows]))
-                             for key in rows[0]} for name, rows in found.items()}
-            for name, row in middle.items():
-                print(f'{name:20} {rate:6.0f} {row["rate"]:7.1f} {row["answered"]:9.4f} '
-                      f'{row["cpu"]:13.1f} {row["p50"]:8.0f} {row["p99"]:8.0f} '
-                      f'{row["max"]:8.0f}', flush=True)
-            ratio = middle['controller, events']['cpu'] / middle['bare echo, events']['cpu']
-            print(f'{"":20} controller / bare echo, events: {ratio:.2f} of the CPU per cycle')
+    with reserved_domain() as domain, running(domain) as processes:
+        source = Source(domain)
+        try:
+            for candidate, process in processes.items():   # all are up, past their probation
+                source.drive(candidate, process, 100.0, 1.0)
+            for rate in options.rates:
+                found: dict[Candidate, list[Block]] = {name: [] for name in CANDIDATES}
+                for number in range(options.rounds):
+                    # Forth and back, so that a drift of the machine favours neither.
+                    for candidate in CANDIDATES[::-1 if number % 2 else 1]:
+                        found[candidate].append(source.drive(
+                            candidate, processes[candidate], rate, options.seconds))
+                tell(rate, found)
+        finally:
+            source.close()
     return 0
 
 

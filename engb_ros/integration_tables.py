@@ -9,7 +9,7 @@ from pathlib import Path
 import re
 import sys
 
-from engb_core.control.supervisor import Cause, CAUSES, State
+from engb_core.control.causes import Cause, CAUSES, State
 from engb_ros import interface
 from engb_ros.interface import SERVICES, Topic, TOPICS
 

@@ -2,87 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import math
 
 from engb_core.control.acceptance import AcceptanceBounds, check_candidate
-from engb_core.control.clamp_force import ClampForceEstimator, ClampForceMap, EstimatorSettings
-from engb_core.control.disturbance_observer import DisturbanceObserver
-from engb_core.control.loop import LoopSettings, PositionLoop
-from engb_core.control.reference import ReferenceSettings, ReferenceSource
-from engb_core.control.supervisor import Cause, FinalClamp, Supervisor, SupervisorSettings
+from engb_core.control.brake_settings import ControllerSettings, Report
+from engb_core.control.causes import Cause
+from engb_core.control.clamp_force import ClampForceEstimator
+from engb_core.control.final_clamp import FinalClamp
+from engb_core.control.force_control import ForceControl
+from engb_core.control.loop import PositionLoop, VELOCITY_CUTOFF
+from engb_core.control.reference import ReferenceSource
+from engb_core.control.supervisor import Supervisor
 from engb_core.control.trajectory import Setpoint
 from engb_core.errors import InputError
-from engb_core.kinematics import Mechanism
 from engb_core.model import Model
 from engb_core.sensors import VelocityFromPosition
 
-__all__ = ['BrakeController', 'ControllerSettings', 'ForceSettings', 'Report']
-
-VELOCITY_CUTOFF = 100.0
-
-# The contact wanders slowly: more than this often needn't be looked [s].
-ESTIMATE_EVERY = 0.0035
+__all__ = ['BrakeController']
 
 _COMMAND_STALE = Cause.COMMAND_STALE.value
 _STATE_STALE = Cause.STATE_STALE.value
 # With these latched the set-point still means something; with any other the torque goes.
 _TORQUE_MUST_GO = ~(Cause.COMMAND_STALE | Cause.TRACKING_ERROR).value
-
-
-@dataclass(frozen=True)
-class ForceSettings:
-    """What force commands need.
-
-    Attributes:
-        mechanism: the geometry.
-        pad_friction: μ [-].
-        running_clearance: how far the released motor stands before contact [rad].
-        estimator: what is believed of the sources.
-    """
-
-    mechanism: Mechanism
-    pad_friction: float = 0.0
-    running_clearance: float = 2.0
-    estimator: EstimatorSettings = EstimatorSettings()
-
-
-@dataclass(frozen=True)
-class ControllerSettings:
-    """All settings of a controller.
-
-    Attributes:
-        loop, reference, supervisor: of its parts.
-        force: None: no force commands.
-        position_min, position_max: range of position commands [rad].
-        force_max: highest force command [N].
-        stale_value: set-point of stale_action ramp_to_value [rad, or N in force mode].
-    """
-
-    loop: LoopSettings = LoopSettings()
-    reference: ReferenceSettings = ReferenceSettings()
-    supervisor: SupervisorSettings = SupervisorSettings()
-    force: ForceSettings | None = None
-    position_min: float = -5.0
-    position_max: float = 50.0
-    force_max: float = math.inf
-    stale_value: float = 0.0
-
-
-@dataclass
-class Report:
-    """Input, command and output of the last cycle, in angle [rad] and torque [N·m].
-
-    `input` is what was asked (a force as its angle), `command` what was tracked or sent after
-    all limits, `output` what was measured.
-    """
-
-    position_input: float = math.nan
-    position_command: float = math.nan
-    position_output: float = math.nan
-    effort_input: float = 0.0
-    effort_command: float = 0.0
-    effort_output: float = math.nan
 
 
 class BrakeController:
@@ -92,7 +34,6 @@ class BrakeController:
         setpoint: what is tracked.
         feedforward: torque of the last cycle's feedforward [N·m].
         supervisor: state, causes.
-        estimator: the clamp force, None without `force` settings.
         silent: nothing may be sent (another controller was here first).
     """
 
@@ -105,16 +46,20 @@ class BrakeController:
         self.supervisor.watch_commands = settings.reference.kind == 'command'
         self.report = Report()
         self.setpoint = Setpoint(0.0)
-        self.estimator: ClampForceEstimator | None = None
         self.silent = False
         self._disc_speed = 0.0
-        self._build_force(model)
+        self._force = self._force_control(model)
         self.start(0.0)
 
     @property
     def model(self) -> Model:
         """The model in use."""
         return self.loop.model
+
+    @property
+    def estimator(self) -> ClampForceEstimator | None:
+        """The clamp force; None without `force` settings."""
+        return self._force.estimator if self._force else None
 
     def start(self, now: float) -> None:
         """Begin: hold the position of the first sample."""
@@ -128,6 +73,8 @@ class BrakeController:
         self.settings = replace(settings, reference=self.settings.reference)
         self.supervisor.settings = self.clamp.settings = settings.supervisor
         self.loop.set_settings(settings.loop)
+        if self._force is not None and settings.force is not None:
+            self._force.apply(settings.force, settings.loop.disturbance_cutoff)
 
     def accept_model(self, candidate: Model) -> None:
         """Take an identified model into use; the torque doesn't jump.
@@ -140,7 +87,11 @@ class BrakeController:
             highest_torque=settings.supervisor.effort_limit, low=settings.position_min,
             high=settings.position_max))
         before = self.loop.output
-        self._build_force(candidate)
+        force = self._force_control(candidate)
+        if force is not None and self._force is not None:
+            force.learn_from(self._force)
+            force.command = self._force.command
+        self._force = force
         self.loop.set_model(candidate)
         self.loop.carry_over(before, self.setpoint)
 
@@ -154,19 +105,18 @@ class BrakeController:
         if not self.supervisor.accept_command(now, value, settings.position_min,
                                               settings.position_max):
             return False
-        self._force_command = None
+        if self._force is not None:
+            self._force.command = None
         self.report.position_input = value
         self.source.command(value)
         return True
 
     def on_force_command(self, now: float, value: float) -> bool:
         """Take a set-point [N]; False where it isn't taken."""
-        if self.source.commanded_by_trajectory or self.estimator is None:
+        if self.source.commanded_by_trajectory or self._force is None:
             return False
-        highest = min(self.settings.force_max, self.estimator.map.highest_force)
-        if not self.supervisor.accept_command(now, value, 0.0, highest):
+        if not self.supervisor.accept_command(now, value, 0.0, self._highest_force):
             return False
-        self._force_command = value
         self._aim_at_force(value)
         return True
 
@@ -259,10 +209,9 @@ class BrakeController:
     def _restart(self) -> None:
         self.loop.reset()
         self.source.reset()
-        self.observer.reset()
+        if self._force is not None:
+            self._force.reset()
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
-        self._force_command: float | None = None
-        self._estimated = -math.inf
         self._stale_handled = False
         self.report = Report()
 
@@ -275,63 +224,49 @@ class BrakeController:
 
     def _stale(self) -> None:
         self._stale_handled = True
-        action = self.settings.supervisor.stale_action
+        settings, force = self.settings, self._force
+        action = settings.supervisor.stale_action
+        by_force = force is not None and force.command is not None
         if action == 'hold':
-            self._force_command = None
+            if by_force:
+                force.command = None
             self.source.hold()
             return
-        value = self.settings.stale_value if action == 'ramp_to_value' else 0.0
-        if self._force_command is not None:
-            highest = min(self.settings.force_max, self.estimator.map.highest_force)
-            self._force_command = min(max(value, 0.0), highest)
-            self._aim_at_force(self._force_command)
+        value = settings.stale_value if action == 'ramp_to_value' else 0.0
+        if by_force:
+            self._aim_at_force(min(max(value, 0.0), self._highest_force))
         else:
-            self.source.command(min(max(value, self.settings.position_min),
-                                    self.settings.position_max))
+            self.source.command(min(max(value, settings.position_min), settings.position_max))
 
     def _estimate(self, now: float, stamp: float, position: float, velocity: float,
                   effort: float) -> None:
-        estimator = self.estimator
-        if estimator is None:
+        force = self._force
+        if force is None or not force.observe(stamp, velocity, effort):
             return
-        disturbance = math.nan
-        if math.isfinite(effort):
-            disturbance = self.observer.step(stamp, velocity, effort)
-        if 0.0 <= stamp - self._estimated < ESTIMATE_EVERY:
-            return
-        self._estimated = stamp
-        if self.supervisor.holds(Cause.OBSERVER_STALE):
-            disturbance = math.nan
-        estimator.step(stamp, position, velocity, disturbance, self._disc_speed)
-        torques = self.loop.torques
+        was_uncertain = force.uncertain
+        force.estimate(stamp, position, velocity, self._disc_speed,
+                       not self.supervisor.holds(Cause.OBSERVER_STALE))
+        estimator, torques = force.estimator, self.loop.torques
         torques.shift = estimator.shift
         torques.load_ratio = estimator.map.load_ratio(self._disc_speed)
-        uncertain = abs(estimator.shift) >= estimator.settings.largest_shift
-        if uncertain or self._uncertain:
-            self.supervisor.set(Cause.FORCE_UNCERTAIN, uncertain, now)
-            self._uncertain = uncertain
-        if self._force_command is not None:
-            self._aim_at_force(self._force_command)
+        if force.uncertain or was_uncertain:
+            self.supervisor.set(Cause.FORCE_UNCERTAIN, force.uncertain, now)
+        if force.command is not None:
+            self._aim_at_force(force.command)
 
-    def _aim_at_force(self, force: float) -> None:
-        estimator = self.estimator
-        if force > 0.0:
-            angle = estimator.map.angle_of_force(force) + estimator.shift
-        else:
-            angle = estimator.contact_angle - self.settings.force.running_clearance
-        angle = min(max(angle, self.settings.position_min), self.settings.position_max)
+    @property
+    def _highest_force(self) -> float:
+        return min(self.settings.force_max, self._force.estimator.map.highest_force)
+
+    def _aim_at_force(self, value: float) -> None:
+        self._force.command = value
+        angle = min(max(self._force.angle_of(value), self.settings.position_min),
+                    self.settings.position_max)
         self.report.position_input = angle
         self.source.command(angle)
 
-    def _build_force(self, model: Model) -> None:
-        self.observer = DisturbanceObserver(model.motor, self.settings.loop.disturbance_cutoff)
-        self._uncertain = False
-        force = self.settings.force
-        if force is None:
-            self.estimator = None
-            return
-        table = ClampForceMap(model, force.mechanism, force.pad_friction)
-        before, self.estimator = self.estimator, ClampForceEstimator(table, force.estimator)
-        if before is not None:
-            self.estimator.shift, self.estimator.shift_std = before.shift, before.shift_std
-
+    def _force_control(self, model: Model) -> ForceControl | None:
+        settings = self.settings
+        if settings.force is None:
+            return None
+        return ForceControl(model, settings.force, settings.loop.disturbance_cutoff)

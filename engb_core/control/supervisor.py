@@ -1,4 +1,4 @@
-"""Supervision of a brake's loop: what may come in, what may go out, and what happens otherwise.
+"""Supervision of a brake's loop: what may come in, what is too old, and what stays latched.
 
 Times are of a steady clock [s], passed in: nothing here reads a clock, so every timing can be
 tested exactly.
@@ -6,115 +6,18 @@ tested exactly.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import Enum, IntFlag
 import math
 
-from engb_core.errors import InputError
+from engb_core.control.causes import Cause, CAUSES, Severity, State
+from engb_core.control.supervisor_settings import SupervisorSettings
 
-__all__ = ['CAUSES', 'Cause', 'FinalClamp', 'STALE_ACTIONS', 'Severity', 'State', 'Supervisor',
-           'SupervisorSettings']
-
-STALE_ACTIONS = ('hold', 'ramp_to_zero', 'ramp_to_value')
+__all__ = ['Supervisor']
 
 # An angle or speed beyond this is no measurement [rad, rad/s].
 LARGEST = 1e6
 
 # A rejected input is shown for so long after it came [s].
 SHOWN = 1.0
-
-
-class State(Enum):
-    """What the controller is doing."""
-
-    READY = 'ready'
-    ENABLED = 'enabled'
-    DEGRADED = 'degraded'
-    FAULT = 'fault'
-
-
-class Severity(Enum):
-    """What a cause does: notice (told), degraded (tracking goes on), fault (latched)."""
-
-    NOTICE = 'notice'
-    DEGRADED = 'degraded'
-    FAULT = 'fault'
-
-
-class Cause(IntFlag):
-    """One bit per cause."""
-
-    COMMAND_STALE = 1 << 0
-    COMMAND_NOT_FINITE = 1 << 1
-    COMMAND_OUT_OF_RANGE = 1 << 2
-    COMMAND_JUMP = 1 << 3
-    STATE_STALE = 1 << 4
-    STATE_NOT_FINITE = 1 << 5
-    STATE_JUMP = 1 << 6
-    STATE_WRONG_JOINT = 1 << 7
-    CLOCK_JUMP = 1 << 8
-    OBSERVER_STALE = 1 << 9
-    OUTPUT_LIMITED = 1 << 10
-    OUTPUT_NOT_FINITE = 1 << 11
-    TRACKING_ERROR = 1 << 12
-    OTHER_CONTROLLER = 1 << 13
-    FORCE_UNCERTAIN = 1 << 14
-
-
-@dataclass(frozen=True)
-class CauseInfo:
-    """What a cause means and what is done about it."""
-
-    severity: Severity
-    meaning: str
-    reaction: str
-
-
-# The one table of causes; the documentation is made from it.
-CAUSES: dict[Cause, CauseInfo] = {
-    Cause.COMMAND_STALE: CauseInfo(
-        Severity.FAULT, 'no valid command within `command_timeout`',
-        'the set-point does what `stale_action` says; later commands are ignored until cleared'),
-    Cause.COMMAND_NOT_FINITE: CauseInfo(
-        Severity.NOTICE, 'a command was NaN or infinite', 'not taken; the last one stands'),
-    Cause.COMMAND_OUT_OF_RANGE: CauseInfo(
-        Severity.NOTICE, 'a command lay outside its range', 'not taken; the last one stands'),
-    Cause.COMMAND_JUMP: CauseInfo(
-        Severity.NOTICE, 'a command differed from the last by more than `largest_command_step`',
-        'not taken; the last one stands'),
-    Cause.STATE_STALE: CauseInfo(
-        Severity.FAULT, 'no valid joint state within `state_timeout`',
-        'the torque ramps to zero within `ramp_time`'),
-    Cause.STATE_NOT_FINITE: CauseInfo(
-        Severity.NOTICE, 'a joint state held NaN, infinity, or a number beyond 1e6',
-        'the sample is not used'),
-    Cause.STATE_JUMP: CauseInfo(
-        Severity.NOTICE, 'the angle moved faster than `largest_speed`', 'the sample is not used'),
-    Cause.STATE_WRONG_JOINT: CauseInfo(
-        Severity.NOTICE, 'a joint state did not hold the joint\'s position',
-        'the message is not used'),
-    Cause.CLOCK_JUMP: CauseInfo(
-        Severity.NOTICE, 'stamps and the steady clock parted by more than 0.1 s',
-        'nothing is integrated over the jump'),
-    Cause.OBSERVER_STALE: CauseInfo(
-        Severity.DEGRADED, 'no `disturbance` within `observer_timeout`',
-        'the force estimate relies on the angle alone'),
-    Cause.OUTPUT_LIMITED: CauseInfo(
-        Severity.NOTICE, 'the final clamp changed the torque', 'the clamped torque is sent'),
-    Cause.OUTPUT_NOT_FINITE: CauseInfo(
-        Severity.FAULT, 'the computed torque was NaN or infinite',
-        'the torque ramps to zero within `ramp_time`'),
-    Cause.TRACKING_ERROR: CauseInfo(
-        Severity.DEGRADED, 'the angle is off by more than `largest_error` for `error_time`',
-        'tracking goes on'),
-    Cause.OTHER_CONTROLLER: CauseInfo(
-        Severity.FAULT, 'someone else publishes `effort_command`',
-        'the one who came later is silent; who was there first goes on, degraded'),
-    Cause.FORCE_UNCERTAIN: CauseInfo(
-        Severity.DEGRADED, 'angle and current disagree about the clamp force',
-        'tracking goes on; the force\'s uncertainty says how far to trust it'),
-}
-
 
 _COMMAND_STALE = Cause.COMMAND_STALE.value
 _STATE_STALE = Cause.STATE_STALE.value
@@ -123,85 +26,6 @@ _TRACKING_ERROR = Cause.TRACKING_ERROR.value
 # Someone else's torque is a fault for who came later; who was first goes on, degraded.
 _DEGRADING = Cause.OTHER_CONTROLLER.value | sum(
     cause.value for cause, info in CAUSES.items() if info.severity is Severity.DEGRADED)
-
-
-@dataclass(frozen=True)
-class SupervisorSettings:
-    """Limits of what is believed.
-
-    Attributes:
-        command_timeout, state_timeout, observer_timeout: [s]; 0: not watched.
-        stale_action: one of STALE_ACTIONS.
-        largest_command_step: between two commands, in the command's unit; inf: any.
-        largest_speed: of the motor [rad/s].
-        largest_error: of tracking [rad], for `error_time` [s].
-        effort_limit: final clamp [N·m].
-        effort_rate: final clamp's slew rate [N·m/s].
-        ramp_time: from full torque to none [s].
-    """
-
-    command_timeout: float = 0.25
-    state_timeout: float = 0.1
-    observer_timeout: float = 0.0
-    stale_action: str = 'hold'
-    largest_command_step: float = math.inf
-    largest_speed: float = 400.0
-    largest_error: float = 2.0
-    error_time: float = 0.3
-    effort_limit: float = 0.75
-    effort_rate: float = 1000.0
-    ramp_time: float = 0.2
-
-    def __post_init__(self) -> None:
-        if self.stale_action not in STALE_ACTIONS:
-            raise InputError(f'stale_action is {self.stale_action!r}; it must be one of '
-                             f'{", ".join(STALE_ACTIONS)}')
-        for name in ('effort_limit', 'effort_rate', 'ramp_time', 'largest_speed'):
-            value = getattr(self, name)
-            if not value > 0.0:
-                raise InputError(f'{name} is {value}; it must be above 0')
-
-
-class FinalClamp:
-    """The last thing before the drive: finite, within the limit, no faster than the slew rate.
-
-    Attributes:
-        output: what was sent last [N·m].
-        limited: whether the last step changed anything.
-        activity: how often it did.
-    """
-
-    def __init__(self, settings: SupervisorSettings) -> None:
-        self.settings = settings
-        self.output = 0.0
-        self.limited = False
-        self.activity = 0
-
-    def step(self, effort: float, dt: float) -> float:
-        """Return the torque to send [N·m] for the wish `effort`, `dt` [s] after the last.
-
-        A wish that is not finite counts as 0. The limit holds at once, even where the slew rate
-        would leave more.
-        """
-        settings = self.settings
-        wish = effort if math.isfinite(effort) else 0.0
-        limit = settings.effort_limit
-        step = settings.effort_rate * min(max(dt, 0.0), 0.1)
-        low, high = max(-limit, self.output - step), min(limit, self.output + step)
-        low, high = min(low, limit), max(high, -limit)
-        value = min(max(wish, low), high)
-        self.limited = value != effort
-        self.activity += self.limited
-        self.output = value
-        return value
-
-    def ramp_down(self, dt: float) -> float:
-        """Return the next torque [N·m] on the way to none."""
-        settings = self.settings
-        step = settings.effort_limit / settings.ramp_time * min(max(dt, 0.0), settings.ramp_time)
-        value = self.output
-        self.output = math.copysign(max(abs(value) - step, 0.0), value)
-        return self.output
 
 
 class Supervisor:

@@ -11,8 +11,9 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String, UInt32, UInt64
 
-from engb_core.control.brake_controller import BrakeController, ControllerSettings
-from engb_core.control.supervisor import Cause
+from engb_core.control.brake_controller import BrakeController
+from engb_core.control.brake_settings import ControllerSettings
+from engb_core.control.causes import Cause
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_ros import interface

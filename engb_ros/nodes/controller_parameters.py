@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from engb_core.control.brake_controller import ControllerSettings, ForceSettings
+from engb_core.control.brake_settings import ControllerSettings, ForceSettings
 from engb_core.control.clamp_force import read_mechanism
 from engb_core.control.loop import LoopSettings
 from engb_core.control.pid import ANTIWINDUP_STRATEGIES, PidGains
 from engb_core.control.reference import REFERENCES, ReferenceSettings
-from engb_core.control.supervisor import STALE_ACTIONS, SupervisorSettings
+from engb_core.control.supervisor_settings import STALE_ACTIONS, SupervisorSettings
 from engb_core.errors import InputError
 from engb_ros.nodes.parameters import ParameterSpec
 

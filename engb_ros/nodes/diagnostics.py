@@ -6,7 +6,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from engb_core.control.brake_controller import BrakeController
-from engb_core.control.supervisor import Cause, CAUSES, Severity, State
+from engb_core.control.causes import Cause, CAUSES, Severity, State
 
 __all__ = ['DiagnosticMessage', 'ERROR', 'OK', 'WARN', 'controller_status']
 

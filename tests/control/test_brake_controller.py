@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.control.brake_controller import BrakeController, ControllerSettings, ForceSettings
+from engb_core.control.brake_controller import BrakeController
+from engb_core.control.brake_settings import ControllerSettings, ForceSettings
+from engb_core.control.causes import State
 from engb_core.control.clamp_force import ClampForceMap, read_mechanism
 from engb_core.control.loop import LoopSettings
 from engb_core.control.pid import PidGains
 from engb_core.control.reference import ReferenceSettings
-from engb_core.control.supervisor import State
 from engb_core.model import EffectSetting, Model
 from engb_core.virtual_brake import Profile, VirtualBrake
 from engb_ros.files import config_file, TRUE_BRAKE

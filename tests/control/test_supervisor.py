@@ -6,18 +6,14 @@ import math
 from hypothesis import given, settings, strategies
 import pytest
 
-from engb_core.control.brake_controller import BrakeController, ControllerSettings, ForceSettings
+from engb_core.control.brake_controller import BrakeController
+from engb_core.control.brake_settings import ControllerSettings, ForceSettings
+from engb_core.control.causes import Cause, CAUSES, Severity, State
 from engb_core.control.clamp_force import read_mechanism
+from engb_core.control.final_clamp import FinalClamp
 from engb_core.control.loop import LoopSettings
 from engb_core.control.pid import PidGains
-from engb_core.control.supervisor import (
-    Cause,
-    CAUSES,
-    FinalClamp,
-    Severity,
-    State,
-    SupervisorSettings,
-)
+from engb_core.control.supervisor_settings import SupervisorSettings
 from engb_core.errors import InputError
 from engb_core.model import Cogging, Joint, LoadTorque, Model, Motor
 from engb_ros.files import config_file, TRUE_BRAKE

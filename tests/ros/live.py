@@ -4,7 +4,7 @@ from collections.abc import Callable
 import time
 from typing import Any
 
-from engb_core.control.supervisor import Cause
+from engb_core.control.causes import Cause
 from engb_ros.interface import (
     CLEAR_FAULTS,
     CONTROLLER_CAUSES,

@@ -6,7 +6,7 @@ import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
-from engb_core.control.supervisor import Cause
+from engb_core.control.causes import Cause
 from engb_ros.interface import DIAGNOSTICS, Service
 from ros.live import LiveLoop
 

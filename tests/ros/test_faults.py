@@ -6,7 +6,7 @@ import time
 
 from sensor_msgs.msg import JointState
 
-from engb_core.control.supervisor import Cause
+from engb_core.control.causes import Cause
 from engb_core.model import Model
 from engb_ros.files import TRUE_BRAKE
 from engb_ros.interface import (
