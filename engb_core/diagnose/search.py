@@ -32,17 +32,29 @@ _NOT_SEARCHED = {'unexplained_surface', 'inertia_error', 'viscous_friction_error
 
 @dataclass
 class Search:
-    """All fits: `base` (numbers only), and by effect ids the best fit of each set."""
+    """All fits: `base` (numbers only), by effect ids the best fit of each set in `fits`, and by
+    variants as well in `variants`."""
 
     fitter: Fitter
     base: Fit
     fits: dict[tuple[str, ...], Fit] = field(default_factory=dict)
+    variants: dict[tuple, Fit] = field(default_factory=dict)
 
     def add(self, fit: Fit) -> None:
-        """Keep a fit if it is the best of its set of effects."""
+        """Keep a fit if it is the best of its set of effects, or of its variants."""
         key = tuple(sorted(fit.hypothesis.ids))
         if key not in self.fits or fit.cost < self.fits[key].cost:
             self.fits[key] = fit
+        key = tuple(sorted((variant.effect.id, variant.constants)
+                           for variant in fit.hypothesis.variants))
+        if key not in self.variants or fit.cost < self.variants[key].cost:
+            self.variants[key] = fit
+
+    def alike(self, fits: list[Fit]) -> list[Fit]:
+        """Return all variants of the fits' sets of effects."""
+        wanted = {tuple(sorted(fit.hypothesis.ids)) for fit in fits}
+        return [fit for fit in self.variants.values()
+                if tuple(sorted(fit.hypothesis.ids)) in wanted]
 
     def of_size(self, size: int) -> list[Fit]:
         """Return the fits with that many effects, best first."""
@@ -149,7 +161,7 @@ def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
     numbers = load_free(fitter)
     if len(numbers) == len(fitter.numbers):
         return []
-    held = [fitter.refit(fit, numbers) for fit in fits] + load_moved(result, None)
+    held = [fitter.refit(fit, numbers) for fit in result.alike(fits)] + load_moved(result, None)
     best: dict[tuple[str, ...], Fit] = {}
     for fit in held:
         if fit.hypothesis.ids not in best or fit.cost < best[fit.hypothesis.ids].cost:
