@@ -10,7 +10,11 @@ examples:
   engb prove --cases 100 --jobs 2 --out out/proof
   engb prove --cases 300 --strata clean --out out/null
   engb prove --reuse out/proof --out out/again
+  engb prove --real ../shared/real --out out/real
   engb prove --open bags/brake_1/truth.sealed --diagnosis result/diagnosis.json
+
+With --real no case is drawn: of the best model of each machine one term at a time is taken out,
+to see whether the tool names just that term; index.html also holds the held-out ladder.
 
 It needs the source tree, whose tests/proof make and score the cases; --open does not.
 """
@@ -53,6 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='score plain methods on the same cases, too')
     parser.add_argument('--strict', action='store_true', help='end with status 1 after a crash or '
                         'a false alarm on a clean recording')
+    parser.add_argument('--real', metavar='DIR', help='take one term at a time out of the model '
+                        'of a real machine; DIR holds sets of nominal.yaml, train*, holdout*')
     parser.add_argument('--open', metavar='FILE.sealed', help='show a sealed truth')
     parser.add_argument('--diagnosis', metavar='diagnosis.json',
                         help='with --open: what the tool said')
@@ -67,7 +73,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.diagnosis:
         raise InputError('--diagnosis belongs to --open FILE.sealed')
     _check(arguments)
-    proof = _proof()
+    if arguments.real:
+        _real(arguments)
+        return 0
+    proof = _proof('prove')
     job = proof.Proof(
         Path(arguments.out), arguments.cases, arguments.seed, arguments.strata,
         arguments.effects, arguments.jobs, Path(arguments.reuse) if arguments.reuse else None,
@@ -95,6 +104,12 @@ def _check(arguments: argparse.Namespace) -> None:
         raise InputError('--out DIR is needed: where cases and scores go')
     if arguments.cases is not None and not 1 <= arguments.cases <= _MOST_CASES:
         raise InputError(f'--cases {arguments.cases}: must lie within 1 and {_MOST_CASES}')
+    drawn = {'--cases': arguments.cases, '--seed': arguments.seed, '--strata': arguments.strata,
+             '--effects': arguments.effects, '--reuse': arguments.reuse,
+             '--baselines': arguments.baselines or None, '--strict': arguments.strict or None}
+    given = [name for name, value in drawn.items() if value is not None]
+    if arguments.real and given:
+        raise InputError(f'--real draws no case; leave {given[0]} away')
     if arguments.seed is not None and arguments.seed < 0:
         raise InputError(f'--seed {arguments.seed}: must not be below 0')
     if arguments.jobs < 1:
@@ -103,8 +118,19 @@ def _check(arguments: argparse.Namespace) -> None:
         raise InputError(f'--out {arguments.out}: is a file; name a folder')
 
 
-def _proof() -> ModuleType:
-    """Import tests/proof of the source tree that this file lies in."""
+def _real(arguments: argparse.Namespace) -> None:
+    real = _proof('real')
+    out = Path(arguments.out)
+    with Progress(arguments) as progress:
+        result = real.prove_real(Path(arguments.real), out, arguments.jobs, arguments.again,
+                                 shlex.join(['engb', *sys.argv[1:]]), progress)
+    print(real.as_text(result))
+    print(f'{result["wall_seconds"]:.0f} s in all')
+    print(f'scores: {out / "index.html"}')
+
+
+def _proof(name: str) -> ModuleType:
+    """Import a module of tests/proof of the source tree that this file lies in."""
     root = Path(__file__).resolve().parents[2]
     if not (root / 'tests' / 'proof' / 'prove.py').exists():
         raise InputError('engb prove needs the source tree (its tests/proof draw and score the '
@@ -113,14 +139,19 @@ def _proof() -> ModuleType:
         raise InputError('engb prove needs numba: pip install numba')
     if str(root) not in sys.path:
         sys.path.insert(0, str(root))
-    return importlib.import_module('tests.proof.prove')
+    return importlib.import_module(f'tests.proof.{name}')
 
 
 def _baseline(one: dict) -> str:
-    parts = [f'{name} {entry["hits"]}/{entry["of"]}' for name, entry in (
-        ('strong', one['named_first'].get('strong')), ('subtle', one['named_first'].get('subtle')),
-        ('both of a pair', one['pairs_both']), ('false alarms', one['false_alarms']),
-        ('wrong names outside', one['confident_wrong_outside']), ('harm', one['harm'])) if entry]
+    named = [('strong', one['named_first'].get('strong')),
+             ('subtle', one['named_first'].get('subtle')), ('both of a pair', one['pairs_both']),
+             ('false alarms', one['false_alarms']),
+             ('wrong names outside', one['confident_wrong_outside'])]
+    shown = [*(named if one['gives_names'] else []), ('harm', one['harm'])]
+    parts = [f'{name} {entry["hits"]}/{entry["of"]}' for name, entry in shown if entry]
+    parts += [f'error removed, {name} {share:.0%}'
+              for name, share in one['held_out_removed'].items()
+              if name != 'named_singles' and share is not None]
     return f'baseline {one["label"]}: {", ".join(parts)}'
 
 

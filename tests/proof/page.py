@@ -117,18 +117,21 @@ def _baselines(page: Page, summary: dict) -> None:
 
     def row(label: str, one: dict) -> list[str]:
         named, removed = one['named_first'], one['held_out_removed']
-        return [label, _share(named.get('strong')), _share(named.get('subtle')),
-                _share(one['pairs_both']), _share(one['false_alarms']),
-                _share(one['confident_wrong_outside']), _mean(removed.get('strong')),
-                _mean(removed.get('subtle')), _share(one['harm'])]
+        names = [named.get('strong'), named.get('subtle'), one['pairs_both'],
+                 one['false_alarms'], one['confident_wrong_outside']]
+        told = one.get('gives_names', True)
+        seconds = one['seconds']['mean']
+        return [label, *(_share(entry) if told else '–' for entry in names),
+                *(_mean(removed.get(stratum)) for stratum in _STRATA[1:]), _share(one['harm']),
+                '–' if seconds is None else f'{seconds:.1f}']
 
     page.table([Column('method'), *(Column(text, number=True) for text in (
         'strong', 'subtle', 'pairs', 'false alarms', 'wrong outside', 'gain, strong',
-        'gain, subtle', 'harm'))],
+        'gain, subtle', 'gain, pair', 'gain, outside', 'harm', 'seconds'))],
         [row('engb diagnose', summary), *(row(one['label'], one)
                                           for one in summary['baselines'])], chosen=[0],
-        caption='The same cases and scorer; pairs: both named. Gain: of the nominal model\'s '
-        'held-out error, how much of what the oracle (the true equations) removes. Sparse '
+        caption='The same cases and scorer; pairs: both named; –: gives no names. Gain: of the '
+        'nominal model\'s held-out error, how much of what the true equations remove. Sparse '
         f'regression by {summary["thresholding"]}.')
 
 

@@ -18,13 +18,14 @@ import time
 
 from engb_core.errors import InputError
 
-from .baselines import BASELINES, run_baseline, thresholding_by
+from .baselines import BASELINES, NAMING, ORACLE, run_baseline, run_oracle
 from .catalogue import known
 from .generate import generate, parse_strata
 from .page import proof_page
 from .run import run_tool, score_all
 from .score import CaseScore
 from .sealing import digest_of
+from .sparse import thresholding_by
 from .summary import as_text
 from .totals import summarise
 
@@ -76,6 +77,10 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
     _run_all(work, proof.jobs, progress)
     if digest_of(truth) != sealed:
         raise InputError(f'{truth}: the truth was changed while the tool ran; no score')
+    if names:
+        at = proof.out / 'baselines' / ORACLE[0]
+        _run_all([(lambda c=c: run_oracle(c, truth / f'{c.name}.npz', at / c.name), at / c.name)
+                  for c in folders], proof.jobs, progress)
     scores = score_all(folders, truth, results)
     summary = {
         'digest': sealed, 'date': datetime.now(UTC).isoformat(timespec='seconds'),
@@ -195,11 +200,11 @@ def _run_all(work: list[tuple[Callable[[], str | None], Path]], jobs: int,
 
 def _baselines(names: list[str], folders: list[Path], truth: Path, out: Path) -> list[dict]:
     found = []
-    for name in names:
+    for name, label in [*((name, BASELINES[name][0]) for name in names), ORACLE]:
         summary = summarise(score_all(folders, truth, out / 'baselines' / name))
         keys = ('named_first', 'pairs_both', 'false_alarms', 'confident_wrong_outside',
                 'held_out_removed', 'harm', 'seconds', 'failures')
-        found.append({'name': name, 'label': BASELINES[name][0],
+        found.append({'name': name, 'label': label, 'gives_names': name in NAMING,
                       **{key: summary[key] for key in keys}})
     return found
 

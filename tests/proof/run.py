@@ -14,6 +14,7 @@ import argparse
 from concurrent.futures import as_completed, ThreadPoolExecutor
 from dataclasses import asdict
 import json
+import os
 from pathlib import Path
 import secrets
 import shutil
@@ -28,10 +29,11 @@ from .sealing import digest_of
 from .summary import as_text
 from .totals import summarise
 
-__all__ = ['run_tool', 'TOOL']
+__all__ = ['call', 'run_tool', 'score_all', 'TOOL']
 
 TOOL = [sys.executable, '-m', 'engb_ros.commands.main']
 _TIMEOUT = 600.0
+_ROOT = Path(__file__).resolve().parents[2]
 
 
 def _recording(folder: Path, name: str) -> Path:
@@ -47,15 +49,18 @@ def run_tool(case: Path, results: Path, tool: list[str] = TOOL) -> str | None:
     with tempfile.TemporaryDirectory(prefix='case_') as scratch:
         copy = Path(scratch) / 'case'
         shutil.copytree(case, copy)
+        for path in (copy, *copy.rglob('*')):
+            os.utime(path)      # the originals' times tell how long a case took to draw
         out = Path(scratch) / 'out'
         start = time.monotonic()
-        failure = _call([*tool, 'diagnose', str(_recording(copy, 'train')), '--model',
-                         str(copy / 'nominal.yaml'), '--out', str(out)])
+        failure = call(['diagnose', str(_recording(copy, 'train')), '--model',
+                        str(copy / 'nominal.yaml'), '--out', str(out)], tool, Path(scratch))
         seconds = time.monotonic() - start
         for model, name in ((out / 'model.yaml', 'corrected'), (copy / 'nominal.yaml', 'nominal')):
             if failure is None:
-                failure = _call([*tool, 'predict', str(_recording(copy, 'test')), '--model',
-                                 str(model), '--out', str(out / f'{name}.npz')])
+                failure = call(['predict', str(_recording(copy, 'test')), '--model',
+                                str(model), '--out', str(out / f'{name}.npz')], tool,
+                               Path(scratch))
         for name in ('diagnosis.json', 'model.yaml', 'report.html', 'corrected.npz',
                      'nominal.npz'):
             if (out / name).exists():
@@ -64,15 +69,18 @@ def run_tool(case: Path, results: Path, tool: list[str] = TOOL) -> str | None:
     return failure
 
 
-def _call(command: list[str]) -> str | None:
+def call(arguments: list[str], tool: list[str] = TOOL, folder: Path | None = None) -> str | None:
+    """Run the tool as a process of its own, in `folder`; returns what failed, or None."""
+    path = os.pathsep.join([str(_ROOT), os.environ.get('PYTHONPATH', '')]).rstrip(os.pathsep)
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_TIMEOUT)
+        done = subprocess.run([*tool, *arguments], capture_output=True, text=True, cwd=folder,
+                              timeout=_TIMEOUT, env={**os.environ, 'PYTHONPATH': path})
     except subprocess.TimeoutExpired:
-        return f'{command[3]}: over {_TIMEOUT:.0f} s'
+        return f'{arguments[0]}: over {_TIMEOUT:.0f} s'
     if done.returncode == 0:
         return None
     last = (done.stderr.strip() or 'no message').splitlines()[-1]
-    return f'{command[3]}: exit {done.returncode}: {last}'
+    return f'{arguments[0]}: exit {done.returncode}: {last}'
 
 
 def _run_all(cases: list[Path], results: Path, jobs: int, again: bool) -> None:

@@ -3,6 +3,7 @@
 Truth of one case is one `.npz`: `truth` (JSON text) and arrays on the 1 ms grid of the runs.
 `test_nominal` and `test_oracle` are what the nominal model, and what the true equations, say of
 the *recorded* motion of the test run; `test_effort` is the noise-free torque that it needed.
+`train_added`, `test_added`: what the hidden effects add to the lacking model, at 500 Hz.
 The digest of a set is the SHA-256 over its sorted truth files' names and SHA-256 sums.
 """
 from __future__ import annotations
@@ -30,11 +31,16 @@ def _cutoff(case: Case) -> float:
     return max([20.0, *(one.cutoff for one in case.hidden)])
 
 
+def _added(case: Case, take: Take) -> np.ndarray:
+    """Torque [N·m] that the hidden effects add to the lacking model, at each tick."""
+    return take.run.effort - torque_of(case.lacking, take.run)
+
+
 def _energy(case: Case, take: Take) -> np.ndarray:
     """Energy [(N·m)²·s] per BIN of what the hidden effects add to the lacking model."""
     cutoff = _cutoff(case)
     move = moving(take.run.velocity)
-    added = low_pass(move * (take.run.effort - torque_of(case.lacking, take.run)), cutoff=cutoff)
+    added = low_pass(move * _added(case, take), cutoff=cutoff)
     square = (added * move) ** 2 * 1e-3
     per = int(round(BIN / 1e-3))
     return square[:square.size // per * per].reshape(-1, per).sum(axis=1)
@@ -83,11 +89,14 @@ def write_case(case: Case, folder: Path, truth: Path, rng: np.random.Generator) 
     truth.parent.mkdir(parents=True, exist_ok=True)
     test = case.test.run
     told = motion_of(case.test.recorded, test.position.size)
-    added = test.effort - torque_of(case.lacking, test)
+    added = _added(case, case.test)
     np.savez_compressed(
         truth, truth=np.array(json.dumps(_facts(case, bench))),
         train_energy=_energy(case, case.train).astype(np.float32),
         train_velocity=case.train.run.velocity[::10].astype(np.float32),
+        train_position=case.train.run.position[::10].astype(np.float32),
+        train_added=_added(case, case.train)[::2].astype(np.float32),
+        test_added=added[::2].astype(np.float32),
         test_effort=test.effort.astype(np.float32), test_velocity=test.velocity.astype(np.float32),
         test_position=test.position.astype(np.float32),
         test_nominal=torque_of(case.nominal, told).astype(np.float32),

@@ -81,7 +81,8 @@ def test_baselines_are_scored_on_the_same_cases(
     done = engb(out.parent, 'prove', '--reuse', 'out', '--out', 'out', '--baselines')
     assert done.returncode == 0, done.stderr
     scores = json.loads((out / 'scores.json').read_text('utf8'))
-    assert [one['name'] for one in scores['baselines']] == ['refit', 'bic', 'sparse']
+    assert [one['name'] for one in scores['baselines']] == [
+        'refit', 'bic', 'sparse', 'flexible', 'oracle']
     assert not [one for one in scores['baselines'] if one['failures']]
     assert 'Beside plain methods' in (out / 'index.html').read_text('utf8')
 

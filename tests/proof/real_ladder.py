@@ -1,0 +1,129 @@
+"""How well each kind of model predicts recordings of a real machine: the held-out ladder.
+
+Force error: |recorded - predicted| / |recorded|, both decimated to 100 Hz, 50 samples cut at each
+end (as the EMPS benchmark does); recordings below 200 Hz are brought to 100 Hz and low-passed at
+10 Hz. Position error: rms of recorded minus simulated closed loop.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import decimate
+
+from .flexible import random_features
+from .nominal import low_pass
+from .signals import RATE, read_samples, read_signals, Signals
+
+__all__ = ['force_error', 'Prediction', 'plain_rungs', 'position_error']
+
+_CUT = 50
+_PENALTY = 0.03
+_SPEED = 0.02
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a model says of one recording: time [s], effort; position where the loop was run."""
+
+    time: np.ndarray
+    effort: np.ndarray
+    position: np.ndarray | None
+
+
+def force_error(recordings: Sequence[Path], predictions: Sequence[Prediction]) -> float:
+    """Relative error over all recordings together."""
+    wrong = whole = 0.0
+    for path, said in zip(recordings, predictions, strict=True):
+        samples = read_samples(path)
+        effort, other = _at_100_hertz(samples.time, samples.effort,
+                                      np.interp(samples.time, said.time, said.effort))
+        wrong += float(np.sum((effort - other) ** 2))
+        whole += float(np.sum(effort ** 2))
+    return float(np.sqrt(wrong / whole))
+
+
+def position_error(recordings: Sequence[Path], predictions: Sequence[Prediction]) -> float | None:
+    """Rms [m or rad] over all recordings together; None where no loop was simulated."""
+    wrong: list[np.ndarray] = []
+    for path, said in zip(recordings, predictions, strict=True):
+        if said.position is None:
+            return None
+        samples = read_samples(path)
+        wrong.append(samples.position - np.interp(samples.time, said.time, said.position))
+    return float(np.sqrt(np.mean(np.concatenate(wrong) ** 2)))
+
+
+def _at_100_hertz(time: np.ndarray, *signals: np.ndarray) -> list[np.ndarray]:
+    rate = 1.0 / float(np.median(np.diff(time)))
+    slow = rate < 200.0
+    whole = 100.0 if slow else 100.0 * round(rate / 100.0)
+    grid = np.arange(0.0, time[-1], 1.0 / whole)
+    even = [np.interp(grid, time, signal) for signal in signals]
+    if slow:
+        even = [low_pass(signal, whole, 10.0) for signal in even]
+    else:
+        even = [decimate(signal, int(whole / 100.0), zero_phase=True) for signal in even]
+    return [signal[_CUT:-_CUT] for signal in even]
+
+
+def plain_rungs(nominal: dict, train: Sequence[Path]) -> dict[str, Callable[[Path], Prediction]]:
+    """Fit plain models to the effort of `train`: name → recording → prediction.
+
+    `refitted`: the nominal's numbers; `offset`: and a constant; `flexible`: and random features.
+    """
+    runs = [read_signals(path) for path in train]
+    speed = max(float(np.abs(run.velocity).max()) for run in runs)
+    slow = min(1.0 / float(np.median(np.diff(read_samples(path).time))) for path in train) < 200.0
+    inputs = np.concatenate([_inputs(run, speed) for run in runs])
+    middle, size = inputs.mean(axis=0), inputs.std(axis=0) + 1e-12
+
+    def fitted(columns: np.ndarray) -> np.ndarray:
+        return low_pass(columns, RATE, 10.0 if slow else 40.0)[::5]     # the measure's band
+
+    def numbers_of(run: Signals) -> np.ndarray:
+        slip = np.clip(run.velocity / nominal['friction']['saturation_velocity'], -1.0, 1.0)
+        rows = [run.acceleration, run.velocity, slip]
+        if nominal['load_torque']['form'] == 'sinusoid':
+            rows += [np.sin(run.position), np.cos(run.position)]
+        return np.stack(rows, axis=1)
+
+    def with_offset(run: Signals) -> np.ndarray:
+        return np.hstack([numbers_of(run), np.ones((run.time.size, 1))])
+
+    def all_of(run: Signals) -> np.ndarray:
+        return np.hstack([with_offset(run), random_features(_inputs(run, speed), middle, size)])
+
+    target = np.concatenate([fitted(run.effort) for run in runs])
+    rungs = {}
+    for name, columns, free in (('refitted', numbers_of, None), ('offset', with_offset, None),
+                                ('flexible', all_of, with_offset(runs[0]).shape[1])):
+        matrix = np.concatenate([fitted(columns(run)) for run in runs])
+        rungs[name] = _rung(columns, _solved(matrix, target, free))
+    return rungs
+
+
+def _rung(columns: Callable[[Signals], np.ndarray], numbers: np.ndarray
+          ) -> Callable[[Path], Prediction]:
+    def predicted(path: Path) -> Prediction:
+        run = read_signals(path)
+        return Prediction(run.time, columns(run) @ numbers, None)
+    return predicted
+
+
+def _inputs(run: Signals, speed: float) -> np.ndarray:
+    return np.stack([run.position, run.velocity, low_pass(run.acceleration, RATE, 10.0),
+                     np.tanh(run.velocity / (_SPEED * speed))], axis=1)
+
+
+def _solved(matrix: np.ndarray, target: np.ndarray, free: int | None) -> np.ndarray:
+    """Least squares; columns from `free` on are held by a ridge."""
+    size = np.sqrt(np.mean(matrix ** 2, axis=0)) + 1e-15
+    weight = np.full(size.size, 1e-10)
+    if free is not None:
+        weight[free:] = _PENALTY
+    scaled = matrix / size
+    normal = scaled.T @ scaled / target.size + np.diag(weight)
+    return np.linalg.solve(normal, scaled.T @ target / target.size) / size

@@ -1,0 +1,102 @@
+"""The conceal-one-term test on real recordings as a page."""
+from __future__ import annotations
+
+from engb_core.report.layout import Column, Page
+from engb_core.report.text import escape, Html
+from engb_core.report.wording import effect_name, parameter_name, percent
+
+__all__ = ['real_page']
+
+_GOOD = ('just it', 'first')
+_MEANING = {
+    'just it': 'just it', 'first': 'first, others beside it', 'not first': 'it, but not first',
+    'another': 'something else', 'nothing': 'nothing new',
+    'cannot tell': 'named with nothing taken out, too'}
+
+
+def real_page(result: dict, *, backend: str | None = None) -> Page:
+    """The page; `result` as in real.json, `backend` as in `Page`."""
+    page = Page('engb prove --real', backend=backend)
+    rows = [row for one in result['sets'] for row in one['rows'] if row['taken']]
+    just = sum(row['verdict'] == 'just it' for row in rows)
+    good = sum(row['verdict'] in _GOOD for row in rows)
+    page.header(
+        f'Real recordings · {result["date"]}',
+        f'Of {len(rows)} terms taken out of a real machine\'s model, {just} were named, and '
+        'nothing else',
+        [f'{good} were named first. The recordings are what they are: only the model that the '
+         'tool is handed lacks a term.'], tone='info', key=[
+             ('named, nothing else', f'{just}', f'of {len(rows)} models'),
+             ('named first', f'{good}', f'of {len(rows)} models'),
+             ('seconds', f'{sum(r["seconds"] for r in rows) / max(len(rows), 1):.1f}',
+              'a diagnosis, on average')])
+    for one in result['sets']:
+        _ladder(page, one)
+        _rows(page, one)
+    page.section('How this was measured')
+    page.text('The tool corrected the nominal model of each machine, as a separate process; its '
+              'corrected model is the best one. One term at a time was taken out of it, and the '
+              'tool ran on what was left: the other numbers as they were, or refitted to hide the '
+              'gap. What it names with nothing taken out does not count for or against it. '
+              'Held-out recordings were in no fit.')
+    page.table([Column('what'), Column('value', kind='wrap')],
+               [['command', result['command']],
+                ['seconds in all', f'{result["wall_seconds"]:.0f}']], kind='compact')
+    page.footer('engb prove --real. real.json holds the numbers, real/ each diagnosis and report.')
+    return page
+
+
+def _percent(value: float | None) -> str:
+    return '–' if value is None else f'{100.0 * value:.2f} %'
+
+
+def _number(value: float | None) -> str:
+    return '–' if value is None else f'{value:.3g}'
+
+
+def _ladder(page: Page, one: dict) -> None:
+    page.section(f'{one["name"]}: how well each kind of model predicts it')
+    rows = [[rung['rung'], _percent(rung['force']['train']), _percent(rung['force']['holdout']),
+             _number(rung['position']['train']), _number(rung['position']['holdout'])]
+            for rung in one['ladder']]
+    for entry in one['published']:
+        numbers = [entry['train'], entry['holdout']]
+        cells = ([_percent(n) for n in numbers] + ['–', '–'] if entry['measure'] == 'force'
+                 else ['–', '–'] + [_number(n) for n in numbers])
+        rows.append([f'published, {entry["who"]}', *cells])
+    page.table([Column('model'), Column('force error, fit', number=True),
+                Column('held out', number=True), Column('position rms, fit', number=True),
+                Column('held out', number=True)], rows, kind='compact',
+               caption='Force error: |recorded − predicted| / |recorded| at 100 Hz (the EMPS '
+               'benchmark\'s measure). Position: recorded minus simulated closed loop, m or rad. '
+               f'{one["train"]} recordings to fit, {one["holdout"]} held out.')
+
+
+def _rows(page: Page, one: dict) -> None:
+    page.subsection('One term taken out')
+    rows = []
+    for row in one['rows']:
+        name = 'nothing' if row['taken'] is None else row['taken'] + (
+            '_refitted' if row['refitted'] else '')
+        link = Html(f'<a href="real/{escape(one["name"])}/{escape(name)}/report.html">'
+                    f'{escape(row["text"])}</a>')
+        said = ', '.join(f'{effect_name(effect)} {p:.2f}' for effect, p in row['claims']) \
+            or 'nothing'
+        rows.append([link, 'refitted' if row['refitted'] else 'as they were', said,
+                     _MEANING.get(row['verdict'], '–'), _value(row),
+                     f'{row["times_best"]:.2f}', f'{row["after_times_best"]:.2f}'])
+    page.table([Column('taken out'), Column('other numbers'), Column('named'), Column('which is'),
+                Column('its number'), Column('held out before', number=True),
+                Column('after', number=True)], rows,
+               caption='Held-out effort error as the tool reports it, over that of the best '
+               'model. Below about 1.1 before, what was taken out can hardly be seen.')
+    counted = [row['verdict'] for row in one['rows'] if row['taken']]
+    page.text(f'Just the term: {percent(counted.count("just it") / max(len(counted), 1))} of '
+              f'{len(counted)} models.')
+
+
+def _value(row: dict) -> str:
+    if row['said'] is None or row['value'] is None:
+        return '–'
+    std = '' if row['std'] is None else f' ± {row["std"]:.2g}'
+    return f'{parameter_name(row["parameter"])} {row["said"]:.4g}{std}, taken {row["value"]:.4g}'

@@ -1,0 +1,88 @@
+"""Recordings of real machines: what a folder holds, and what others reached on it.
+
+A set is a folder with `nominal.yaml` and bags whose names begin with `train` and `holdout`.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+import re
+
+import yaml
+
+from engb_core.errors import InputError
+
+__all__ = ['Published', 'RealSet', 'sets_in', 'with_loop']
+
+
+@dataclass(frozen=True)
+class Published:
+    """A number from elsewhere; `measure` is 'force' (relative error) or 'position' (m or rad)."""
+
+    who: str
+    measure: str
+    train: float | None
+    holdout: float | None
+
+
+@dataclass(frozen=True)
+class RealSet:
+    """Recordings of one machine; `nominal` is the mapping of its model file."""
+
+    name: str
+    nominal: dict
+    train: tuple[Path, ...]
+    holdout: tuple[Path, ...]
+    published: tuple[Published, ...]
+
+
+# Janot, Gautier and Brunot (2019), as told on nonlinearbenchmark.org; the folder's README.
+_EMPS = (
+    Published('authors: mass, viscous, Coulomb, offset', 'force', 0.0408, 0.0598),
+    Published('others, further models: about', 'force', None, 0.033),
+)
+# Cleaned subset of all masses and arms there, one mass and arm here: not the same recordings.
+_SERVO = (
+    Published('recorders: Coulomb and viscous friction (their subset)', 'position', None, 0.032),
+    Published('recorders: most detailed friction (their subset)', 'position', None, 0.031),
+)
+_PUBLISHED = {'emps': _EMPS, 'servo_sts3215': _SERVO}
+
+
+def sets_in(folder: Path) -> list[RealSet]:
+    """All sets below `folder`, or the one that it is.
+
+    Raises:
+        InputError: there is no such folder, or no set in it.
+    """
+    if not folder.is_dir():
+        raise InputError(f'--real {folder}: no such folder; nothing to do without the recordings '
+                         '(they are not part of the project)')
+    homes = [folder] if (folder / 'nominal.yaml').exists() else sorted(
+        path.parent for path in folder.glob('*/nominal.yaml'))
+    found = [_set(home) for home in homes]
+    if not found:
+        raise InputError(f'--real {folder}: no nominal.yaml in it or one folder below; name a '
+                         'folder of sets, each with nominal.yaml, train* and holdout*')
+    return found
+
+
+def _set(home: Path) -> RealSet:
+    train, holdout = (tuple(sorted(path for path in home.glob(f'{part}*') if path.is_dir()
+                                   or path.suffix in ('.mcap', '.db3', '.zstd')))
+                      for part in ('train', 'holdout'))
+    if not train or not holdout:
+        raise InputError(f'{home}: needs recordings named train… and holdout…')
+    nominal = yaml.safe_load((home / 'nominal.yaml').read_text('utf8'))
+    return RealSet(home.name, nominal, train, holdout, _PUBLISHED.get(home.name, ()))
+
+
+def with_loop(one: RealSet, model: dict, recording: Path) -> dict:
+    """The model as it stood in the loop of `recording`: the servo's gain is in the name."""
+    gain = re.search(r'_kp(\d+)_', recording.name)
+    if one.name != 'servo_sts3215' or gain is None:
+        return model
+    # K·12 V·0.16489·kp and K·12 V (the folder's README); the servo's loop rate is not published.
+    loop = {'proportional': 1.12489 * int(gain[1]), 'integral': 0.0, 'derivative': 0.0,
+            'effort_limit': 6.822, 'rate': 1000.0}
+    return {**model, 'controller': loop}
