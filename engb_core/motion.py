@@ -124,7 +124,8 @@ def motion_of(recording: Recording) -> Motion:
         disc_angle=cumulative_trapezoid(disc_speed, dx=step, initial=0.0),
         pad_temperature=(np.full(time.size, 20.0) if temperature is None
                          else np.interp(time, recording.time, temperature)),
-        known=_known(recording, time, fine, gaussian_kernel(bandwidth, fine).size // 2), quantum=_quantum(recording.position),
+        known=_known(recording, time, fine, gaussian_kernel(bandwidth, fine).size // 2),
+        quantum=_quantum(recording.position),
         has_disc=disc is not None and bool(np.any(np.abs(disc) > 1e-6)),
         has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine)
 

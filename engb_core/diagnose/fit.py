@@ -71,6 +71,7 @@ class Fitter:
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
         self._base: dict[tuple[NominalNumber, ...], Fit] = {}
         self._starts: dict[tuple, list[StartColumns]] = {}
+        self._priors: dict[tuple, tuple[Array, Array]] = {}
         # Where a model misses by far more than the noise, values of little noise must not
         # outweigh all others: what is missed weighs on every value alike.
         # The file's own residual first: noise alone would let a few quiet values rule the refit.
@@ -183,7 +184,8 @@ class Fitter:
         """Iterate on with derivatives of the nominal numbers taken at the fit itself."""
         numbers = fit.hypothesis.numbers
         saved = self._shared[numbers]
-        self._shared[numbers] = self._columns(fit.hypothesis, fit.vector, range(len(numbers)))
+        self._shared[numbers] = self._columns(fit.hypothesis, fit.vector, range(len(numbers)),
+                                              fit.predicted)
         try:
             return self._iterate(fit.hypothesis, fit.vector, rounds, 1e-5)
         finally:
@@ -199,7 +201,8 @@ class Fitter:
 
     def finish(self, fit: Fit) -> Fit:
         """Return the fit with all derivatives at its end."""
-        columns = self._columns(fit.hypothesis, fit.vector, range(fit.hypothesis.size))
+        columns = self._columns(fit.hypothesis, fit.vector, range(fit.hypothesis.size),
+                                fit.predicted)
         return Fit(fit.hypothesis, fit.vector, fit.predicted, fit.residual, fit.cost, columns)
 
     # -- inside ----------------------------------------------------------------------------------
@@ -218,6 +221,13 @@ class Fitter:
         return float(scaled @ scaled + np.sum(((vector - centre) / spread) ** 2))
 
     def _prior(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
+        key = (hypothesis.numbers, tuple((variant.effect.id, variant.constants)
+                                         for variant in hypothesis.variants))
+        if key not in self._priors:
+            self._priors[key] = self._prior_of(hypothesis)
+        return self._priors[key]
+
+    def _prior_of(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
         numbers = hypothesis.numbers
         centre = list(hypothesis.start_of_numbers())
         spread = [number.spread for number in numbers]
@@ -228,10 +238,12 @@ class Fitter:
             spread.append(width)
         return np.array(centre), np.array(spread)
 
-    def _columns(self, hypothesis: Hypothesis, vector: Array, places: range | list[int]) -> Array:
+    def _columns(self, hypothesis: Hypothesis, vector: Array, places: range | list[int],
+                 reference: Array | None = None) -> Array:
         low, high = hypothesis.bounds()
         _, spread = self._prior(hypothesis)
-        reference = self.predict(hypothesis, vector)
+        if reference is None:
+            reference = self.predict(hypothesis, vector)
         columns = np.empty((reference.size, len(places)))
         for column, place in enumerate(places):
             step = 1e-4 * min(spread[place], 1e6) if place < len(hypothesis.numbers) else \
@@ -327,7 +339,7 @@ class Fitter:
         for _ in range(rounds):
             if effects is None:
                 effects = self._columns(hypothesis, best.vector,
-                                        list(range(count, hypothesis.size)))
+                                        list(range(count, hypothesis.size)), best.predicted)
                 design = np.concatenate([self._shared[hypothesis.numbers], effects], axis=1)
                 scaled = design[rows] * weight[:, None]
                 gram = scaled.T @ scaled + np.diag(1.0 / spread ** 2)

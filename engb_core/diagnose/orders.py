@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-
-from engb_core.compiled import compiled
+from scipy.fft import next_fast_len, rfft
 
 __all__ = ['leading_orders']
 
@@ -41,8 +40,13 @@ def leading_orders(angle: Array, residual: Array, weight: Array, count: int = 3)
     span = np.ptp(centre)
     if span < 1.0:
         return []
-    orders = np.arange(max(LOWEST_ORDER, 2.0 * np.pi / span), HIGHEST_ORDER, 0.8 / span)
-    power = _power(centre, mean, orders)
+    # The angles are even with values missing; those are zero, as they are in the sum.
+    row = np.zeros(next_fast_len(int(np.ceil(2.0 * np.pi * span / 0.4 / BIN)), real=True))
+    row[np.flatnonzero(used)] = mean
+    power = np.abs(rfft(row)) ** 2
+    orders = 2.0 * np.pi * np.arange(power.size) / (row.size * BIN)
+    heard = (orders >= max(LOWEST_ORDER, 2.0 * np.pi / span)) & (orders < HIGHEST_ORDER)
+    power, orders = power[heard], orders[heard]
     peaks = [index for index in range(1, orders.size - 1)
              if power[index] >= power[index - 1] and power[index] >= power[index + 1]]
     peaks.sort(key=lambda index: -power[index])
@@ -52,17 +56,3 @@ def leading_orders(angle: Array, residual: Array, weight: Array, count: int = 3)
 def _trend(angle: Array, values: Array) -> Array:
     scaled = (angle - angle.mean()) / (np.ptp(angle) + 1e-12)
     return np.polynomial.Polynomial.fit(scaled, values, 3)(scaled)
-
-
-@compiled
-def _power(angle, values, orders):
-    power = np.empty(orders.size)
-    for index in range(orders.size):
-        real = 0.0
-        imaginary = 0.0
-        for place in range(angle.size):
-            turn = orders[index] * angle[place]
-            real += values[place] * np.cos(turn)
-            imaginary += values[place] * np.sin(turn)
-        power[index] = real * real + imaginary * imaginary
-    return power

@@ -142,8 +142,8 @@ def _with_effect(fitter: Fitter, start: Fit, effect: Effect) -> list[Fit]:
 def _variants_and_starts(fitter: Fitter, start: Fit, effect: Effect,
                          ) -> list[tuple[Variant, list[StartColumns]]]:
     found = []
+    settings = settings_from_residual(fitter, start, effect)
     for variant in variants_of(effect, fitter.problem.scene):
-        settings = settings_from_residual(fitter, start, effect)
         starts = fitter.starts(variant, settings)
         if starts:
             found.append((variant, starts))

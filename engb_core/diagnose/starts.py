@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import gaussian_filter1d
 
 from engb_core.diagnose.fit import Fit, Fitter
@@ -67,9 +68,13 @@ def strongest_frequency(fitter: Fitter, fit: Fit) -> float | None:
     power = np.zeros(frequencies.size)
     for run, residual in zip(runs, _parts(fitter, fit.residual / fitter.spread), strict=True):
         time = run.motion.time[run.comparison.grid]
-        for part in np.array_split(np.arange(frequencies.size), 8):
-            turn = 2.0 * np.pi * np.outer(frequencies[part], time)
-            power[part] += (np.cos(turn) @ residual) ** 2 + (np.sin(turn) @ residual) ** 2
+        own = float(np.median(np.diff(time)))
+        # The grid is even with values missing; those are zero, as they are in the sum.
+        row = np.zeros(next_fast_len(int(np.ceil(longest / own / 0.2)) + 1, real=True))
+        np.add.at(row, np.round((time - time[0]) / own).astype(int), residual)
+        spectrum = np.abs(rfft(row)) ** 2
+        power += np.interp(frequencies, np.arange(spectrum.size) / (row.size * own), spectrum,
+                           right=0.0)
     peak = int(np.argmax(power))
     if power[peak] < 12.0 * np.median(power):
         return None

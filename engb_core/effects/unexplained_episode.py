@@ -9,6 +9,8 @@ from engb_core.effects.base import DIRECTION, Effect, LOAD, Parameter, TIME
 
 @effect_function
 def _torque(parameters, state, sample):
+    if sample[TIME] < parameters[1] - 0.5 or sample[TIME] > parameters[2] + 0.5:
+        return 0.0
     # Edges of 20 ms: sharp, and yet the fit can move them.
     rise = 1.0 / (1.0 + math.exp(-min(max((sample[TIME] - parameters[1]) / 0.02, -40.0), 40.0)))
     fall = 1.0 / (1.0 + math.exp(-min(max((sample[TIME] - parameters[2]) / 0.02, -40.0), 40.0)))

@@ -9,6 +9,8 @@ from engb_core.effects.base import DIRECTION, Effect, Parameter, POSITION
 @effect_function
 def _torque(parameters, state, sample):
     distance = (sample[POSITION] - parameters[1]) / parameters[2]
+    if abs(distance) > 20.0:
+        return 0.0
     bump = parameters[0] * math.exp(-0.5 * abs(distance) ** parameters[3])
     return bump * sample[DIRECTION] if parameters[4] > 0.5 else bump
 
