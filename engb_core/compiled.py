@@ -1,93 +1,179 @@
-"""Compiled scalar code: numba where it is installed, plain Python (slow, same numbers) else."""
+"""Compiled scalar code: numba where it is installed, plain Python (slow, same numbers) else.
+
+Effects are compiled one by one, kernels once; a kernel calls effects by their addresses. So any
+set of effects runs without being compiled again, and nothing is compiled or loaded before it is
+first called. Machine code is kept on disk (code_cache.py).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from functools import cached_property
 import logging
-from uuid import NAMESPACE_OID, uuid5
-import warnings
 
-__all__ = ['COMPILED', 'EffectFunction', 'FUNCTION_SLOTS', 'compiled', 'effect_function', 'kernel']
+import numpy as np
+from numpy.typing import NDArray
 
-# How many effect functions one model can hold (an effect brings one to three).
-FUNCTION_SLOTS = 12
+from engb_core.code_cache import CodeCache
+
+__all__ = ['COMPILED', 'EffectFunction', 'PARAMETER_SIZE', 'call_effect', 'compiled',
+           'effect_function', 'handles', 'kernel', 'row_of']
+
+# Places for the parameters and constants of one effect.
+PARAMETER_SIZE = 112
 
 try:
     import numba
-    from numba import types
 
     COMPILED = True
-    warnings.filterwarnings('ignore', message='First-class function type feature')
-    ROW = types.Array(types.float64, 1, 'C')
-    MATRIX = types.Array(types.float64, 2, 'C')
-    INTEGERS = types.Array(types.int64, 1, 'C')
-    SIGNATURE = types.float64(ROW, ROW, ROW)
-    FUNCTIONS = types.UniTuple(types.FunctionType(SIGNATURE), FUNCTION_SLOTS)
-    LOOP_SIGNATURE = types.void(ROW, ROW, MATRIX, types.int64)
 except ImportError:
     COMPILED = False
     logging.getLogger(__name__).info(
         'numba is not installed: simulation and diagnosis work, about 100 times slower '
         '(pip install numba, or apt install python3-numba)')
 
-    class _Anything:
-        def __getattr__(self, name: str) -> _Anything:
-            return self
 
-        def __call__(self, *arguments: object) -> _Anything:
-            return self
-
-    ROW = MATRIX = INTEGERS = SIGNATURE = FUNCTIONS = LOOP_SIGNATURE = types = _Anything()
-
-
-@dataclass(frozen=True)
 class EffectFunction:
-    """One definition of an effect's physics, in the two forms in which it is run.
+    """One definition of an effect's physics, as Python and as compiled code.
 
     Attributes:
-        scalar: f(parameters (k,), state (m,), sample (SAMPLE_SIZE,)) → float, for simulation,
-            where stages and effects alternate sample by sample.
-        loop: f(parameters, state, samples (n, SAMPLE_SIZE), place) runs `scalar` over a recorded
-            motion and writes into column `place`.
+        definition: f(parameters (PARAMETER_SIZE,), state (STATE_SIZE,), sample (SAMPLE_SIZE,))
+            → float.
     """
 
-    scalar: Callable
-    loop: Callable
+    def __init__(self, definition: Callable) -> None:
+        self.definition = definition
 
-    def __call__(self, parameters: object, state: object, sample: object) -> float:
-        return self.scalar(parameters, state, sample)
+    @cached_property
+    def address(self) -> int:
+        """Where the compiled function begins in memory."""
+        self._callback = _callback(self.definition)
+        return self._callback.address
+
+    def __call__(self, parameters: NDArray, state: NDArray, sample: NDArray) -> float:
+        """Return the function's value for one sample; arrays as `definition` has them."""
+        return _one(handles([self]), parameters[None], state[None], sample)
+
+    def loop(self, parameters: NDArray, state: NDArray, samples: NDArray, place: int) -> None:
+        """Run over samples (n, SAMPLE_SIZE) and write the values into column `place`."""
+        _each(handles([self]), parameters[None], state[None], samples, place)
 
 
-def effect_function(function: Callable) -> EffectFunction:
-    """Compile f(parameters (k,), state (m,), sample (SAMPLE_SIZE,)) -> float, cached on disk.
+def effect_function(definition: Callable) -> EffectFunction:
+    """Make f(parameters, state, sample) -> float callable from kernels."""
+    return EffectFunction(definition)
 
-    The explicit signature makes it a first-class function: kernels take any set of effects
-    without being compiled again.
-    """
-    scalar = function
+
+def handles(functions: Sequence[EffectFunction]) -> object:
+    """Return what a kernel takes for a set of effect functions: see `call_effect`."""
     if COMPILED:
-        scalar = numba.njit(SIGNATURE, cache=True)(function)
-        # The loop's cache is keyed by what it closes over. A name made of the code instead of a
-        # random one lets the next process find it, and a changed effect miss it.
-        code = function.__code__
-        scalar._set_uuid(str(uuid5(NAMESPACE_OID, repr(
-            (function.__module__, function.__name__, code.co_code, code.co_consts)))))
-
-    def loop(parameters, state, samples, place):
-        for row in range(samples.shape[0]):
-            samples[row, place] = scalar(parameters, state, samples[row])
-
-    return EffectFunction(scalar, kernel(LOOP_SIGNATURE)(loop))
+        return np.array([function.address for function in functions], np.int64)
+    return tuple(function.definition for function in functions)
 
 
 def compiled(function: Callable) -> Callable:
     """Compile a helper for its arguments at first use, cached on disk."""
-    return numba.njit(cache=True)(function) if COMPILED else function
+    # Inlined wherever it is called: handing over eight arrays costs as much as a step.
+    return _dispatcher(function, forceinline=True) if COMPILED else function
 
 
-def kernel(signature: object) -> Callable[[Callable], Callable]:
-    """Compile a loop with an explicit signature, cached on disk; it releases the GIL."""
-    if not COMPILED:
-        return lambda function: function
-    return numba.njit(signature, cache=True, nogil=True)
+def kernel(function: Callable) -> Callable:
+    """Compile a loop for its arguments at first use, cached on disk; it releases the GIL.
+
+    As `compiled`, but a kernel is called from Python only, with arrays that are C-contiguous.
+    """
+    return _dispatcher(function) if COMPILED else function
+
+
+if COMPILED:
+    from llvmlite import ir
+    from numba import types
+    from numba.extending import intrinsic
+
+    _POINTER = types.CPointer(types.float64)
+    _ENTRY = types.float64(_POINTER, _POINTER, _POINTER)
+    # Division by nothing gives infinity or nan, as in C: a kernel cannot raise out of a callback.
+    _OPTIONS = {'nogil': True, 'error_model': 'numpy'}
+
+    def _dispatcher(function: Callable, **options: bool) -> Callable:
+        made = numba.njit(**_OPTIONS, **options)(function)
+        made._cache = CodeCache(function, repr(options))
+        return made
+
+    def _callback(definition: Callable):
+        from numba.core.ccallback import CFunc
+
+        from engb_core.effects.base import SAMPLE_SIZE, STATE_SIZE
+        scalar = numba.njit(**_OPTIONS)(definition)
+        carray, size = numba.carray, PARAMETER_SIZE
+
+        def entry(parameters, state, sample):
+            return scalar(carray(parameters, size), carray(state, STATE_SIZE),
+                          carray(sample, SAMPLE_SIZE))
+
+        entry.__module__ = definition.__module__
+        entry.__qualname__ = definition.__qualname__
+        made = CFunc(entry, (_ENTRY.args, _ENTRY.return_type), {},
+                     {'nopython': True, 'error_model': 'numpy'})
+        made._cache = CodeCache(entry, 'callback')
+        made.compile()
+        return made
+
+    @intrinsic
+    def call_effect(typing_context, functions, index, parameters, effect, state, sample):
+        """Return functions[index](parameters[effect], state[effect], sample)."""
+        arguments = (functions, index, parameters, effect, state, sample)
+
+        def generate(context, builder, signature, values):
+            found = [context.make_array(kind)(context, builder, value)
+                     if isinstance(kind, types.Array) else value
+                     for kind, value in zip(signature.args, values, strict=True)]
+            functions, index, parameters, effect, state, sample = found
+
+            def row(matrix):
+                width = builder.extract_value(matrix.shape, 1)
+                return builder.gep(matrix.data, [builder.mul(effect, width)])
+
+            double = ir.DoubleType()
+            kind = ir.FunctionType(double, [double.as_pointer()] * 3)
+            address = builder.load(builder.gep(functions.data, [index]))
+            function = builder.inttoptr(address, kind.as_pointer())
+            return builder.call(function, [row(parameters), row(state), sample.data])
+
+        return types.float64(*arguments), generate
+    @intrinsic
+    def row_of(typing_context, matrix, index):
+        """Return matrix[index], lent: nobody counts who holds it."""
+        kind = types.Array(types.float64, 1, 'C')
+
+        def generate(context, builder, signature, values):
+            source = context.make_array(signature.args[0])(context, builder, values[0])
+            width = builder.extract_value(source.shape, 1)
+            lent = context.make_array(kind)(context, builder)
+            context.populate_array(
+                lent, data=builder.gep(source.data, [builder.mul(values[1], width)]),
+                shape=[width], strides=[builder.extract_value(source.strides, 1)],
+                itemsize=source.itemsize, meminfo=None)
+            return lent._getvalue()
+
+        return kind(matrix, index), generate
+else:
+    def row_of(matrix, index):
+        """Return matrix[index]."""
+        return matrix[index]
+
+    def call_effect(functions, index, parameters, effect, state, sample):
+        """Return functions[index](parameters[effect], state[effect], sample)."""
+        return functions[index](parameters[effect], state[effect], sample)
+
+
+@kernel
+def _one(functions, parameters, state, sample):
+    return call_effect(functions, 0, parameters, 0, state, sample)
+
+
+@kernel
+def _each(functions, parameters, state, samples, place):
+    for row in range(samples.shape[0]):
+        samples[row, place] = call_effect(functions, 0, parameters, 0, state,
+                                          row_of(samples, row))

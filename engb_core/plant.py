@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import compiled, effect_function, EffectFunction, FUNCTION_SLOTS
+from engb_core.compiled import call_effect, compiled, EffectFunction, handles, PARAMETER_SIZE
 from engb_core.effects.base import (
     COULOMB,
     DIRECTION,
@@ -51,12 +51,8 @@ Array = NDArray[np.float64]
 MAXIMUM_LOAD_TERMS = 12
 NOMINAL_SIZE = N_TERMS + 1 + MAXIMUM_LOAD_TERMS
 ACTUATION_STAGE = STAGES.index('actuation')
-_MAXIMUM_PARAMETERS = 112
-
-
-@effect_function
-def _nothing(parameters: Array, state: Array, sample: Array) -> float:
-    return 0.0
+# How many effect functions one model can hold (an effect brings one to three).
+_MOST_FUNCTIONS = 12
 
 
 @dataclass(frozen=True)
@@ -67,26 +63,23 @@ class Physics:
         nominal: (NOMINAL_SIZE,) the nominal numbers.
         cogging: (k, 3) order, amplitude, phase of the model's own cogging terms.
         stages: per stage the (function, effect) pairs, for whole motions.
-        functions: tuple of FUNCTION_SLOTS compiled effect functions, in order of stage.
+        functions: the k effect functions in order of stage, as kernels take them.
         bounds: (7,) where each stage begins in `functions`; the last entry is their number.
-        owner: (FUNCTION_SLOTS,) which effect a function belongs to.
-        parameters: (effects, 64) parameters and constants.
+        owner: (k,) which effect a function belongs to.
+        parameters: (effects, PARAMETER_SIZE) parameters and constants.
         delay, time_constant: [s] by which torque comes after measured effort, for the inverse
             dynamics to undo.
-        interleaved: an effect acts at several stages with one state, so that stages must
-            alternate sample by sample.
     """
 
     nominal: Array
     cogging: Array
     stages: dict[str, list[tuple[EffectFunction, int]]]
-    functions: tuple
+    functions: object
     bounds: NDArray[np.int64]
     owner: NDArray[np.int64]
     parameters: Array
     delay: float
     time_constant: float
-    interleaved: bool
 
     def fresh_state(self) -> Array:
         """Return the effects' states at the start of a run, (effects, STATE_SIZE)."""
@@ -139,13 +132,15 @@ def setting_values(effect: Effect, setting: EffectSetting) -> list[float]:
 
 def _refuse_impossible(effect: Effect, values: list[float]) -> None:
     """Raise InputError for values with which the effect gives no number (a distance of 0, …)."""
-    parameters = np.zeros(_MAXIMUM_PARAMETERS)
+    parameters = np.zeros(PARAMETER_SIZE)
     parameters[:len(values)] = values
     for function in effect.stages.values():
         sample = np.full(SAMPLE_SIZE, 0.5)
         sample[TIME_STEP] = 1e-3
         try:
-            result = function(parameters, np.zeros(STATE_SIZE), sample)
+            # As Python, which refuses to divide by nothing; compiled code gives infinity.
+            with np.errstate(all='raise', under='ignore'):
+                result = function.definition(parameters, np.zeros(STATE_SIZE), sample)
         except (ArithmeticError, ValueError):
             result = math.nan
         if not math.isfinite(result):
@@ -190,7 +185,7 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
         settings = [(get_effect(entry.effect), entry) for entry in model.effects]
         effects = [(effect, setting_values(effect, entry)) for effect, entry in settings]
     chosen = [(effect, list(values)) for effect, values in effects]
-    functions: list = []
+    functions: list[EffectFunction] = []
     stages: dict[str, list[tuple[EffectFunction, int]]] = {}
     owner: list[int] = []
     bounds = [0]
@@ -198,14 +193,14 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
         stages[stage] = []
         for index, (effect, _) in enumerate(chosen):
             if stage in effect.stages and not (stage == 'actuation' and effect.lead and inverse):
-                functions.append(effect.stages[stage].scalar)
+                functions.append(effect.stages[stage])
                 stages[stage].append((effect.stages[stage], index))
                 owner.append(index)
         bounds.append(len(functions))
-    if len(functions) > FUNCTION_SLOTS:
-        raise InputError(f'effects: the model holds more than {FUNCTION_SLOTS} effect functions; '
+    if len(functions) > _MOST_FUNCTIONS:
+        raise InputError(f'effects: the model holds more than {_MOST_FUNCTIONS} effect functions; '
                          'leave some out')
-    parameters = np.zeros((max(len(chosen), 1), _MAXIMUM_PARAMETERS))
+    parameters = np.zeros((max(len(chosen), 1), PARAMETER_SIZE))
     delay = time_constant = 0.0
     for index, (effect, values) in enumerate(chosen):
         parameters[index, :len(values)] = values
@@ -214,13 +209,9 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
             delay, time_constant = delay + lead[0], time_constant + lead[1]
     cogging = np.array([[term.order, term.amplitude, term.phase] for term in model.cogging],
                        float).reshape(-1, 3)
-    padding = FUNCTION_SLOTS - len(functions)
-    return Physics(nominal_vector(model), cogging, stages,
-                   (*functions, *[_nothing.scalar] * padding),
-                   np.array(bounds, np.int64), np.array(owner + [0] * padding, np.int64),
-                   parameters, delay, time_constant,
-                   len(stages['shift']) > 1 or any(
-                       len(effect.stages) > 1 and not effect.stateless for effect, _ in chosen))
+    return Physics(nominal_vector(model), cogging, stages, handles(functions),
+                   np.array(bounds, np.int64), np.array(owner, np.int64), parameters, delay,
+                   time_constant)
 
 
 @compiled
@@ -252,27 +243,23 @@ def torque_without_inertia(nominal, cogging, functions, bounds, owner, parameter
     sample[LOAD_GAIN] = nominal[N_LOAD_GAIN]
     shift = 0.0
     for index in range(bounds[0], bounds[1]):
-        effect = owner[index]
-        shift += functions[index](parameters[effect], state[effect], sample)
+        shift += call_effect(functions, index, parameters, owner[index], state, sample)
     sample[SHIFT] = shift
     sample[LOAD] = load_torque(nominal, sample[POSITION] + shift)
     for index in range(bounds[1], bounds[2]):
-        effect = owner[index]
-        sample[LOAD] = functions[index](parameters[effect], state[effect], sample)
+        sample[LOAD] = call_effect(functions, index, parameters, owner[index], state, sample)
     sample[DIRECTION] = min(1.0, max(-1.0, sample[VELOCITY] / nominal[N_SATURATION]))
     sample[LEVEL] = nominal[N_COULOMB] + nominal[N_LOAD_GAIN] * abs(sample[LOAD])
     for index in range(bounds[2], bounds[3]):
-        effect = owner[index]
-        sample[LEVEL] = functions[index](parameters[effect], state[effect], sample)
+        sample[LEVEL] = call_effect(functions, index, parameters, owner[index], state, sample)
     for index in range(bounds[3], bounds[4]):
-        effect = owner[index]
-        sample[DIRECTION] = functions[index](parameters[effect], state[effect], sample)
+        sample[DIRECTION] = call_effect(functions, index, parameters, owner[index], state,
+                                        sample)
     total = (nominal[N_VISCOUS] * sample[VELOCITY] + sample[LOAD]
              + sample[LEVEL] * sample[DIRECTION])
     for index in range(cogging.shape[0]):
         total += cogging[index, 1] * math.sin(cogging[index, 0] * sample[POSITION]
                                               + cogging[index, 2])
     for index in range(bounds[4], bounds[5]):
-        effect = owner[index]
-        total += functions[index](parameters[effect], state[effect], sample)
+        total += call_effect(functions, index, parameters, owner[index], state, sample)
     return total

@@ -9,67 +9,12 @@ from typing import NamedTuple
 
 import yaml
 
-from engb_core.compiled import (
-    COMPILED,
-    FUNCTIONS,
-    INTEGERS,
-    kernel,
-    MATRIX,
-    ROW,
-    SIGNATURE,
-    types,
-)
-from engb_core.effects.base import DISC_SPEED, PAD_TEMPERATURE, TIME_STEP
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
 from engb_core.sensors import SensorChain, SensorSettings
-from engb_core.simulation import _advance, BrakePlant
+from engb_core.simulation import BrakePlant
 
 __all__ = ['DriveSettings', 'Measurement', 'Profile', 'VirtualBrake', 'parse_effects']
-
-
-def _collected(functions):
-    made = List()
-    for function in functions:
-        made.append(function)
-    return made
-
-
-if COMPILED:
-    from numba import njit
-    from numba.typed import List
-
-    # A tuple of functions is looked at one by one at each call (a millisecond in all), a typed
-    # list is handed over whole (microseconds): made once, it serves a plant that is called for
-    # every sample.
-    _LISTED = types.ListType(types.FunctionType(SIGNATURE))
-    _collect = njit(_LISTED(FUNCTIONS), cache=True)(_collected)
-    _advance_listed = kernel(types.void(ROW, MATRIX, _LISTED, INTEGERS, INTEGERS, MATRIX, MATRIX,
-                                        ROW, types.float64, types.int64))(_advance)
-
-
-class LivePlant(BrakePlant):
-    """A BrakePlant that is advanced by a sample at a time, at a hundredth of the cost."""
-
-    def __init__(self, model: Model, *, step: float, position: float = 0.0) -> None:
-        super().__init__(model, step=step, position=position)
-        if COMPILED:
-            self._functions = _collect(self._physics.functions)
-
-    def advance(self, torque: float, duration: float, disc_speed: float = 0.0,
-                pad_temperature: float = 20.0) -> None:
-        """Do as `BrakePlant.advance`."""
-        if not COMPILED:
-            super().advance(torque, duration, disc_speed, pad_temperature)
-            return
-        steps = max(1, math.ceil(duration / self.step - 1e-9))
-        sample, physics = self._sample, self._physics
-        sample[TIME_STEP] = duration / steps
-        sample[DISC_SPEED] = disc_speed
-        sample[PAD_TEMPERATURE] = pad_temperature
-        _advance_listed(physics.nominal, physics.cogging, self._functions, physics.bounds,
-                        physics.owner, physics.parameters, self._state, sample,
-                        torque if math.isfinite(torque) else 0.0, steps)
 
 
 class Measurement(NamedTuple):
@@ -153,7 +98,7 @@ class VirtualBrake:
         self.samples = 0
         self.torque = 0.0
         self.rejected = 0
-        self._plant = LivePlant(model, step=self.drive.physics_step)
+        self._plant = BrakePlant(model, step=self.drive.physics_step)
         self._sensors = SensorChain(sensors or SensorSettings())
         self._disc_speed = disc_speed or Profile([0.0], [0.0], 'disc_speed')
         self._pad_temperature = pad_temperature or Profile([0.0], [20.0], 'pad_temperature')

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 import math
 
 import numpy as np
 import pytest
 
 from engb_core.errors import InputError
-from engb_core.model import Controller, Friction, LoadTorque, Model, Motor
+from engb_core.model import (
+    Cogging,
+    Controller,
+    EffectSetting,
+    Friction,
+    LoadTorque,
+    Model,
+    Motor,
+)
 from engb_core.simulation import BrakePlant, simulate_closed_loop
 
 from .bench import Bench, strokes
@@ -153,3 +162,22 @@ def test_a_loop_that_cannot_be_simulated(recorded):
     bare = type(recorded)(recorded.name, recorded.time, recorded.position, recorded.effort)
     with pytest.raises(InputError, match='no reference'):
         simulate_closed_loop(bare, Model(controller=Controller(0.3)))
+
+
+@pytest.mark.parametrize('model', [
+    MODEL, Model(load_torque=LoadTorque('sinusoid', amplitude=0.2, phase=0.3)),
+    Model(load_torque=LOAD, friction=Friction(0.02, 0.05, 2.0),
+          cogging=(Cogging(6.0, 1e-3, 0.1), Cogging(12.0, 4e-4, 1.0)))])
+def test_without_effects_the_short_way_gives_the_same_numbers(model):
+    """To the last bit: an effect that adds nothing takes the long way through all stages."""
+    nothing = EffectSetting('viscous_friction_error',
+                            {'viscous_friction': model.motor.viscous_friction})
+    short, long = BrakePlant(model), BrakePlant(replace(model, effects=(nothing,)))
+    for index in range(300):
+        torque = 0.15 * math.sin(0.1 * index) + 0.04
+        for plant in (short, long):
+            plant.advance(torque, 0.0037, disc_speed=3.0)
+        assert (short.time, short.position, short.velocity, short.acceleration,
+                short.load_torque) == (long.time, long.position, long.velocity,
+                                       long.acceleration, long.load_torque)
+    assert abs(short.position) > 1.0
