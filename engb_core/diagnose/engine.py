@@ -18,6 +18,7 @@ from engb_core.diagnose.openset import explain
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import CLEAN_EXCESS, select
+from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.verdict import verdict_of
 from engb_core.model import Model
 from engb_core.recording import Recording
@@ -63,6 +64,9 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
                for entry in intervals(run, part)] if verdict != 'consistent' else []
     where = zones(list(problem.runs), parts, corrected) if verdict != 'consistent' else []
     proposal = next_experiment(fitter, explanation.fit, findings, selection.rivals)
+    if model.joint.type == 'prismatic':
+        findings = [finding_of_slider(finding) for finding in findings]
+        unexplained = unexplained_of_slider(unexplained)
     tell('simulating the loop')
     loops = simulated_loops(problem, corrected)
     return Diagnosis(

@@ -71,9 +71,6 @@ def physics_effects(fitter: Fitter) -> list[Effect]:
             continue
         if effect.applies is not None and not effect.applies(scene):
             continue
-        if effect.unnamed and scene.joint_type != 'revolute':
-            # Their starts are those of a motor's stroke in rad.
-            continue
         if effect.id == 'contact_shift' and any(
                 number.name == 'contact_angle' for number in fitter.numbers):
             continue

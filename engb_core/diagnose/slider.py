@@ -1,0 +1,33 @@
+"""Units of a linear axis: where the joint is prismatic, rad reads m and N·m reads N."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+import re
+
+from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
+
+__all__ = ['finding_of_slider', 'unexplained_of_slider']
+
+_MILLI = re.compile(r'([-+]?\d[\d.]*(?:e[-+]?\d+)?) mN·m')
+
+
+def finding_of_slider(finding: EffectFinding) -> EffectFinding:
+    """Return the finding with the units of a linear axis."""
+    parameters = {name: replace(entry, unit=_unit(entry.unit))
+                  for name, entry in finding.parameters.items()}
+    return replace(finding, parameters=parameters, statement=_text(finding.statement))
+
+
+def unexplained_of_slider(unexplained: Unexplained | None) -> Unexplained | None:
+    """Return what is unexplained with the units of a linear axis."""
+    return unexplained and replace(unexplained, statement=_text(unexplained.statement))
+
+
+def _text(text: str) -> str:
+    text = _MILLI.sub(lambda match: f'{float(match[1]) * 1e-3:.3g} N', text)
+    return re.sub(r'\brad\b', 'm', text.replace('N·m', 'N'))
+
+
+def _unit(unit: str) -> str:
+    return unit.replace('kg·m²', 'kg').replace('N·m', 'N').replace('rad', 'm')
