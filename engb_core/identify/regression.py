@@ -115,7 +115,8 @@ def _fit(problem: Problem, start: dict[str, float]) -> Fit:
         return values
 
     low, high = (lower / unit)[free], (upper / unit)[free]
-    first = np.clip(fixed[free] / unit[free], low + 1e-9, high - 1e-9)
+    inside = np.minimum(1e-9, 0.25 * (high - low))
+    first = np.clip(fixed[free] / unit[free], low + inside, high - inside)
 
     def condensed(scaled: Array) -> Array:
         # Any R with RᵀR = [J r]ᵀ[J r] has the same cost, gradient and curvature as [J r], but
