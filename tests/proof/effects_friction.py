@@ -1,31 +1,35 @@
 """Friction of the truth plant: capacity over speed, load, time and place; bristle states.
 
 Each function takes the plant record `p` (plant_record.PLANT) and is compiled.
-Stribeck curves: 1 exponential, 2 Gaussian, 3 Lorentzian, 4 tanh (Armstrong-Hélouvry 1994;
-Bo and Pavelescu 1982). Bristles: 1 LuGre (Canudas de Wit 1995), 2 Maxwell-slip elements
-(Lampaert 2003), 3 elastoplastic (Dupont 2002).
+Stribeck curves: 1 hyperbolic secant, 2 inverse square, 3 Lorentzian (Hess and Soom 1990), 4 tanh
+(Makkar 2005); not the exponentials of the library. Bristles: 1 LuGre with bristle damping (Canudas
+de Wit 1995), 2 Maxwell-slip elements (Lampaert 2003), 3 elastoplastic (Dupont 2002).
 """
 from __future__ import annotations
 
-from math import atanh, exp, log, pi, sin, sqrt, tanh
+from math import acosh, atanh, cosh, exp, log, pi, sin, sqrt, tanh
 
 from numba import njit
 import numpy as np
 
-__all__ = ['advance_bristle', 'capacity', 'drag_torque', 'stribeck_excess', 'warmth']
+__all__ = ['advance_bristle', 'asymmetry_share', 'capacity', 'drag_torque', 'stribeck_excess',
+           'warmth']
 
 # a tanh curve has fallen to 1/e where tanh x = 1 - 1/e
 _TANH_AT = atanh(1.0 - exp(-1.0))
 _LORENTZ_AT = sqrt(exp(1.0) - 1.0)
+_SECANT_AT = acosh(exp(1.0))
+_SQUARE_AT = exp(0.5) - 1.0
 
 
 @njit(cache=True)
 def stribeck_excess(kind, ratio):
     """Share of the breakaway excess left at speed/Stribeck speed = `ratio` (1/e at 1)."""
     if kind == 1:
-        return exp(-ratio)
+        return 1.0 / cosh(min(_SECANT_AT * ratio, 300.0))
     if kind == 2:
-        return exp(-ratio * ratio)
+        x = 1.0 + _SQUARE_AT * ratio
+        return 1.0 / (x * x)
     if kind == 3:
         x = _LORENTZ_AT * ratio
         return 1.0 / (1.0 + x * x)
@@ -34,12 +38,25 @@ def stribeck_excess(kind, ratio):
 
 @njit(cache=True)
 def warmth(p, t):
-    """Factor on all friction at time `t` (friction_drift); 1 at the start."""
+    """Factor on all friction at time `t` (friction_drift); 1 at the start.
+
+    1 as the root of time (heat that diffuses), 2 logistic (a film that gives way).
+    """
     if p.drift_kind == 0:
         return 1.0
     if p.drift_kind == 1:
-        return 1.0 + p.drift * t / p.drift_time
-    return 1.0 + p.drift * (1.0 - exp(-t / p.drift_time))
+        return 1.0 + p.drift * sqrt(t / p.drift_time)
+    start = 1.0 / (1.0 + exp(p.drift_at / p.drift_time))
+    now = 1.0 / (1.0 + exp((p.drift_at - t) / p.drift_time))
+    return 1.0 + p.drift * (now - start) / (1.0 - start)
+
+
+@njit(cache=True)
+def asymmetry_share(p, omega):
+    """How much of the asymmetry acts at this speed (1 where it does not depend on speed)."""
+    if p.asym_speed <= 0.0:
+        return 1.0
+    return 0.5 + 0.5 * tanh(abs(omega) / p.asym_speed)
 
 
 @njit(cache=True)
@@ -47,9 +64,12 @@ def capacity(p, coulomb, gain, load, theta, omega, sign, t, rested, slipped):
     """Largest friction torque [N·m] in direction `sign`, for load torque `load`."""
     size = abs(load)
     loaded = gain * size
-    if p.gain_power != 1.0 and size > 0.0:
+    if p.gain_knee > 0.0:
+        loaded = gain * size / (1.0 + size / p.gain_knee)
+    elif p.gain_power != 1.0 and size > 0.0:
         loaded = gain * p.gain_scale * (size / p.gain_scale) ** p.gain_power
-    level = coulomb * (1.0 + p.asym_coulomb * sign) + loaded * (1.0 + p.asym_load * sign)
+    uneven = sign * asymmetry_share(p, omega)
+    level = coulomb * (1.0 + p.asym_coulomb * uneven) + loaded * (1.0 + p.asym_load * uneven)
     if p.stribeck_kind > 0:
         x = abs(omega) / p.stribeck_velocity
         level *= 1.0 + (p.stribeck_ratio - 1.0) * stribeck_excess(p.stribeck_kind, x)
@@ -70,12 +90,12 @@ def capacity(p, coulomb, gain, load, theta, omega, sign, t, rested, slipped):
 
 @njit(cache=True)
 def drag_torque(p, omega):
-    """Drag beyond the linear one: 1 quadratic, 2 a power law, 3 shear-thinning quadratic."""
+    """Drag beyond the linear one: 1 churning from a speed on, 2 power law, 3 thinning square."""
     speed = abs(omega)
     if p.drag_kind == 0 or speed == 0.0:
         return 0.0
     if p.drag_kind == 1:
-        size = p.drag * speed * speed
+        size = p.drag * speed * speed * (1.0 - exp(-speed / p.drag_shape))
     elif p.drag_kind == 2:
         size = p.drag * 900.0 * (speed / 30.0) ** p.drag_shape
     else:
@@ -85,14 +105,15 @@ def drag_torque(p, omega):
 
 @njit(cache=True)
 def advance_bristle(p, states, omega, dt):
-    """Advance the bristle states over dt; returns friction / capacity, within ±1."""
+    """Advance the bristle states over dt; returns friction / capacity, about within ±1."""
     dx = omega * dt
     if p.bristle_kind == 1:
         step = abs(dx) / p.bristle_length
         z = states[0] * exp(-step)
         z += (1.0 - exp(-step)) * (1.0 if dx > 0.0 else -1.0)
+        rate = (z - states[0]) / dt
         states[0] = z
-        return z
+        return z + p.bristle_damping * rate
     if p.bristle_kind == 2:
         total = 0.0
         for i in range(6):

@@ -2,18 +2,19 @@
 
 Hysteresis: 1 Bouc-Wen (Wen 1976) tapered by load, 2 play operators (Prandtl-Ishlinskii) before
 the curve. Creep: elements of a generalised Maxwell solid; kind 2 cannot pull. Disc: 1 pad
-friction with a smooth sign, 2 friction that builds up over 80 ms. Fade: 1 linear in temperature,
-2 a sigmoid of temperature, 3 exponential in disc speed. Runout: 1 a force while in contact,
-2 a displacement through the local stiffness.
+friction with an algebraic sign, 2 friction that builds up over 80 ms, 3 friction that falls with
+pressure. Fade: 1 square of temperature, 2 a sigmoid of temperature, 3 exponential in disc speed.
+Runout: 1 a force while in contact, 2 a displacement through the local stiffness.
 """
 from __future__ import annotations
 
-from math import exp, pi, sin, tanh
+from math import exp, pi, sin, sqrt
 
 from numba import njit
 import numpy as np
 
-__all__ = ['curve', 'curves', 'disc_factor', 'fade_share', 'load_torque']
+__all__ = ['curve', 'curves', 'disc_factor', 'fade_share', 'load_torque',
+           'pressure_share']
 
 _BUILD_UP = 0.08
 
@@ -43,22 +44,32 @@ def fade_share(p, speed, temperature):
     """How far the fade has come, 0 to about 1."""
     x = (temperature - p.fade_from) / (p.fade_to - p.fade_from)
     if p.fade_kind == 1:
-        return x
+        return x * abs(x)
     if p.fade_kind == 2:
         return 1.0 / (1.0 + exp(-8.0 * (x - 0.5)))
     return 1.0 - exp(-abs(speed) / p.fade_to)
 
 
 @njit(cache=True)
-def disc_factor(p, states, speed, temperature, dt):
-    """Load torque turning / standing, at this disc speed and pad temperature."""
+def pressure_share(load):
+    """Pad friction under this load torque, over that at 0.1 N·m: it falls as pressure rises."""
+    return 1.5 / (1.0 + max(load, 0.0) / 0.2)
+
+
+@njit(cache=True)
+def disc_factor(p, states, load, speed, temperature, dt):
+    """Load torque turning / standing, at this load, disc speed and pad temperature."""
     if p.self_kind == 0 and p.fade_kind == 0:
         return 1.0
-    turning = tanh(speed / p.self_speed)
+    x = speed / p.self_speed
+    turning = x / sqrt(1.0 + x * x)
     if p.self_kind == 2:
         states[0] += (turning - states[0]) * dt / _BUILD_UP
         turning = states[0]
-    factor = 1.0 + p.self_gain * turning
+    gain = p.self_gain
+    if p.self_kind == 3:
+        gain *= pressure_share(load)
+    factor = 1.0 + gain * turning
     if p.fade_kind > 0:
         factor += p.fade * turning * fade_share(p, speed, temperature)
     return factor
@@ -111,7 +122,7 @@ def load_torque(p, hyst, creep, disc, theta, previous, t, speed, angle, temperat
         if p.creep_kind == 2 and relaxed < 0.0:
             relaxed = min(0.0, load)
         load = relaxed
-    load *= disc_factor(p, disc, speed, temperature, dt)
+    load *= disc_factor(p, disc, load, speed, temperature, dt)
     if p.runout_kind > 0 and abs(speed) > 0.0:
         wave = sin(angle + p.runout_phase) + p.runout_second * sin(2.0 * angle)
         if p.runout_kind == 1:

@@ -1,8 +1,9 @@
 """A train of two masses: a gap with preload, or a compliant shaft with inertia beyond it.
 
 Kinds: 1 a gap with stiff linear flanks, 2 a gap with Hunt-Crossley flanks (1975), 3 a linear
-shaft, 4 a shaft that hardens. Pushing (apply) rests on the flank at zero, so that the load's
-angle equals the motor's there; the free way reaches from -gap to 0.
+shaft, 4 a shaft that hardens, 5 a shaft that is softer near zero twist. Pushing (apply) rests on
+the flank at zero, so that the load's angle equals the motor's there; the free way reaches from
+-gap to 0.
 """
 from __future__ import annotations
 
@@ -18,6 +19,9 @@ def shaft_torque(p, twist, rate):
         torque = p.stiffness * twist + p.damping * rate
         if p.train_kind == 4:
             torque += p.hardening * twist * twist * twist
+        elif p.train_kind == 5:
+            near = min(p.slack, max(-p.slack, twist))
+            torque -= 0.4 * p.stiffness * near
         return torque
     if twist > 0.0:
         press, speed, side = twist, rate, 1.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy as np
 
 from .catalogue import Context, drawer, Hidden
-from .effects_load import curve, curves, fade_share, load_torque
+from .effects_load import curve, curves, fade_share, load_torque, pressure_share
 from .nominal import Nominal
 
 __all__ = ['creep_time', 'hysteresis_ratio']
@@ -60,7 +60,8 @@ def creep_time(parts: np.ndarray, times: np.ndarray) -> float:
 def _creep(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
     kind = int(rng.integers(1, 4))
     time = np.exp(rng.uniform(np.log(0.4), np.log(5.0)))
-    shares, times = {1: ([1.0], [time]), 2: ([0.6, 0.4], [time, 4.5 * time]),
+    shares, times = {1: ([0.5, 0.3, 0.2], [0.3 * time, time, 3.0 * time]),
+                     2: ([0.6, 0.4], [time, 4.5 * time]),
                      3: ([0.2] * 5, time * np.array([0.15, 0.4, 1.0, 2.5, 6.0]))}[kind]
     part, when = np.zeros(5), np.ones(5)
     part[:len(shares)], when[:len(shares)] = shares, times
@@ -69,7 +70,7 @@ def _creep(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         plant['creep_kind'], plant['creep_part'] = kind, m * part
         plant['creep_time'] = when
 
-    name = ('Maxwell element', 'two times, no pull', 'power-law series')[kind - 1]
+    name = ('three times', 'two times, no pull', 'power-law series')[kind - 1]
     return Hidden('pad_creep', name, put, (0.005, 0.6), lambda c: {
         'relaxed_fraction': c.magnitude, 'time_constant': creep_time(part[part > 0],
                                                                      when[part > 0])})
@@ -77,15 +78,23 @@ def _creep(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
 
 @drawer('self_energizing')
 def _self(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
-    kind, speed = int(rng.integers(1, 3)), rng.uniform(0.3, 3.0)
+    kind, speed = int(rng.integers(1, 4)), rng.uniform(0.3, 3.0)
     sign = -1.0 if rng.random() < 0.8 else 1.0
 
     def put(plant: np.ndarray, m: float) -> None:
         plant['self_kind'], plant['self_gain'], plant['self_speed'] = kind, sign * m, speed
 
-    name = ('pad friction, smooth sign', 'pad friction that builds up')[kind - 1]
-    return Hidden('self_energizing', name, put, (0.005, 0.7),
-                  lambda c: {'load_ratio': 1.0 + sign * c.magnitude}, needs_disc=True)
+    def describe(context: Context) -> dict[str, float]:
+        ratio = sign * context.magnitude
+        if kind == 3:
+            loads = curves(context.plant, context.run.position[np.abs(context.disc.speed) > 3.0])
+            loads = np.maximum(loads[::20], 0.0)
+            shares = np.array([pressure_share(load) for load in loads])
+            ratio *= float(shares @ loads ** 2 / max(float(loads @ loads), 1e-12))
+        return {'load_ratio': 1.0 + ratio}
+
+    name = ('algebraic sign', 'friction that builds up', 'falls with pressure')[kind - 1]
+    return Hidden('self_energizing', name, put, (0.005, 0.7), describe, needs_disc=True)
 
 
 @drawer('pad_friction_fade')
@@ -111,7 +120,7 @@ def _fade(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         turning = load * np.tanh(context.disc.speed)
         return np.stack([turning, np.abs(turning) * np.sign(context.run.velocity)], axis=1)
 
-    name = ('linear in temperature', 'sigmoid of temperature', 'exponential in speed')[kind - 1]
+    name = ('square of temperature', 'sigmoid of temperature', 'exponential in speed')[kind - 1]
     return Hidden('pad_friction_fade', name, put, (0.01, 0.9), describe, needs_disc=True,
                   beside=beside)
 

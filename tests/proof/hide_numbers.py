@@ -105,11 +105,13 @@ def _offset(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
 @drawer('load_dependent_friction')
 def _load_friction(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
     modelled = 0.0 if rng.random() < 0.6 else rng.uniform(0.01, 0.05)
-    power = 1.0 if rng.random() < 0.5 else rng.uniform(0.75, 1.3)
+    levels = rng.random() < 0.5
+    knee = rng.uniform(0.3, 0.8) if levels else 0.0
+    power = 1.0 if levels else rng.choice([rng.uniform(0.75, 0.92), rng.uniform(1.08, 1.3)])
 
     def put(plant: np.ndarray, m: float) -> None:
         plant['gain'] = modelled + m
-        plant['gain_power'], plant['gain_scale'] = power, 0.2
+        plant['gain_power'], plant['gain_scale'], plant['gain_knee'] = power, 0.2, knee
 
     def lack(model: Nominal, m: float) -> Nominal:
         return replace(model, gain=modelled)
@@ -117,11 +119,13 @@ def _load_friction(rng: np.random.Generator, base: Nominal, motion: str) -> Hidd
     def describe(context: Context) -> dict[str, float]:
         load = np.abs(_curve(context.base, context.run.position))
         load = load[np.abs(context.run.velocity) > 0.3]
-        level = context.plant['gain'][0] * 0.2 * (load / 0.2) ** power
+        gain = context.plant['gain'][0]
+        level = gain * load / (1.0 + load / knee) if levels else \
+            gain * 0.2 * (load / 0.2) ** power
         slope = np.polyfit(load, level, 1)[0]
         return {'load_gain': float(slope)}
 
-    name = 'linear in load' if power == 1.0 else 'power of load'
+    name = 'levels off with load' if levels else 'power of load'
     return Hidden('load_dependent_friction', name, put, (0.002, 0.35), describe, lack, ('gain',))
 
 

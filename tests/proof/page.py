@@ -101,7 +101,8 @@ def _shares(page: Page, summary: dict) -> None:
                 for name, entry in rows if entry], kind='compact',
                caption='Exact (Clopper–Pearson) intervals. Strong and subtle: the effect stands '
                'about 7 and 2 times above the noise floor after a refit of the model to hide '
-               'it. Rich: an identification run; routine: plain braking.')
+               'it, low-passed at 20 Hz (at 100 Hz for a resonance, which lies above). Rich: an '
+               'identification run; routine: plain braking.')
     if summary['named_first_by_effect']:
         page.begin_details('Named first, effect by effect')
         page.table([Column('hidden'), Column('share', number=True), Column('cases', number=True),
@@ -231,6 +232,12 @@ def _held_out(page: Page, summary: dict, scores: Sequence[CaseScore]) -> None:
         precision = '–' if where['precision'] is None else f'{where["precision"]:.2f}'
         page.text(f'Where in time the mismatch lies: precision {precision}, recall '
                   f'{where["recall"]:.2f}.')
+    zones = where['zones']
+    if zones['count']:
+        page.text(f'Where in position and velocity: the {zones["count"]} named zones hold '
+                  f'{percent(zones["energy"])} of the mismatch in {percent(zones["time"])} of the '
+                  'time in motion, on average; the share that is said differs from the true one '
+                  f'by {percent(zones["said_error"])}.')
 
 
 def _misses(page: Page, summary: dict) -> None:

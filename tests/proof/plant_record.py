@@ -13,21 +13,24 @@ _F, _I = np.float64, np.int64
 PLANT = np.dtype([
     # base plant
     ('inertia', _F), ('viscous', _F), ('load', _F, 4), ('contact', _F),
-    ('coulomb', _F), ('gain', _F), ('gain_power', _F), ('gain_scale', _F), ('saturation', _F),
+    ('coulomb', _F), ('gain', _F), ('gain_power', _F), ('gain_scale', _F), ('gain_knee', _F),
+    ('saturation', _F),
     # friction
-    ('asym_coulomb', _F), ('asym_load', _F), ('stribeck_kind', _I), ('stribeck_ratio', _F),
-    ('stribeck_velocity', _F), ('bristle_kind', _I), ('bristle_length', _F),
-    ('bristle_elastic', _F), ('slip_length', _F, 6), ('slip_weight', _F, 6),
+    ('asym_coulomb', _F), ('asym_load', _F), ('asym_speed', _F),
+    ('stribeck_kind', _I), ('stribeck_ratio', _F), ('stribeck_velocity', _F),
+    ('bristle_kind', _I), ('bristle_length', _F),
+    ('bristle_elastic', _F), ('bristle_damping', _F),
+    ('slip_length', _F, 6), ('slip_weight', _F, 6),
     ('drag_kind', _I), ('drag', _F), ('drag_shape', _F), ('drift_kind', _I), ('drift', _F),
-    ('drift_time', _F),
+    ('drift_time', _F), ('drift_at', _F),
     # drive
     ('cog_kind', _I), ('cog_order', _F), ('cog', _F), ('cog_phase', _F), ('cog_second', _F),
     ('cog_second_phase', _F), ('ripple_kind', _I), ('ripple_order', _F), ('ripple', _F),
-    ('ripple_phase', _F), ('weak_kind', _I), ('weak', _F), ('weak_at', _F),
+    ('ripple_phase', _F), ('ripple_second', _F), ('weak_kind', _I), ('weak', _F), ('weak_at', _F),
     ('lag_kind', _I), ('lag', _F), ('offset', _F),
     # train
     ('train_kind', _I), ('far_inertia', _F), ('stiffness', _F), ('damping', _F), ('gap', _F),
-    ('far_coulomb', _F), ('far_gain', _F), ('hardening', _F),
+    ('far_coulomb', _F), ('far_gain', _F), ('hardening', _F), ('slack', _F),
     # load
     ('hyst_kind', _I), ('hyst', _F), ('hyst_length', _F), ('hyst_shape', _F), ('hyst_peak', _F),
     ('play_radius', _F, 5), ('play_weight', _F, 5),

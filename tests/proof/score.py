@@ -12,10 +12,8 @@ Definitions (all over the cases whose tool run ended; others count as silent and
 - parameters: |value - truth| / |truth| of every contract parameter of rightly claimed effects;
   `deviation` is the same, but for ratios whose neutral value is 1 over |truth - 1|;
   coverage: the share with |value - truth| ≤ 2·std.
-- localisation: truth is the smallest set of 20 ms bins holding 90 % of the energy that the
-  hidden effects add to the lacking model on `train` (low-passed, standstill masked, smeared
-  over 0.1 s, holes up to 0.2 s closed); precision = claimed and true / claimed duration,
-  recall = claimed and true / true duration, with the claims on `train`.
+- localisation: in time, precision and recall; in the coordinates, what share of the mismatch the
+  named zones truly hold, beside what the tool says (locate.py).
 - held-out error removed: (e(nominal) - e(corrected)) / (e(nominal) - e(oracle)), e the rms on
   `test` of prediction minus the noise-free effort, low-passed, standstill masked; the oracle
   knows the true equations and all but the recording's noise (sealing.py); over cases where
@@ -31,10 +29,11 @@ from pathlib import Path
 
 import numpy as np
 
+from .locate import in_time, in_zones
 from .nominal import low_pass, moving, rms
-from .sealing import BIN, open_truth
+from .sealing import open_truth
 
-__all__ = ['CaseScore', 'score_case', 'true_bins']
+__all__ = ['CaseScore', 'score_case']
 
 
 @dataclass(frozen=True)
@@ -52,6 +51,7 @@ class CaseScore:
     parameters: tuple[tuple[str, str, float, float, float | None], ...]
     precision: float | None
     recall: float | None
+    zones: tuple[tuple[str, float, float, float], ...]
     removed: float | None
     removed_energy: float | None
     harm: bool | None
@@ -60,6 +60,7 @@ class CaseScore:
     own_before: float | None
     after: float | None
     floor: float
+    band: float
     seconds: float | None
     failure: str | None
 
@@ -72,34 +73,6 @@ class CaseScore:
     def both(self) -> bool:
         """The first two claims are the two hidden effects."""
         return {name for name, _ in self.claims[:2]} == set(self.hidden)
-
-
-def true_bins(energy: np.ndarray, share: float = 0.9) -> np.ndarray:
-    """Which bins hold the mismatch (see the module's text)."""
-    if energy.sum() <= 0.0:
-        return np.zeros(energy.size, bool)
-    wide = np.convolve(energy, np.ones(5) / 5.0, mode='same')
-    order = np.argsort(wide)[::-1]
-    count = int(np.searchsorted(np.cumsum(wide[order]), share * wide.sum())) + 1
-    chosen = np.zeros(energy.size, bool)
-    chosen[order[:count]] = True
-    spots = np.flatnonzero(chosen)
-    for a, b in zip(spots[:-1], spots[1:], strict=True):
-        if 1 < b - a <= 10:
-            chosen[a:b] = True
-    return chosen
-
-
-def _localised(diagnosis: dict, energy: np.ndarray) -> tuple[float | None, float | None]:
-    true = true_bins(energy)
-    middle = (np.arange(energy.size) + 0.5) * BIN
-    claimed = np.zeros(energy.size, bool)
-    for one in diagnosis.get('mismatch', {}).get('time', []):
-        claimed |= (middle >= one['from']) & (middle <= one['to'])
-    hit = float((claimed & true).sum())
-    precision = hit / claimed.sum() if claimed.any() else None
-    recall = hit / true.sum() if true.any() else None
-    return precision, recall
 
 
 @dataclass(frozen=True)
@@ -165,12 +138,13 @@ def score_case(name: str, truth: Path, results: Path) -> CaseScore:
                                    / (e.nominal ** 2 - e.oracle ** 2), -1, 1))
         own = e.nominal if e.own_nominal is None else e.own_nominal
         harm = bool(e.corrected > 1.05 * own and e.corrected - own > 0.2 * floor)
-    where = _localised(diagnosis, arrays['train_energy']) if facts['effects'] else (None, None)
+    where = in_time(diagnosis, arrays['train_energy']) if facts['effects'] else (None, None)
+    zones = in_zones(diagnosis, arrays) if facts['effects'] else ()
     return CaseScore(
         name, facts['stratum'], facts['motion'], facts['refitted'],
         tuple(e['effect'] for e in facts['effects']),
         tuple(e['formulation'] for e in facts['effects']),
         tuple((c['effect'], float(c['probability'])) for c in diagnosis['effects']),
-        diagnosis.get('verdict'), _parameters(diagnosis, facts), where[0], where[1], removed,
-        energy, harm, e.nominal, e.oracle, e.own_nominal, e.corrected, floor,
-        run.get('seconds'), run.get('failure'))
+        diagnosis.get('verdict'), _parameters(diagnosis, facts), where[0], where[1], zones,
+        removed, energy, harm, e.nominal, e.oracle, e.own_nominal, e.corrected, floor,
+        facts['cutoff'], run.get('seconds'), run.get('failure'))

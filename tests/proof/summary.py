@@ -38,6 +38,11 @@ def as_text(summary: dict) -> str:
     where, fit = summary['localisation'], summary['parameters']
     lines.append(f'localisation: precision {_number(where["precision"], 2)}, '
                  f'recall {_number(where["recall"], 2)}')
+    zones = where['zones']
+    if zones['count']:
+        lines.append(f'zones named: {zones["count"]}, with {_percent(zones["energy"]).strip()} of '
+                     f'the mismatch in {_percent(zones["time"]).strip()} of the time in motion; '
+                     f'said and true share differ by {_percent(zones["said_error"]).strip()}')
     lines.append(f'parameters: median error {_percent(fit["median_error"]).strip()} (deviation '
                  f'{_percent(fit["median_deviation"]).strip()}), truth inside 2 std '
                  f'{_percent(fit["coverage"]).strip()}')

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tests.proof import cases
-from tests.proof.catalogue import known
+from tests.proof.catalogue import Hidden, known
+from tests.proof.effects_drive import wave
 from tests.proof.effects_friction import stribeck_excess
 from tests.proof.hide_friction import presliding_distance
 from tests.proof.hide_load import creep_time, hysteresis_ratio
@@ -40,13 +41,34 @@ def test_catalogue_is_table_4_and_more() -> None:
     assert len(outside) >= 6
 
 
-def test_most_effects_have_two_formulations() -> None:
+def formulations(name: str, draws: int = 40) -> dict[str, Hidden]:
+    """One effect of each formulation that comes up."""
     rng = np.random.default_rng(0)
     _, base = cases.draw_base(rng, contact=False)
-    for name in TABLE_4:
-        forms = {known()[name](rng, base, 'rich').formulation for _ in range(40)}
-        single = name.endswith('_error') or name in ('contact_shift', 'torque_offset')
-        assert len(forms) >= (1 if single else 2), name
+    drawn = [known()[name](rng, base, 'rich') for _ in range(draws)]
+    return {hidden.formulation: hidden for hidden in drawn}
+
+
+@pytest.mark.parametrize('name', sorted(TABLE_4))
+def test_effects_have_two_formulations_but_numbers(name: str) -> None:
+    single = name.endswith('_error') or name in ('contact_shift', 'torque_offset')
+    assert len(formulations(name)) >= (1 if single else 2)
+
+
+def test_curves_are_not_those_of_the_library() -> None:
+    # What the library could reproduce exactly with its free shapes would prove little.
+    x = np.linspace(0.0, 4.0, 81)[1:]
+    for kind in (1, 2, 3, 4):
+        excess = np.array([stribeck_excess(kind, ratio) for ratio in x])
+        best = min(np.abs(excess - np.exp(-x ** shape)).max()
+                   for shape in np.linspace(0.6, 2.5, 39))
+        assert best > 0.01, kind
+    turn = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)
+    for kind, second in ((1, 0.15), (2, 0.35), (3, 1.0)):
+        values = np.array([wave(kind, a, second, 0.4) for a in turn])
+        spectrum = np.abs(np.fft.rfft(values))
+        assert spectrum[0] < 1e-9 * spectrum[1]
+        assert spectrum[3:].max() > 0.01 * spectrum[1], kind
 
 
 @pytest.mark.parametrize('name', sorted(known()))

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.proof.score import score_case, true_bins
+from tests.proof.locate import in_zones, true_bins
+from tests.proof.score import score_case
 from tests.proof.sealing import BIN
 from tests.proof.summary import as_text
 from tests.proof.totals import clopper_pearson, summarise
@@ -31,6 +32,17 @@ def arrays_of(stratum: str) -> dict[str, np.ndarray]:
     return {'train_energy': energy, 'test_effort': effort,
             'test_velocity': np.full(time.size, 5.0), 'test_nominal': effort + off,
             'test_oracle': effort}
+
+
+def test_zones_hold_what_was_added_in_them() -> None:
+    energy, velocity = np.zeros(100), np.zeros(200)
+    energy[20:40], velocity[20:120] = 1.0, 5.0
+    velocity[40:80] = -5.0
+    arrays = {'train_energy': energy, 'train_velocity': velocity, 'train_position': velocity}
+    zone = {'variable': 'velocity', 'from': -6.0, 'to': -1.0, 'share': 0.9}
+    other = {'variable': 'load', 'from': 0.0, 'to': 1.0, 'share': 0.9}
+    row, = in_zones({'mismatch': {'where': [zone, other]}}, arrays)
+    assert row == ('velocity', 0.9, 1.0, pytest.approx(0.4))
 
 
 def write_truth(folder: Path) -> list[str]:
@@ -87,7 +99,8 @@ def test_perfect_answer_scores_full_marks(tmp_path: Path) -> None:
     assert summary['false_alarms']['hits'] == 0
     assert summary['confident_wrong_outside']['hits'] == 0
     assert summary['calibration']['expected_error'] == 0.0
-    assert summary['localisation'] == pytest.approx({'precision': 1.0, 'recall': 1.0}, abs=0.02)
+    for key in ('precision', 'recall'):
+        assert summary['localisation'][key] == pytest.approx(1.0, abs=0.02)
     assert summary['parameters']['median_error'] == 0.0
     assert summary['parameters']['coverage'] == 1.0
     assert summary['harm']['hits'] == 0
@@ -103,7 +116,8 @@ def test_silent_answer_scores_nothing_but_no_false_alarm(tmp_path: Path) -> None
     assert summary['false_alarms']['hits'] == 0
     assert summary['confident_wrong_outside']['hits'] == 0
     assert summary['calibration']['claims'] == 0
-    assert summary['localisation'] == {'precision': None, 'recall': 0.0}
+    where = summary['localisation']
+    assert (where['precision'], where['recall']) == (None, 0.0)
     assert summary['harm']['hits'] == 0
     assert summary['held_out_removed']['strong'] == pytest.approx(0.0, abs=1e-9)
     assert summary['confusion']['cogging_torque'] == {'nothing': 1}

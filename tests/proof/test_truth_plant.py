@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.proof.effects_drive import delivered
+from tests.proof.effects_drive import delivered, RING
 from tests.proof.plant_record import blank_plant
 from tests.proof.references import Reference, short_test
 from tests.proof.truth_plant import Run, simulate
@@ -81,10 +81,10 @@ def test_gap_lets_the_motor_run_free(reference: Reference) -> None:
         < 0.5 * np.abs(loose.effort - base.effort)[moves].mean()
 
 
-@pytest.mark.parametrize('kind', [1, 2, 3])
+@pytest.mark.parametrize('kind', [1, 2, 3, 4])
 def test_lag_delays_the_torque_by_its_time(kind: int) -> None:
     plant, dt = plant_of(lag_kind=kind, lag=4e-3), 5e-5
-    states, ring = np.zeros(2), np.zeros(1024)
+    states, ring = np.zeros(2), np.zeros(RING)
     torque = [delivered(plant[0], states, ring, i, 1.0, 0.0, 0.0, dt) for i in range(2000)]
     assert torque[-1] == pytest.approx(1.0, rel=1e-4)
     assert np.sum(1.0 - np.array(torque)) * dt == pytest.approx(4e-3, rel=0.03)

@@ -15,6 +15,7 @@ __all__ = ['calibration', 'clopper_pearson', 'parameter_table', 'summarise']
 
 _AROUND_ONE = {'scale', 'breakaway_ratio', 'friction_ratio', 'load_ratio'}
 _CONFIDENT = 0.5
+_BAND = 20.0    # Hz: in which all effects are sized but those that lie above it
 
 
 def clopper_pearson(hits: int, count: int, level: float = 0.95) -> tuple[float, float]:
@@ -81,6 +82,14 @@ def parameter_table(cases: list[CaseScore]) -> dict[str, object]:
             'coverage': _mean([r[2] for r in every])}
 
 
+def _zones(cases: list[CaseScore]) -> dict[str, object]:
+    """What the named zones hold, averaged; `said_error` is the mean of |said - true|."""
+    rows = [row for case in cases for row in case.zones]
+    return {'count': len(rows), 'energy': _mean([true for _, _, true, _ in rows]),
+            'time': _mean([time for *_, time in rows]),
+            'said_error': _mean([abs(said - true) for _, said, true, _ in rows])}
+
+
 def _well(case: CaseScore) -> bool:
     if case.stratum == 'pair':
         return case.both
@@ -117,7 +126,10 @@ def summarise(cases: list[CaseScore]) -> dict[str, object]:
         'named_first': {
             f'{s}{m}': _share([c for c in of.get(s, []) if not m or c.motion == m.strip()],
                               lambda c: c.named_first)
-            for s in ('strong', 'subtle') for m in ('', ' rich', ' routine')},
+            for s in ('strong', 'subtle') for m in ('', ' rich', ' routine')} | {
+            f'{s}, judged above {_BAND:.0f} Hz': _share(
+                [c for c in of.get(s, []) if c.band > _BAND], lambda c: c.named_first)
+            for s in ('strong', 'subtle')},
         'named_first_by_effect': by_effect,
         'pairs_both': _share(of.get('pair', []), lambda c: c.both),
         'pairs_first': _share(of.get('pair', []), lambda c: c.named_first),
@@ -131,7 +143,8 @@ def summarise(cases: list[CaseScore]) -> dict[str, object]:
         'parameters': parameter_table(cases),
         'localisation': {
             'precision': _mean([c.precision for c in hidden]),
-            'recall': _mean([0.0 if c.recall is None else c.recall for c in hidden])},
+            'recall': _mean([0.0 if c.recall is None else c.recall for c in hidden]),
+            'zones': _zones(hidden)},
         'held_out_removed': {
             **{s: _mean([c.removed for c in of[s]]) for s in strata if s != 'clean'},
             'named_singles': _mean([c.removed for c in singles if c.named_first])},

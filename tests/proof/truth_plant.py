@@ -12,7 +12,7 @@ from math import floor, sin
 from numba import njit
 import numpy as np
 
-from .effects_drive import cogging_torque, delivered
+from .effects_drive import cogging_torque, delivered, RING
 from .effects_friction import advance_bristle, capacity, drag_torque
 from .effects_load import curve, load_torque
 from .effects_train import shaft_torque
@@ -73,7 +73,7 @@ def _loop(plant, ref_p, ref_v, ref_a, disc, temperature, substeps, tick):
     work = np.zeros(6)
     bristle, far_bristle = np.zeros(6), np.zeros(6)
     hyst, creep, face, lag = np.zeros(5), np.zeros(6), np.zeros(1), np.zeros(2)
-    ring = np.zeros(1024)
+    ring = np.zeros(RING)
     creep[5] = curve(p, 0.0)
     theta = omega = far_theta = far_omega = angle = 0.0
     previous = rested = slipped = heated = 0.0
