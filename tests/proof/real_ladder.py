@@ -101,15 +101,17 @@ def plain_rungs(nominal: dict, train: Sequence[Path]) -> dict[str, Callable[[Pat
     for name, columns, free in (('refitted', numbers_of, None), ('offset', with_offset, None),
                                 ('flexible', all_of, with_offset(runs[0]).shape[1])):
         matrix = np.concatenate([fitted(columns(run)) for run in runs])
-        rungs[name] = _rung(columns, _solved(matrix, target, free))
+        rungs[name] = _rung(columns, _solved(matrix, target, free), slow)
     return rungs
 
 
-def _rung(columns: Callable[[Signals], np.ndarray], numbers: np.ndarray
+def _rung(columns: Callable[[Signals], np.ndarray], numbers: np.ndarray, slow: bool
           ) -> Callable[[Path], Prediction]:
     def predicted(path: Path) -> Prediction:
         run = read_signals(path)
-        return Prediction(run.time, columns(run) @ numbers, None)
+        effort = columns(run) @ numbers
+        # A slow recording's samples would alias what the 500 Hz grid holds above their rate.
+        return Prediction(run.time, low_pass(effort, RATE, 10.0) if slow else effort, None)
     return predicted
 
 
