@@ -4,7 +4,9 @@
     .venv/bin/python tests/fuzz/run.py --seed 4711 --count 1 --keep /tmp/case     # one again
 
 Every case follows from its number (--seed counts up). Cases run in worker processes with bounded
-memory; one that takes too long, or kills its worker, is a finding. Status 1 if there is any.
+memory; one that takes too long, or kills its worker, is a finding. Time is the worker's own
+processor time, so that a busy machine makes no findings; who does nothing for ten times as long
+hangs. Status 1 if there is any.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from collections import Counter
 import json
 import multiprocessing
 from multiprocessing.connection import Connection, wait
+import os
 from pathlib import Path
 import re
 import resource
@@ -36,7 +39,8 @@ def main() -> int:
     parser.add_argument('--count', type=int, default=10_000, help='cases (default: %(default)s)')
     parser.add_argument('--seed', type=int, default=0, help='number of the first case')
     parser.add_argument('--jobs', type=int, default=1, help='worker processes')
-    parser.add_argument('--seconds', type=float, default=120, help='a case may take that long')
+    parser.add_argument('--seconds', type=float, default=120,
+                        help='of processor time that a case may take')
     parser.add_argument('--commands', nargs='+', default=None, help='only these commands')
     parser.add_argument('--keep', type=Path, help='keep the files of findings here')
     parser.add_argument('--log', type=Path, help='write each finding as a line of JSON here')
@@ -63,7 +67,7 @@ def _all(arguments: argparse.Namespace) -> tuple[Counter, list[dict]]:
             result = None
             if worker.pipe in ready:
                 result = worker.take()
-            elif time.monotonic() - worker.since > arguments.seconds:
+            elif worker.late(arguments.seconds):
                 result = worker.lost(f'no end after {arguments.seconds:.0f} s')
             if result is None:
                 continue
@@ -105,15 +109,31 @@ class _Worker:
             other, self._arguments.commands, self._arguments.keep), daemon=True)
         self._process.start()
         other.close()
-        self.since = time.monotonic()
+        self._begin()
         self._seed = -1
+
+    def _begin(self) -> None:
+        self._since, self._processor = time.monotonic(), self._processor_time()
+
+    def _processor_time(self) -> float:
+        """Return what the process has used so far [s]; on systems without /proc the time."""
+        try:
+            words = Path(f'/proc/{self._process.pid}/stat').read_text().rsplit(')', 1)[1].split()
+        except (OSError, IndexError):
+            return time.monotonic()
+        return (int(words[11]) + int(words[12])) / os.sysconf('SC_CLK_TCK')
+
+    def late(self, seconds: float) -> bool:
+        """Whether the case has worked for too long, or hangs."""
+        return (self._processor_time() - self._processor > seconds
+                or time.monotonic() - self._since > 10.0 * seconds)
 
     def next(self, todo) -> bool:
         """Hand out the next case; False where there is none."""
         self._seed = next(todo, -1)
         if self._seed < 0:
             return False
-        self.since = time.monotonic()
+        self._begin()
         self.pipe.send(self._seed)
         return True
 

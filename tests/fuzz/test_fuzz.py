@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from .cases import make_case
-from .oracle import judge
+from engb_ros.fleet import processes
+
+from .cases import COMMANDS, make_case
+from .oracle import in_this_process, judge
 
 
 @pytest.mark.parametrize('seed', range(0, 80, 20))
@@ -28,6 +30,15 @@ def test_predict(tmp_path, seed):
 @pytest.mark.parametrize('seed', range(1000, 1010))
 def test_identify_and_diagnose(tmp_path, seed):
     case = make_case(seed, tmp_path, ('identify', 'diagnose'))
+    wrong, _ = judge(case, tmp_path)
+    assert not wrong, case.about
+
+
+@pytest.mark.parametrize(('seed', 'commands'), [
+    (200091, COMMANDS), (200618, COMMANDS), (300453, ('predict', 'identify'))])
+def test_what_was_found_once(tmp_path, monkeypatch, seed, commands):
+    monkeypatch.setattr(processes, 'run_processes', in_this_process)
+    case = make_case(seed, tmp_path, commands)
     wrong, _ = judge(case, tmp_path)
     assert not wrong, case.about
 
