@@ -74,16 +74,17 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
     for index, variant in enumerate(variants):
         if variant.effect.unnamed:
             continue
+        values = dict(zip(variant.effect.names, chosen.hypothesis.values(chosen.vector, index, 0),
+                          strict=True))
+        believed = known * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
         weights = rival_weights(chosen, rivals, fitter, before)
         alternatives = tuple(
-            (_other(fit, chosen), known * weight)
-            for fit, weight in zip(rivals, weights[1:], strict=True) if known * weight > TOLD)
-        values = dict(zip(variant.effect.names, chosen.hypothesis.values(chosen.vector, index, 0),
-                          strict=True))
+            (_other(fit, chosen), believed * weight)
+            for fit, weight in zip(rivals, weights[1:], strict=True) if believed * weight > TOLD)
         findings.append(EffectFinding(
-            effect=variant.effect.id, probability=known * weights[0],
+            effect=variant.effect.id, probability=believed * weights[0],
             parameters=estimates(chosen, fitter, index),
             share=share * matters[index] / total, alternatives=alternatives,
             statement=variant.effect.statement(values)))

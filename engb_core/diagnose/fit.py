@@ -13,10 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.fit_steps import (
+    bounded_step,
+    derivative_step,
+    largest_step,
+    nominal_value,
+    weak_prior,
+)
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
-from engb_core.effects.base import Parameter
 
 __all__ = ['Fit', 'Fitter', 'StartColumns', 'bare']
 
@@ -233,7 +239,7 @@ class Fitter:
         spread = [number.spread for number in numbers]
         for entry in range(hypothesis.size - len(numbers)):
             parameter = hypothesis.parameter(entry)
-            middle, width = _weak_prior(parameter)
+            middle, width = weak_prior(parameter)
             centre.append(middle)
             spread.append(width)
         return np.array(centre), np.array(spread)
@@ -247,7 +253,8 @@ class Fitter:
         columns = np.empty((reference.size, len(places)))
         for column, place in enumerate(places):
             step = 1e-4 * min(spread[place], 1e6) if place < len(hypothesis.numbers) else \
-                _step(hypothesis.parameter(place - len(hypothesis.numbers)), vector[place])
+                derivative_step(hypothesis.parameter(place - len(hypothesis.numbers)),
+                                vector[place])
             if vector[place] + step > high[place]:
                 step = -step
             moved = vector.copy()
@@ -283,7 +290,7 @@ class Fitter:
                 parameter.starts[0] if parameter.starts else 0.0
             value = setting.get(parameter.name, default)
             if parameter is sizing and parameter.none is None:
-                value = _nominal_value(self.problem.model, parameter.name)
+                value = nominal_value(self.problem.model, parameter.name)
             elif parameter is sizing and sizes is not None and not parameter.logarithmic:
                 value = parameter.none + (np.hypot(*sizes) if sizes.size == 2 else sizes[0])
             elif parameter.name == 'phase' and sizes is not None and sizes.size == 2:
@@ -333,7 +340,7 @@ class Fitter:
         best = self._evaluate(hypothesis, np.clip(vector, low, high))
         damping = 1e-4
         largest = np.array([(-np.inf, np.inf)] * count
-                           + [_largest_step(hypothesis.parameter(place - count))
+                           + [largest_step(hypothesis.parameter(place - count))
                               for place in range(count, hypothesis.size)]).T.reshape(2, -1)
         effects = None
         for _ in range(rounds):
@@ -352,7 +359,7 @@ class Fitter:
                 right[held] = 0.0
             least = np.maximum(low - best.vector, largest[0])
             most = np.minimum(high - best.vector, largest[1])
-            step = _bounded_step(gram + damping * np.diag(np.diag(gram)), right, least, most)
+            step = bounded_step(gram + damping * np.diag(np.diag(gram)), right, least, most)
             trial = self._evaluate(hypothesis, np.clip(best.vector + step, low, high))
             if trial.cost < best.cost:
                 done = best.cost - trial.cost < tolerance * best.cost
@@ -382,60 +389,3 @@ def _places_of(hypothesis: Hypothesis, name: str) -> list[int]:
     count = len(hypothesis.numbers)
     return [count + entry for entry in range(hypothesis.size - count)
             if hypothesis.parameter(entry).name == name]
-
-
-def _weak_prior(parameter: Parameter) -> tuple[float, float]:
-    """Return centre and width of what is known of an effect's parameter beforehand: its order of
-    magnitude where it has starts, else nothing."""
-    if parameter.name in ('phase', 'order') or not parameter.starts:
-        return 0.0, 1e6
-    if parameter.logarithmic:
-        logs = np.log(parameter.starts)
-        return float(logs.mean()), float(max(np.ptp(logs), 2.0))
-    if parameter.none is not None:
-        return parameter.none, 1e6
-    return float(np.mean(parameter.starts)), float(max(np.ptp(parameter.starts), 0.5))
-
-
-def _bounded_step(gram: Array, right: Array, least: Array, most: Array) -> Array:
-    """Return the least-squares step within bounds: what would leave them stays at its bound and
-    the others are solved for anew."""
-    step = np.linalg.solve(gram, right)
-    fixed = np.zeros(step.size, bool)
-    for _ in range(step.size):
-        outside = ~fixed & ((step < least) | (step > most))
-        if not outside.any():
-            break
-        step[outside] = np.clip(step, least, most)[outside]
-        fixed |= outside
-        free = ~fixed
-        if not free.any():
-            break
-        step[free] = np.linalg.solve(gram[np.ix_(free, free)],
-                                     right[free] - gram[np.ix_(free, fixed)] @ step[fixed])
-    return np.clip(step, least, most)
-
-
-def _step(parameter: Parameter, value: float) -> float:
-    if parameter.logarithmic:
-        return 1e-5 if parameter.name == 'order' else 1e-3
-    return 1e-4 * max(abs(value), abs(parameter.starts[0]) if parameter.starts else 1.0, 1e-3)
-
-
-def _largest_step(parameter: Parameter) -> tuple[float, float]:
-    if parameter.name == 'order':
-        return -0.01, 0.01
-    if parameter.logarithmic:
-        return -1.2, 1.2
-    if parameter.name in ('phase', 'shape'):
-        return -0.6, 0.6
-    return -np.inf, np.inf
-
-
-def _nominal_value(model: object, name: str) -> float:
-    for section in (model.motor, model.friction):
-        if hasattr(section, name):
-            return getattr(section, name)
-    raise KeyError(name)
-
-

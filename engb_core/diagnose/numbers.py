@@ -8,6 +8,7 @@ curve's numbers are judged as a whole, in selection.py.
 from __future__ import annotations
 
 from dataclasses import dataclass
+import itertools
 
 import numpy as np
 
@@ -24,9 +25,12 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
 # and the part of the file's whole excess that it must be.
 INSISTED = 0.25
 INSISTED_PART = 0.08
-# A second wrong number is named if the data insist on it nearly as much as on the first: the
-# others of a refitted file moved along with the one that is wrong.
+# Where no one or two numbers make the file fit, a further one is named if the data insist on it
+# nearly as much as on the first: the others of a refitted file moved along with what is wrong.
 SECOND = 0.75
+# Two wrong numbers leave no more than this of the mean square (noise = 1): any two of a refitted
+# file leave more, since its others have moved as well.
+TWO_LEAVE = 0.03
 # A file that fits nearly as well as any numbers without the effects was refitted around them.
 REFITTED = 1.5
 # Beside effects a wrong number must matter as much as this part of what the file loses to
@@ -54,7 +58,7 @@ def level(fit: Fit, fitter: Fitter) -> float:
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     """Return the numbers that are wrong in the model file, given the effects in `explained`.
 
-    With no effect in `explained` a number is named if the data insist on it more than on others.
+    With no effect in `explained` the fewest numbers are named that make the file fit.
     Beside effects it is named only if the file's other numbers fit as they stand: a file that
     was refitted around missing physics has all its numbers moved.
     """
@@ -66,31 +70,39 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
              - floor for number in numbers if number.name in _BY_NUMBER}
     if not rises:
         return []
-    least = max(INSISTED, INSISTED_PART * excess, SECOND * max(rises.values()))
-    insisted = sorted((name for name in rises if rises[name] >= least),
-                      key=lambda name: -rises[name])
     variants = explained.hypothesis.variants
     if any(variant.effect.number_only for variant in variants) and not all(
             variant.effect.number_only for variant in variants):
         return []
+    least = max(INSISTED, INSISTED_PART * excess)
+    found = [finding for name in sorted(rises, key=lambda name: -rises[name])
+             if rises[name] >= least
+             and (finding := _named(fitter, explained, name, rises[name])) is not None]
     if variants:
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)
         if excess < REFITTED * before:
             return []
-        insisted = [name for name in insisted if rises[name] > BESIDE * (excess - before)
-                    or _alone(fitter, explained, name)
-                    < floor + max(INSISTED, 0.15 * rises[name])][:1]
-    elif len(insisted) > 1 and _alone(fitter, explained, insisted[0]) \
-            < floor + max(INSISTED, 0.1 * rises[insisted[0]]):
-        insisted = insisted[:1]
-    return [finding for name in insisted
-            if (finding := _named(fitter, explained, name, rises[name])) is not None]
+        return [finding for finding in found
+                if finding.matters > BESIDE * (excess - before)
+                or _with_only(fitter, explained, (finding,))
+                < floor + max(INSISTED, 0.15 * finding.matters)][:1]
+    # The fewest numbers that make the file fit, if there are such.
+    for finding in found:
+        if _with_only(fitter, explained, (finding,)) < floor + max(INSISTED,
+                                                                   0.1 * finding.matters):
+            return [finding]
+    for pair in itertools.combinations(found, 2):
+        if _with_only(fitter, explained, pair) < floor + TWO_LEAVE:
+            return list(pair)
+    return [finding for finding in found if finding.matters >= SECOND * max(rises.values())]
 
 
-def _alone(fitter: Fitter, explained: Fit, name: str) -> float:
-    fit = fitter.refit(explained, tuple(number for number in explained.hypothesis.numbers
-                                        if number.name in (DELAY, name)))
-    return level(fit, fitter)
+def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:
+    """Return the level that the file reaches when only these numbers are refitted."""
+    free = {DELAY, *(number for number, effect in _BY_NUMBER.items()
+                     if effect in [finding.effect for finding in wrong])}
+    return level(fitter.refit(explained, tuple(number for number in explained.hypothesis.numbers
+                                               if number.name in free)), fitter)
 
 
 def _named(fitter: Fitter, explained: Fit, name: str, rise: float) -> NumberFinding | None:

@@ -99,6 +99,8 @@ class Effect:
         stateless: its functions share no state, though it acts at several stages.
         only_here: bound to the times of one recording; not carried over to others.
         contains: ids of effects that this one includes as a special case.
+        credence: (values) → how far a good fit is believed, 0 to 1 (None: fully); for forms of
+            an effect that other causes imitate.
         statement: (values) → a sentence for a brake engineer.
     """
 
@@ -120,6 +122,7 @@ class Effect:
     stateless: bool = False
     only_here: bool = False
     contains: tuple[str, ...] = ()
+    credence: Callable[[Mapping[str, float]], float] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ def _load(parameters, state, sample):
     target = 1.0 if travel > 0.0 else -1.0
     state[0] = target + (state[0] - target) * math.exp(-abs(travel))
     weight = (min(load, peak) / peak) ** parameters[2]
-    return load + parameters[0] * peak * weight * state[0]
+    return load + parameters[4] * parameters[0] * peak * weight * state[0]
 
 
 EFFECT = Effect(
@@ -37,14 +37,19 @@ EFFECT = Effect(
         Parameter('load_exponent', '-', 0.0, 2.0, starts=(0.3, 1.0)),
     ),
     stages={'load': _load},
-    equation='T_L = T_L(θ) + ratio·T_peak·(T_L/T_peak)^γ·z, dz/dθ = (1 − z sgn ω)/distance',
+    equation='T_L = T_L(θ) ± ratio·T_peak·(T_L/T_peak)^γ·z, dz/dθ = (1 − z sgn ω)/distance',
     reference='Bouc (1967), Wen (1976); Coleman and Hodgdon, Int. J. Eng. Sci. 24 (1986) 897',
     statement=lambda p: (
         "The caliper's load lies on a loop: half its width is "
         f"{p['hysteresis_ratio'] * 100:.1f} % of the peak load, with memory of the turning "
-        f"points over about {p['memory_distance']:.2g} rad."),
+        f"points over about {p['memory_distance']:.2g} rad."
+        + (' It is higher while releasing: the load follows late.' if p['sense'] < 0 else '')),
     reveals='since_reversal',
-    constants=(('peak_load', 'N·m'),),
+    constants=(('peak_load', 'N·m'), ('sense', '-')),
     set_constants=lambda scene: {'peak_load': max(scene.largest_load, 1e-9)},
     applies=lambda scene: scene.largest_load > 0,
+    # A caliper's friction makes applying the harder way; play in the load path the easier one.
+    variants=({'sense': 1.0}, {'sense': -1.0}),
+    # A loop of the second sense gives energy; a friction that ages at rest can look like it.
+    credence=lambda p: 1.0 if p['sense'] > 0 else 0.6,
 )

@@ -8,14 +8,11 @@ from engb_core.effects.base import Effect, LEVEL, Parameter, TIME, TIME_STEP, VE
 
 @effect_function
 def _level(parameters, state, sample):
-    # state: how far the contact has aged, 0 (fresh) to 1; it ages by itself and slip renews it.
-    # Exact for constant speed over the step.
+    # state: how far the contact has aged: as the logarithm of the time at rest; slip renews it.
     if sample[TIME] <= 0.0:
         state[0] = 0.0
-    renewal = abs(sample[VELOCITY]) / parameters[2]
-    rate = 1.0 / parameters[1] + renewal
-    settled = 1.0 / (parameters[1] * rate)
-    state[0] = settled + (state[0] - settled) * math.exp(-rate * sample[TIME_STEP])
+    aged = math.log(math.exp(state[0]) + sample[TIME_STEP] / parameters[1])
+    state[0] = aged * math.exp(-abs(sample[VELOCITY]) * sample[TIME_STEP] / parameters[2])
     return sample[LEVEL] * (1.0 + parameters[0] * state[0])
 
 
@@ -24,11 +21,11 @@ EFFECT = Effect(
     title='Unexplained friction after rest',
     parameters=(
         Parameter('growth', '-', -1.0, 20.0, none=0.0, starts=(0.1,)),
-        Parameter('rest_time', 's', 1e-2, 100.0, starts=(0.3, 2.0), logarithmic=True),
+        Parameter('rest_time', 's', 1e-3, 100.0, starts=(0.1, 1.0), logarithmic=True),
         Parameter('distance', 'rad', 1e-3, 100.0, starts=(0.1, 0.6, 2.5), logarithmic=True),
     ),
     stages={'level': _level},
-    equation='F (1 + growth · a), ȧ = (1 − a)/rest_time − a |ω|/distance',
+    equation='F (1 + growth · a), ȧ = e^(−a)/rest_time − a |ω|/distance',
     reference='none claimed; the form is that of ageing contacts, Dieterich, JGR 84 (1979)',
     statement=lambda p: ('Friction after standing still is higher the longer it stood, and '
                          f"falls back within {p['distance']:.2g} rad; no effect of the "

@@ -1,0 +1,73 @@
+"""How a fit steps: what is known of a parameter beforehand, how far a step may go."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.effects.base import Parameter
+from engb_core.model import Model
+
+__all__ = ['bounded_step', 'derivative_step', 'largest_step', 'nominal_value', 'weak_prior']
+
+Array = NDArray[np.float64]
+
+
+def weak_prior(parameter: Parameter) -> tuple[float, float]:
+    """Return centre and width of what is known of an effect's parameter beforehand: its order of
+    magnitude where it has starts, else nothing."""
+    if parameter.name in ('phase', 'order') or not parameter.starts:
+        return 0.0, 1e6
+    if parameter.logarithmic:
+        logs = np.log(parameter.starts)
+        return float(logs.mean()), float(max(np.ptp(logs), 2.0))
+    if parameter.none is not None:
+        return parameter.none, 1e6
+    return float(np.mean(parameter.starts)), float(max(np.ptp(parameter.starts), 0.5))
+
+
+def bounded_step(gram: Array, right: Array, least: Array, most: Array) -> Array:
+    """Return the least-squares step within bounds: what would leave them stays at its bound and
+    the others are solved for anew."""
+    step = np.linalg.solve(gram, right)
+    fixed = np.zeros(step.size, bool)
+    for _ in range(step.size):
+        outside = ~fixed & ((step < least) | (step > most))
+        if not outside.any():
+            break
+        step[outside] = np.clip(step, least, most)[outside]
+        fixed |= outside
+        free = ~fixed
+        if not free.any():
+            break
+        step[free] = np.linalg.solve(gram[np.ix_(free, free)],
+                                     right[free] - gram[np.ix_(free, fixed)] @ step[fixed])
+    return np.clip(step, least, most)
+
+
+def derivative_step(parameter: Parameter, value: float) -> float:
+    """Return the step of a difference quotient."""
+    if parameter.logarithmic:
+        return 1e-5 if parameter.name == 'order' else 1e-3
+    return 1e-4 * max(abs(value), abs(parameter.starts[0]) if parameter.starts else 1.0, 1e-3)
+
+
+def largest_step(parameter: Parameter) -> tuple[float, float]:
+    """Return how far one iteration may move a parameter, down and up."""
+    if parameter.name == 'order':
+        return -0.01, 0.01
+    if parameter.logarithmic:
+        return -1.2, 1.2
+    if parameter.name in ('phase', 'shape'):
+        return -0.6, 0.6
+    return -np.inf, np.inf
+
+
+def nominal_value(model: Model, name: str) -> float:
+    """Return the model file's value of a motor or friction number. KeyError: none of that name."""
+    for section in (model.motor, model.friction):
+        if hasattr(section, name):
+            return getattr(section, name)
+    raise KeyError(name)
+
+
