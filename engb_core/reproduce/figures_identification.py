@@ -176,10 +176,10 @@ def _friction(result: StrokesResult) -> tuple[Figure, Figure, Figure]:
         'Figure 15: friction over speed', Axis('Speed', 'rad/s'),
         (Panel(Axis('−Odd disturbance', 'mN·m'), (
             Points('resampled', parts.velocity, -1e3 * parts.odd, 'noise'),
-            Line(f'saturation at {paper.friction.saturation_velocity:.2f} rad/s (paper’s way)',
+            Line(f'paper’s way, ω_s {paper.friction.saturation_velocity:.2f} rad/s',
                  speed, 1e3 * (paper.friction.coulomb + paper.friction.load_gain * mean_load)
                  * np.clip(speed / paper.friction.saturation_velocity, 0, 1), 'before', 'dash'),
-            Line(f'saturation at {friction.saturation_velocity:.2f} rad/s (joint regression)',
+            Line(f'joint regression, {friction.saturation_velocity:.2f} rad/s',
                  speed, 1e3 * (friction.coulomb + friction.load_gain * mean_load)
                  * np.clip(speed / friction.saturation_velocity, 0, 1), 'after')), 220),),
         alt='Friction rises from zero speed and saturates.',

@@ -19,6 +19,7 @@ from engb_core.identify.nominal import (
     StepFit,
     torque_constant,
 )
+from engb_core.identify.output_error import fit_output_error
 from engb_core.identify.regression import Fit, Form
 from engb_core.identify.regression import fit as fit_jointly
 from engb_core.identify.smoothing import motions
@@ -26,6 +27,8 @@ from engb_core.identify.uncertainty import Estimate
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.reproduce import chosen
+from engb_core.sensors import SensorSettings
+from engb_core.virtual_brake import DriveSettings, VirtualBrake
 
 __all__ = ['analyse_nominal', 'CoggingEffect', 'compare_cogging', 'NominalResult']
 
@@ -42,6 +45,9 @@ class NominalResult:
     Attributes:
         steps: the classical fits, one a step; `linear_steps` their summary.
         response: torque to velocity, measured by the sweep; `linear_sweep` fitted to it.
+        simulated: the same of the joint model run forward under the sweep's measured torque,
+            friction and cogging included, through the same estimator.
+        output_error_steps, output_error_sweep: the linear motor fitted by output error.
         joint: all runs at once, with friction and cogging.
         torque_constant: from the added inertia.
         orders, spectrum: the order spectrum of what friction leaves over in the slow strokes.
@@ -52,6 +58,9 @@ class NominalResult:
     linear_steps: LinearFit
     response: FrequencyResponse
     linear_sweep: LinearFit
+    simulated: FrequencyResponse
+    output_error_steps: LinearFit
+    output_error_sweep: LinearFit
     joint: Fit
     torque_constant: Estimate
     orders: Array
@@ -100,8 +109,11 @@ def analyse_nominal(recordings: Mapping[str, Recording]) -> NominalResult:
     found = joint.model(chosen.NOMINAL)
     # Friction and load are for the strokes to find; the nominal plant has none (25).
     nominal = replace(chosen.NOMINAL, motor=found.motor, cogging=found.cogging)
-    return NominalResult(steps, linear_steps, response, fit_response(response), joint, constant,
-                         orders, spectrum, nominal)
+    return NominalResult(
+        steps, linear_steps, response, fit_response(response),
+        frequency_response([_run_forward(found, recordings['sweep'])]),
+        fit_output_error([recordings['steps']]), fit_output_error([recordings['sweep']]),
+        joint, constant, orders, spectrum, nominal)
 
 
 def compare_cogging(before: Recording, after: Recording) -> CoggingEffect:
@@ -126,6 +138,20 @@ def compare_cogging(before: Recording, after: Recording) -> CoggingEffect:
     one, two = errors[0][1][:size], errors[1][1][:size]
     return CoggingEffect(errors[0][0][:size], one, two, float(np.sqrt(np.nanmean(one**2))),
                          float(np.sqrt(np.nanmean(two**2))))
+
+
+def _run_forward(model: Model, recording: Recording) -> Recording:
+    """Return what `model` does under the recorded torque, measured without error."""
+    brake = VirtualBrake(model, DriveSettings(rate=1.0 / recording.interval),
+                         SensorSettings(counts_per_revolution=0, velocity_cutoff=0.0,
+                                        effort_noise=0.0, effort_resolution=0.0))
+    rows = []
+    for torque in recording.effort.tolist():
+        brake.command(torque)
+        measured = brake.advance()
+        rows.append((measured.time, measured.position, measured.velocity, measured.effort))
+    time, position, velocity, effort = np.array(rows).T
+    return Recording.from_samples(recording.name, time, position, effort, velocity)
 
 
 def _spectrum(recording: Recording, slow: Fit) -> tuple[Array, Array]:

@@ -21,6 +21,7 @@ from engb_core.reproduce.figures_nominal import (
 )
 from engb_core.reproduce.figures_validation import disc_figures, validation_figures
 from engb_core.reproduce.identification_chapter import Bias
+from engb_core.reproduce.judgement import judgement
 from engb_core.reproduce.numbers import Number, published_numbers, Results
 from engb_core.reproduce.plan import Experiment, PLAN
 from engb_core.reproduce.validation_chapter import compensated_share
@@ -104,12 +105,16 @@ def _mechanism(page: Page) -> None:
 
 def _nominal(page: Page, results: Results) -> None:
     page.section('Section 3.2: the nominal plant, and cogging')
-    steps = results.nominal.linear_steps
+    steps, output = results.nominal.linear_steps, results.nominal.output_error_steps
     page.text(
         'Step test and sweep drive the motor with the caliper taken off. Read as a linear motor, '
         f'the step test gives J = {number(steps.inertia.value)} kg·m² and '
         f'B = {number(steps.viscous_friction.value)} N·m·s/rad, both too large by as much as '
-        'Coulomb friction takes of the torque. The joint regression keeps the three apart.')
+        'Coulomb friction takes of the torque. A better estimator of the same linear model '
+        '(output error, by SciPy’s simulation and least squares) does not mend that: it gives '
+        f'J = {number(output.inertia.value)} kg·m² and '
+        f'B = {number(output.viscous_friction.value)} N·m·s/rad. The joint regression keeps the '
+        'three apart.')
     page.figure(bode(results.nominal))
     page.figure(cogging_spectrum(results.nominal))
     page.figure(cogging_tracking(results.cogging))
@@ -120,17 +125,8 @@ def _identification(page: Page, results: Results) -> None:
     for figure in identification_figures(results.strokes):
         page.figure(figure)
     page.subsection('How far is each way off?')
-    page.text(
-        'The simulated brake’s truth is known, so the ways can be judged. Pairing samples by '
-        'number fails as soon as tracking is poor: load leaks into friction, C₁ comes out three '
-        'times too large. Nearest neighbour resampling repairs that, as the paper claims, also '
-        'with few grid points. What it does not repair: where tracking is poor, clamp and release '
-        'pass the same position at different speeds, and at low speed friction is then not odd '
-        '(the hysteresis term of (39)): load and C₁ stay biased. Nor does it repair a wrong B: '
-        'what a classical step test puts too much into B is missing from C₀. Joint regression '
-        'needs no pairs and is free of both; alone, on a coarse and slow recording, it scatters '
-        'more, since it has to find J and B too; given them with their intervals from the free '
-        'motor it is the best throughout, and tells its own uncertainty.')
+    for paragraph in judgement(results.strokes.biases):
+        page.text(paragraph)
     page.table(
         [Column('Way'), Column('Recording'), Column('Paired positions apart, rms', number=True),
          Column('Load, rms error', number=True), Column('C₀ error', number=True),

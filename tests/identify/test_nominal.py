@@ -14,6 +14,7 @@ from engb_core.identify.nominal import (
     frequency_response,
     torque_constant,
 )
+from engb_core.identify.output_error import fit_output_error
 from engb_core.identify.procedure import identify
 from engb_core.identify.self_energizing import compare_fits, compare_paper_way
 
@@ -49,6 +50,17 @@ def test_step_test_finds_j_and_b_and_their_classical_bias():
     assert joint.values['inertia'] == pytest.approx(6.813e-5, rel=0.02)
     assert joint.values['viscous_friction'] == pytest.approx(1.125e-3, rel=0.02)
     assert joint.values['coulomb'] == pytest.approx(0.004, rel=0.05)
+
+
+def test_output_error_finds_a_linear_motor_and_takes_friction_for_drag():
+    linear = fit_output_error([open_loop(steps(), coulomb=0.0)])
+    for found, name in ((linear.inertia, 'inertia'), (linear.viscous_friction, 'viscous')):
+        assert found.value == pytest.approx(PAPER[name], rel=0.005)
+        assert 0.0 < found.std < 0.01 * PAPER[name]
+    rubbing = fit_output_error([open_loop(steps())])
+    assert rubbing.viscous_friction.value > 1.05 * PAPER['viscous']
+    with pytest.raises(InputError, match='does not move'):
+        fit_output_error([open_loop(np.zeros(2000))])
 
 
 def test_sweep_gives_the_response_of_the_linear_motor(sweep):

@@ -12,6 +12,7 @@ from engb_core.kinematics import CHOSEN as MECHANISM
 from engb_core.reproduce import chosen
 from engb_core.reproduce.bench import run_experiment
 from engb_core.reproduce.errata import ERRATA
+from engb_core.reproduce.judgement import judgement
 from engb_core.reproduce.numbers import published_numbers
 from engb_core.reproduce.page import reproduction_page, results_mapping
 from engb_core.reproduce.plan import PLAN, STAGES
@@ -49,6 +50,33 @@ def test_nominal_plant_is_found_and_the_classical_bias_shown(results, numbers):
     assert low < chosen.MOTOR.torque_constant < high
     classical = numbers['B, classical step test']
     assert classical.low > chosen.MOTOR.viscous_friction
+
+
+def test_a_better_estimator_of_the_linear_motor_is_biased_too(results):
+    for found in (results.nominal.output_error_steps, results.nominal.output_error_sweep):
+        assert found.viscous_friction.interval(0.99)[0] > chosen.MOTOR.viscous_friction
+        assert found.inertia.value == pytest.approx(chosen.MOTOR.inertia, rel=0.1)
+
+
+def test_the_joint_model_run_forward_meets_the_measured_response(results):
+    measured, forward = results.nominal.response, results.nominal.simulated
+    seen = measured.frequency[(measured.frequency < 9.5)]
+    ratio = (np.interp(seen, forward.frequency, forward.response)
+             / np.interp(seen, measured.frequency, measured.response))
+    assert np.sqrt(np.mean((20.0 * np.log10(np.abs(ratio)))**2)) < 0.1
+    # J and B alone, without the friction, do not.
+    joint = results.nominal.joint.values
+    alone = 1.0 / (2j * np.pi * seen * joint['inertia'] + joint['viscous_friction'])
+    apart = alone / np.interp(seen, measured.frequency, measured.response)
+    assert np.sqrt(np.mean((20.0 * np.log10(np.abs(apart)))**2)) > 1.0
+
+
+def test_what_is_said_of_the_biases_is_what_they_are(results):
+    said = ' '.join(judgement(results.strokes.biases))
+    poor = {entry.way: entry for entry in results.strokes.biases
+            if entry.recording == 'strokes_poor'}
+    for way in ('samples paired by number', 'nearest neighbour, 400 points'):
+        assert f'{abs(poor[way].load_gain):.4f}' in said
 
 
 def test_cogging_orders_are_found_and_compensated(results):
