@@ -177,6 +177,7 @@ def _drawn(plan: dict, home: Path, jobs: int, progress: Callable[[str], None]
 def _run_all(work: list[tuple[Callable[[], str | None], Path]], jobs: int,
              progress: Callable[[str], None]) -> None:
     todo = [(job, at) for job, at in work if not (at / 'run.json').exists()]
+    begin = time.monotonic()
     pool = ThreadPoolExecutor(jobs)
     waiting: dict[Future, Path] = {}
     try:
@@ -187,7 +188,9 @@ def _run_all(work: list[tuple[Callable[[], str | None], Path]], jobs: int,
             at = waiting[done]
             if failure and _STOPPED.search(failure):
                 raise KeyboardInterrupt
-            progress(f'{count}/{len(todo)} {at.parent.name} {at.name}: {failure or "done"}')
+            left = (time.monotonic() - begin) * (len(todo) - count) / count / 60.0
+            progress(f'{count}/{len(todo)} {at.parent.name} {at.name}: {failure or "done"}; '
+                     f'about {left:.0f} min left')
     except BaseException:
         pool.shutdown(wait=True, cancel_futures=True)
         for done, at in waiting.items():

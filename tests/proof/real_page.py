@@ -17,15 +17,16 @@ _MEANING = {
 def real_page(result: dict, *, backend: str | None = None) -> Page:
     """The page; `result` as in real.json, `backend` as in `Page`."""
     page = Page('engb prove --real', backend=backend)
-    rows = [row for one in result['sets'] for row in one['rows'] if row['taken']]
+    rows = [row for one in result['sets'] for row in one['rows']
+            if row['taken'] and row['verdict'] != 'cannot tell']
     just = sum(row['verdict'] == 'just it' for row in rows)
     good = sum(row['verdict'] in _GOOD for row in rows)
     page.header(
         f'Real recordings · {result["date"]}',
-        f'Of {len(rows)} terms taken out of a real machine\'s model, {just} were named, and '
-        'nothing else',
-        [f'{good} were named first. The recordings are what they are: only the model that the '
-         'tool is handed lacks a term.'], tone='info', key=[
+        f'In {just} of {len(rows)} models of a real machine that lacked one term, just that '
+        'term was named',
+        [f'In {good} it was named first. The recordings are what they are: only the model that '
+         'the tool is handed lacks a term.'], tone='info', key=[
              ('named, nothing else', f'{just}', f'of {len(rows)} models'),
              ('named first', f'{good}', f'of {len(rows)} models'),
              ('seconds', f'{sum(r["seconds"] for r in rows) / max(len(rows), 1):.1f}',
@@ -90,7 +91,8 @@ def _rows(page: Page, one: dict) -> None:
                 Column('after', number=True)], rows,
                caption='Held-out effort error as the tool reports it, over that of the best '
                'model. Below about 1.1 before, what was taken out can hardly be seen.')
-    counted = [row['verdict'] for row in one['rows'] if row['taken']]
+    counted = [row['verdict'] for row in one['rows']
+               if row['taken'] and row['verdict'] != 'cannot tell']
     page.text(f'Just the term: {percent(counted.count("just it") / max(len(counted), 1))} of '
               f'{len(counted)} models.')
 

@@ -145,7 +145,7 @@ def test_a_stopped_run_is_done_again(tmp_path: Path) -> None:
     told: list[str] = []
     _run_all([(lambda: ended(good, 'never called'), good),
               (lambda: ended(stopped, None), stopped)], 1, told.append)
-    assert told == [f'1/1 {tmp_path.name} stopped: done']
+    assert told == [f'1/1 {tmp_path.name} stopped: done; about 0 min left']
 
 
 def test_strict_fails_on_crashes_and_false_alarms_only() -> None:
