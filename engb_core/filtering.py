@@ -8,6 +8,7 @@ of motion can be held against it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,8 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from engb_core.compiled import compiled
 from engb_core.motion import gaussian_kernel, Motion
 
-__all__ = ['Comparison', 'comparison_of', 'low_passed_noise', 'noise_of']
+__all__ = ['Comparison', 'comparison_of', 'judgeable', 'low_passed_noise', 'noise_of',
+           'slowest_speed']
 
 Array = NDArray[np.float64]
 
@@ -61,6 +63,30 @@ def _decimate(values, weight, taps, grid, scale):
     return out
 
 
+def slowest_speed(motions: Sequence[Motion], saturation_velocity: float, speed: float) -> float:
+    """Return the speed below which a shaft may well be standing [rad/s].
+
+    Args:
+        motions: their encoders count: between two counts nothing is known.
+        saturation_velocity: of the model [rad/s]: it stands for a stick that the model does not
+            describe.
+        speed: the fastest of the motions [rad/s].
+    """
+    by_counts = max(motion.quantum for motion in motions) / 0.015
+    by_model = 2.0 * saturation_velocity if 2.0 * saturation_velocity < 0.02 * speed else 0.0
+    # A shaft that never moves has a speed of rounding errors only.
+    return max(by_counts, by_model, 0.002 * speed, 1e-9)
+
+
+def judgeable(motion: Motion, slowest: float) -> NDArray[np.bool_]:
+    """Return where a model of motion can be held against the samples (n,): not at standstill,
+    below `slowest` [rad/s], nor in gaps."""
+    standing = np.abs(motion.velocity) < slowest
+    # The smoothing of position reaches a few milliseconds into the motion beside a stop.
+    margin = 2 * int(round(0.004 / motion.step)) + 1
+    return ~maximum_filter1d(standing | ~motion.known, margin)
+
+
 def comparison_of(motion: Motion, bandwidth: float, slowest: float,
                   least_weight: float = 0.35) -> Comparison:
     """Make the filter for one motion.
@@ -73,10 +99,7 @@ def comparison_of(motion: Motion, bandwidth: float, slowest: float,
     """
     bandwidth = min(bandwidth, 0.2 / motion.step)
     taps = gaussian_kernel(bandwidth, motion.step)
-    standing = np.abs(motion.velocity) < slowest
-    # The smoothing of position reaches a few milliseconds into the motion beside a stop.
-    margin = 2 * int(round(0.004 / motion.step)) + 1
-    weight = (~maximum_filter1d(standing | ~motion.known, margin)).astype(float)
+    weight = judgeable(motion, slowest).astype(float)
     stride = max(1, int(round(1.0 / (2.5 * bandwidth) / motion.step)))
     grid = np.arange(0, motion.time.size, stride, dtype=np.int64)
     ones = np.ones(grid.size)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 import time
 
 import numpy as np
@@ -24,6 +25,9 @@ from engb_core.model import Model
 from engb_core.recording import Recording
 
 __all__ = ['diagnose']
+
+# A name that is surer to be wrong than this is not given.
+LEAST_PROBABILITY = 0.05
 
 
 def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Recording] = (),
@@ -57,7 +61,11 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, chosen)
     findings, mismatch = findings_of(fitter, nominal, explanation, numbers, selection)
-    verdict, unexplained = verdict_of(fitter, nominal, explanation, findings, mismatch)
+    doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
+    findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
+    verdict, unexplained = verdict_of(
+        fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
+        findings, mismatch)
     corrected = explanation.model() if verdict != 'consistent' else model
     parts = _parts(problem, mismatch)
     located = [entry for run, part in zip(problem.runs, parts, strict=True)

@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from engb_core.effects.base import Scene
 from engb_core.errors import InputError
-from engb_core.filtering import Comparison, comparison_of, low_passed_noise, noise_of
+from engb_core.filtering import (
+    Comparison,
+    comparison_of,
+    low_passed_noise,
+    noise_of,
+    slowest_speed,
+)
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
 from engb_core.motion import filtered, Motion, motion_of
@@ -98,7 +104,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     motions = [motion_of(recording) for recording in recordings]
     others = [motion_of(recording) for recording in held_out]
     scene = _scene(recordings, motions, model)
-    slowest = _slowest(motions, model, scene)
+    slowest = slowest_speed(motions, model.friction.saturation_velocity, scene.speed)
     runs = tuple(_run(recording, motion, bandwidth, slowest, bool(held_out), False)
                  for recording, motion in zip(recordings, motions, strict=True))
     judged = tuple(_run(recording, motion, bandwidth, slowest, True, True)
@@ -135,16 +141,6 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type)
-
-
-def _slowest(motions: Sequence[Motion], model: Model, scene: Scene) -> float:
-    # Below this speed the shaft may well be standing between two counts, and the model's
-    # saturation stands for a stick that it does not describe.
-    by_counts = max(motion.quantum for motion in motions) / 0.015
-    saturation = 2.0 * model.friction.saturation_velocity
-    by_model = saturation if saturation < 0.02 * scene.speed else 0.0
-    # A shaft that never moves has a speed of rounding errors only.
-    return max(by_counts, by_model, 0.002 * scene.speed, 1e-9)
 
 
 def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,

@@ -59,8 +59,8 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
                      f'{where[0].end:.3g} {where[0].unit}')
         text += '.'
     if explanation.dropped:
-        text += (f' {" and ".join(explanation.dropped)} would come nearest, but a flexible model '
-                 'explains clearly more: no name is given.')
+        text += (f' {" and ".join(explanation.dropped)} would come nearest, but clearly more can '
+                 'be explained: no name is given.')
     memory = any(fit.hypothesis.variants[index].effect.id == 'unexplained_rest'
                  for index in unnamed) or (table is None and not unnamed and left > 0.3)
     return Unexplained(share=left, depends_on=tuple(dict.fromkeys(names)),

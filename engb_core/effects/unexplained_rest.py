@@ -22,7 +22,7 @@ EFFECT = Effect(
     parameters=(
         Parameter('growth', '-', -1.0, 20.0, none=0.0, starts=(0.1,)),
         Parameter('rest_time', 's', 1e-3, 100.0, starts=(0.1, 1.0), logarithmic=True),
-        Parameter('distance', 'rad', 1e-3, 100.0, starts=(0.1, 0.6, 2.5), logarithmic=True),
+        Parameter('distance', 'rad', 0.05, 100.0, starts=(0.1, 0.6, 2.5), logarithmic=True),
     ),
     stages={'level': _level},
     equation='F (1 + growth · a), ȧ = e^(−a)/rest_time − a |ω|/distance',
