@@ -46,6 +46,8 @@ __all__ = ['BrakePlant', 'simulate_closed_loop']
 Array = NDArray[np.float64]
 
 INNER_STEP = 5e-5
+# Of the loop in one run: a day at 1 kHz.
+MOST_CYCLES = 1e8
 
 
 @compiled
@@ -223,13 +225,18 @@ def simulate_closed_loop(recording: Recording, model: Model) -> tuple[Array, Arr
     does. Inner steps are at most 50 µs.
 
     Raises:
-        InputError: the recording has no reference or the model no controller.
+        InputError: the recording has no reference, the model no controller, or its rate is no
+            rate for this recording.
     """
     if recording.reference is None:
         raise InputError(f'{recording.name}: no reference recorded; a loop cannot be simulated')
     if model.controller is None:
         raise InputError('the model has no controller; add its gains to simulate the loop')
     controller: Controller = model.controller
+    cycles = controller.rate * recording.time[-1]
+    if not 2.0 <= cycles <= MOST_CYCLES:
+        raise InputError(f'controller.rate of {controller.rate:g} Hz makes {cycles:.3g} cycles in '
+                         f'the {recording.time[-1]:.3g} s of {recording.name}; check its unit')
     tick = 1.0 / controller.rate
     time = np.arange(int(math.ceil(recording.time[-1] / tick)) + 1) * tick
     reference = recording.reference

@@ -159,6 +159,9 @@ def test_the_loop_is_the_recorded_one(recorded):
 def test_a_loop_that_cannot_be_simulated(recorded):
     with pytest.raises(InputError, match='controller'):
         simulate_closed_loop(recorded, MODEL)
+    for rate in (1e-320, 0.01, 1e12):
+        with pytest.raises(InputError, match='controller.rate of .* check its unit'):
+            simulate_closed_loop(recorded, replace(MODEL, controller=Controller(0.3, rate=rate)))
     bare = type(recorded)(recorded.name, recorded.time, recorded.position, recorded.effort)
     with pytest.raises(InputError, match='no reference'):
         simulate_closed_loop(bare, Model(controller=Controller(0.3)))
