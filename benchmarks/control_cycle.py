@@ -7,7 +7,8 @@ feedforward, clamp-force estimate, supervision, reference and report topics on) 
 each in a namespace of its own, each with the events and with the single-threaded executor. A
 source sends joint states to one of them at a time. Rounds are short and go through all of them,
 so a load of the machine that comes and goes meets all alike; what is compared is always within a
-round, and shown is the median over the rounds with its quartiles.
+round, and shown is the median over the rounds with its quartiles. --write puts the table into
+that page, in the place of the one that is there.
 
 Counted are the CPU time of the process per cycle (user + system, all its threads), and the round
 trip from sending the sample to receiving the answer.
@@ -20,11 +21,14 @@ from collections.abc import Iterator
 import contextlib
 from dataclasses import dataclass
 import os
+from pathlib import Path
 import subprocess
 import sys
 import time
 
 import numpy as np
+
+from benchmarks.page import write_table
 
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 
@@ -228,21 +232,32 @@ def quartiles(values: list[float]) -> str:
     return f'{middle:.2f} ({low:.2f} … {high:.2f})'
 
 
-def tell(rate: float, found: dict[Candidate, list[Block]]) -> None:
-    """Print one rate's table and ratios."""
+HEAD = ('node, executor', 'asked, got [Hz]', 'answered', 'CPU [µs/cycle]', 'CPU / bare echo',
+        'round trip p50, p99, largest [µs]')
+
+
+def rows(rate: float, found: dict[Candidate, list[Block]]) -> list[tuple[str, ...]]:
+    """Return one rate's rows of the table."""
+    made = []
     for candidate, blocks in found.items():
         trips = np.concatenate([block.trips for block in blocks])
-        print(f'{candidate.name:20} {rate:6.0f} {np.median([b.rate for b in blocks]):7.1f} '
-              f'{np.mean([b.answered for b in blocks]):9.4f} '
-              f'{np.median([b.cpu for b in blocks]):13.1f} '
-              f'{np.percentile(trips, 50):8.0f} {np.percentile(trips, 99):8.0f} '
-              f'{trips.max():8.0f}')
-    for echo, controller in zip(ECHOES, CONTROLLERS, strict=True):
-        pairs = list(zip(found[controller], found[echo], strict=True))
-        cpu = quartiles([ours.cpu / bare.cpu for ours, bare in pairs])
-        trip = quartiles([np.median(ours.trips) / np.median(bare.trips) for ours, bare in pairs])
-        print(f'{"":20} controller / bare echo, {echo.executor}: CPU per cycle {cpu}, '
-              f'round trip {trip}', flush=True)
+        ratio = '1'
+        if candidate in CONTROLLERS:
+            bare = found[ECHOES[CONTROLLERS.index(candidate)]]
+            ratio = quartiles([ours.cpu / theirs.cpu
+                               for ours, theirs in zip(blocks, bare, strict=True)])
+        made.append((
+            candidate.name, f'{rate:.0f}, {np.median([b.rate for b in blocks]):.1f}',
+            f'{100.0 * np.mean([b.answered for b in blocks]):.1f} %',
+            f'{np.median([b.cpu for b in blocks]):.0f}', ratio,
+            f'{np.percentile(trips, 50):.0f}, {np.percentile(trips, 99):.0f}, '
+            f'{trips.max():.0f}'))
+    return made
+
+
+def markdown(lines: list[tuple[str, ...]]) -> str:
+    """Return lines as a Markdown table."""
+    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
 
 
 def main() -> int:
@@ -253,10 +268,11 @@ def main() -> int:
                         metavar='HZ')
     parser.add_argument('--rounds', type=int, default=20, help='each process so often, in turn')
     parser.add_argument('--seconds', type=float, default=0.6, help='of each of these turns')
+    parser.add_argument('--write', metavar='PAGE', help='page whose table is replaced')
     options = parser.parse_args()
     from engb_ros.runner import reserved_domain
-    print(f'{"":20} {"asked":>6} {"got":>7} {"answered":>9} {"CPU µs/cycle":>13} '
-          f'{"p50 µs":>8} {"p99 µs":>8} {"max µs":>8}')
+    lines = [HEAD, ('---',) * len(HEAD)]
+    print(markdown(lines))
     with reserved_domain() as domain, running(domain) as processes:
         source = Source(domain)
         try:
@@ -269,9 +285,12 @@ def main() -> int:
                     for candidate in CANDIDATES[::-1 if number % 2 else 1]:
                         found[candidate].append(source.drive(
                             candidate, processes[candidate], rate, options.seconds))
-                tell(rate, found)
+                lines += rows(rate, found)
+                print(markdown(lines[-len(CANDIDATES):]), flush=True)
         finally:
             source.close()
+    if options.write:
+        write_table(Path(options.write), 'cycle', markdown(lines))
     return 0
 
 

@@ -57,10 +57,10 @@ class Probe:
                depth: int = 10000) -> list[Any]:
         """Subscribe and return the list in which messages gather (or call `callback`)."""
         messages: list[Any] = []
+        # Every message, also of a status that two nodes publish at the same moment.
         qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
-                         reliability=ReliabilityPolicy.RELIABLE)
-        if topic.kind == 'status':
-            qos = publisher_qos(topic)
+                         reliability=ReliabilityPolicy.RELIABLE,
+                         durability=publisher_qos(topic).durability)
         self.node.create_subscription(message_class(topic.type), topic.name,
                                       callback or messages.append, qos)
         return messages

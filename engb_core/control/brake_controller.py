@@ -212,12 +212,14 @@ class BrakeController:
         if self._force is not None:
             self._force.reset()
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
-        self._stale_handled = False
+        self._stale_handled = self._ramping = False
         self.report = Report()
 
     def _ramp_down(self, now: float) -> float:
         dt, self._last = now - self._last, now
-        torque = self.clamp.ramp_down(dt)
+        # The ramp begins now, not with the last cycle, which may be a timeout ago.
+        torque = self.clamp.ramp_down(dt if self._ramping else 0.0)
+        self._ramping = True
         self.loop.reset(torque)
         self.report.effort_input, self.report.effort_command = 0.0, torque
         return torque

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
+from math import inf
 import sys
 from time import monotonic, time_ns
 from typing import Any
 
+from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String, UInt32, UInt64
 
@@ -27,8 +29,15 @@ __all__ = ['ControllerNode', 'main']
 # How often the graph is searched for another controller [s].
 _LOOK = 0.5
 
-# After its activation a controller is silent for so long, to hear whether another is there [s].
+# From the first joint state on a controller is silent for so long, to hear whether another is
+# there: who hears the drive has been discovered, and hears the other one too [s].
 _PROBATION = 0.5
+
+# Of a stranger that says nothing of itself, who was alone for so long was here first [s].
+_ALONE = 1.0
+
+# The last command is given so long to arrive [s].
+_LAST_WORD = 0.3
 
 
 class ControllerNode(ManagedNode):
@@ -57,10 +66,12 @@ class ControllerNode(ManagedNode):
         self._count = 0
         self._told: tuple[Any, int] | None = None
         self._activation = 0
-        self._speak_at = self._look_at = 0.0
+        self._speak_at, self._look_at = inf, 0.0
         self._other_activations: set[int] = set()
-        self._alone_since: float | None = None
-        self._publish_effort = self.advertise(interface.EFFORT_COMMAND).publish
+        self._other_present = False
+        self._alone_since = inf
+        self._effort_publisher = self.advertise(interface.EFFORT_COMMAND)
+        self._publish_effort = self._effort_publisher.publish
         self._publish_reference = self.advertise(interface.REFERENCE).publish
         self._publish_report = self.advertise(interface.CONTROL_REPORT).publish
         self._publish_force = (self.advertise(interface.CLAMP_FORCE).publish
@@ -103,9 +114,9 @@ class ControllerNode(ManagedNode):
         """Begin at the position where the motor stands, unless someone else drives it."""
         self._controller.start(monotonic())
         self._activation = time_ns()
-        self._speak_at = monotonic() + _PROBATION
+        self._speak_at = self._alone_since = inf
         self._other_activations.clear()
-        self._alone_since = None
+        self._other_present = False
         self._publish_activation(UInt64(data=self._activation))
         self._look_for_others()
         self._tell()
@@ -114,6 +125,8 @@ class ControllerNode(ManagedNode):
         """Send a last command: no torque."""
         if not self._controller.silent:
             self._publish_effort(self._scalar.fill(0.0))
+            # A publisher that is destroyed takes along what is still under way.
+            self._effort_publisher.wait_for_all_acked(Duration(seconds=_LAST_WORD))
 
     # Services.
 
@@ -157,7 +170,9 @@ class ControllerNode(ManagedNode):
 
     def _on_joint_states(self, message: JointState) -> None:
         now = monotonic()
-        if not self.active or now < self._speak_at:
+        if now < self._speak_at or not self.active:
+            if self._speak_at == inf and self.active:
+                self._speak_at = now + _PROBATION
             return
         controller = self._controller
         sample = joint_sample(message, self._joint)
@@ -202,15 +217,16 @@ class ControllerNode(ManagedNode):
             return
         now = monotonic()
         present = self.count_publishers(interface.EFFORT_COMMAND.name) > 1
-        if not present:
-            self._other_activations.clear()
-            if self._alone_since is None:
-                self._alone_since = now
+        if self._other_present and not present:
+            self._other_activations.clear()   # it has gone
+        self._other_present = present
+        if not present and self._speak_at < inf:
+            self._alone_since = min(self._alone_since, now)
+        # Its activation may be heard before its publisher is discovered, or after.
         if self._other_activations:
             was_first = self._activation < min(self._other_activations)
         else:
-            # A stranger that says nothing of itself: first is who was alone for a while.
-            was_first = self._alone_since is not None and now - self._alone_since > 1.0
+            was_first = now - self._alone_since > _ALONE
         self._controller.on_other_controller(now, present, was_first)
 
     # Telling.

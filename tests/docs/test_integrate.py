@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from benchmarks.fault_times import FAULTS, UNTIMED  # noqa: E402
 from engb_ros.files import config_file  # noqa: E402
 from engb_ros.integration_tables import filled, PAGE, tables  # noqa: E402
 from engb_ros.interface import DIAGNOSTICS, TOPICS  # noqa: E402
@@ -20,9 +21,17 @@ def test_the_tables_are_up_to_date():
     assert set(re.findall(r'<!-- table (.+?) -->', TEXT)) == set(tables())
 
 
+def test_the_table_of_faults_is_that_of_the_measurement():
+    for fault in FAULTS:
+        assert f'| {fault.name} | {fault.bound} |' in TEXT
+        assert f'| {fault.reaction} | `{fault.test}` |' in TEXT
+    for name, bound, reaction, test in UNTIMED:
+        assert f'| {name} | {bound} | - | {reaction} | `{test}` |' in TEXT
+
+
 def test_every_test_named_in_the_table_of_faults_exists():
     sources = ''.join(path.read_text(encoding='utf-8')
-                      for path in (Path(__file__).parents[1] / 'ros').glob('test_*.py'))
+                      for path in Path(__file__).parents[1].glob('*/test_*.py'))
     named = set(re.findall(r'`(test_\w+)`', TEXT))
     assert len(named) > 8
     assert all(f'def {name}(' in sources for name in named)

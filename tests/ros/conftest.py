@@ -32,3 +32,20 @@ def probe(domain):
     """A node of the test's own in the same domain and namespace /engb."""
     with Probe(domain) as made:
         yield made
+
+
+@pytest.fixture
+def bus():
+    """Parameters of a bus of the test's own; skipped where the machine has no multicast."""
+    can = pytest.importorskip('can')
+    pytest.importorskip('msgpack')
+    parameters = {'interface': 'udp_multicast',
+                  'channel': f'239.74.{os.getpid() % 250}.{os.getpid() // 250 % 250}'}
+    try:
+        with can.Bus(**parameters) as one, can.Bus(**parameters) as two:
+            one.send(can.Message(arbitration_id=1, data=b'?', is_extended_id=False))
+            if two.recv(2.0) is None:
+                pytest.skip('no UDP multicast on this machine')
+    except OSError as error:
+        pytest.skip(f'no UDP multicast on this machine: {error}')
+    return parameters

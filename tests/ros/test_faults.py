@@ -4,6 +4,7 @@ import math
 import signal
 import time
 
+import pytest
 from sensor_msgs.msg import JointState
 
 from engb_core.control.causes import Cause
@@ -20,47 +21,57 @@ from engb_ros.interface import (
     Service,
 )
 from engb_ros.runner import node_command
-from ros.live import LiveLoop, STATE_TIMEOUT
+from ros.loops import can_drive, closed_loop, plant, STATE_TIMEOUT
+
+# Which drive, and which of its nodes is hit.
+HIT = [('plant', 'plant'), ('can', 'drive_emulator'), ('can', 'can_bridge')]
 
 
-def test_a_killed_drive_a_restart_and_a_frozen_drive(runner, probe, record_property):
-    loop = LiveLoop(runner, probe)
-    loop.go(12.0)
-    runner.processes['plant'].signal(signal.SIGKILL)
-    runner.processes.pop('plant').wait()
-    record_property('killed drive noticed after [s]', loop.until(
-        lambda: loop.is_in('fault') and loop.has(Cause.STATE_STALE), 'the fault'))
-    loop.until(lambda: loop.efforts[-1].data == 0.0, 'the torque to be gone')
-    assert not loop.clear().success   # the cause is still there
-    runner.start('plant', parameters=loop.drive[0][1])
+@pytest.fixture
+def drive(request):
+    """The plant, or a drive behind a CAN bus."""
+    return can_drive(request.getfixturevalue('bus')) if request.param == 'can' else plant()
+
+
+def cleared_and_back(loop, angle):
+    """Clear the fault once its cause is gone, and track again."""
     loop.target = None
     count = len(loop.states)
     loop.until(lambda: len(loop.states) > count + 20, 'the drive to be back')
     loop.until(lambda: loop.clear().success, 'the fault to be cleared')
-    loop.go(5.0)
+    loop.go(angle)
 
-    runner.processes['plant'].signal(signal.SIGSTOP)
-    took = loop.until(lambda: loop.is_in('fault'), 'the fault')
-    record_property('frozen drive noticed after [s]', took)
-    assert took < STATE_TIMEOUT + 2.0
-    runner.processes['plant'].signal(signal.SIGCONT)
-    loop.during(0.3)
+
+@pytest.mark.parametrize(('drive', 'node'), HIT, indirect=['drive'])
+def test_a_killed_drive_and_a_frozen_drive(runner, probe, drive, node):
+    loop = closed_loop(runner, probe, drive)
+    loop.go(12.0)
+    loop.kill(node)
+    loop.until(lambda: loop.is_in('fault') and loop.has(Cause.STATE_STALE), 'the fault')
+    loop.until(lambda: loop.efforts[-1].data == 0.0, 'the torque to be gone')
+    assert not loop.clear().success   # the cause is still there
+    loop.start(node)
+    cleared_and_back(loop, 5.0)
+
+    runner.processes[node].signal(signal.SIGSTOP)
+    loop.until(lambda: loop.is_in('fault'), 'the fault')
+    runner.processes[node].signal(signal.SIGCONT)
+    count = len(loop.states)
+    loop.until(lambda: len(loop.states) > count + 20, 'the drive to be back')
     assert loop.is_in('fault')   # latched although the drive is back
-    loop.until(lambda: loop.clear().success, 'the fault to be cleared')
-    loop.go(8.0)
+    cleared_and_back(loop, 8.0)
     runner.stop()
 
 
-def test_a_killed_controller_and_its_restart_in_mid_stroke(runner, probe, record_property):
-    loop = LiveLoop(runner, probe, {'effort_noise': 0.0})
+@pytest.mark.parametrize('drive', ['plant', 'can'], indirect=True)
+def test_a_killed_controller_and_its_restart_in_mid_stroke(runner, probe, drive):
+    loop = closed_loop(runner, probe, drive)
     loop.go(20.0)
-    assert loop.effort > 0.03
-    runner.processes['controller'].signal(signal.SIGKILL)
-    runner.processes.pop('controller').wait()
-    record_property('drive without a controller let go after [s]', loop.until(
-        lambda: loop.effort == 0.0, 'the drive to let go'))
+    loop.until(lambda: loop.effort > 0.03, 'a torque')
+    loop.kill('controller')
+    loop.until(lambda: loop.effort == 0.0, 'the drive to let go')
     loop.target = None
-    runner.start('controller', parameters=loop.controller)
+    loop.start('controller')
     begin = len(loop.states)
     loop.until(lambda: loop.is_in('ready') and len(loop.states) > begin + 50, 'the restart')
     # It holds what it found; it neither jumps to zero nor to the old command.
@@ -70,22 +81,40 @@ def test_a_killed_controller_and_its_restart_in_mid_stroke(runner, probe, record
     runner.stop()
 
 
-def test_a_frozen_controller(runner, probe, record_property):
-    loop = LiveLoop(runner, probe, {'effort_noise': 0.0})
+@pytest.mark.parametrize('drive', ['plant', 'can'], indirect=True)
+def test_a_frozen_controller(runner, probe, drive):
+    loop = closed_loop(runner, probe, drive)
     loop.go(20.0)
     runner.processes['controller'].signal(signal.SIGSTOP)
-    record_property('frozen controller: drive let go after [s]', loop.until(
-        lambda: loop.effort == 0.0, 'the drive to let go'))
-    loop.during(1.5)
+    loop.until(lambda: loop.effort == 0.0, 'the drive to let go')
+    loop.during(STATE_TIMEOUT + 0.5)
     runner.processes['controller'].signal(signal.SIGCONT)
     loop.until(lambda: loop.is_in('fault'), 'the controller to notice that it slept')
-    loop.until(lambda: loop.clear().success, 'the fault to be cleared')
-    loop.go(6.0)
+    cleared_and_back(loop, 6.0)
     runner.stop()
 
 
-def test_garbage_and_stale_commands(runner, probe, record_property):
-    loop = LiveLoop(runner, probe, stale_action='ramp_to_zero')
+def test_who_only_listens_may_die_or_freeze(runner, probe, tmp_path):
+    loop = closed_loop(runner, probe)
+    listeners = {'recorder': {'bag': str(tmp_path / 'bag')}, 'identifier': {},
+                 'disturbance_observer': {}, 'monitor': {'model': str(TRUE_BRAKE)}}
+    for name, parameters in listeners.items():
+        runner.start(name, parameters=parameters)
+    loop.until(lambda: probe.subscribers(JOINT_STATES) >= 2 + len(listeners), 'all to listen')
+    loop.go(10.0)
+    for number in (signal.SIGSTOP, signal.SIGKILL):
+        for name in listeners:
+            runner.processes[name].signal(number)
+            if number == signal.SIGKILL:
+                runner.processes.pop(name).wait()
+        for angle in (16.0, 8.0):
+            loop.go(angle)
+    assert not any(message.data == 'fault' for message in loop.state)
+    runner.stop()
+
+
+def test_garbage_and_stale_commands(runner, probe):
+    loop = closed_loop(runner, probe, stale_action='ramp_to_zero')
     loop.go(10.0)
     for value, cause in (
             (math.nan, Cause.COMMAND_NOT_FINITE), (math.inf, Cause.COMMAND_NOT_FINITE),
@@ -98,8 +127,7 @@ def test_garbage_and_stale_commands(runner, probe, record_property):
     loop.during(0.2)
     assert abs(loop.position - 10.0) < 0.5
     loop.target = None
-    record_property('stale command noticed after [s]', loop.until(
-        lambda: loop.is_in('fault') and loop.has(Cause.COMMAND_STALE), 'the fault'))
+    loop.until(lambda: loop.is_in('fault') and loop.has(Cause.COMMAND_STALE), 'the fault')
     loop.until(lambda: abs(loop.position) < 0.4, 'the brake to be released')
     probe.publish(POSITION_COMMAND, 15.0)
     loop.during(0.3)
@@ -112,7 +140,8 @@ def test_garbage_and_stale_commands(runner, probe, record_property):
 
 
 def test_garbage_joint_states_and_jumps_of_the_clock(runner, probe):
-    loop = LiveLoop(runner, probe)
+    # Its noise tells the drive's messages from the garbage.
+    loop = closed_loop(runner, probe, plant(effort_noise=0.002))
     loop.go(10.0)
     stamp = loop.states[-1].header.stamp
 
@@ -146,15 +175,15 @@ def test_garbage_joint_states_and_jumps_of_the_clock(runner, probe):
     runner.stop()
 
 
-def test_two_controllers_at_once(runner, probe, record_property):
-    loop = LiveLoop(runner, probe)
+def test_two_controllers_at_once(runner, probe):
+    loop = closed_loop(runner, probe)
     loop.go(10.0)
     loop.during(1.2)
     second = runner.start_command('second', node_command(
         'controller', parameters=loop.controller, name='second'))
     # From its start, which takes a second or more, to its silence; it never sends anything.
-    record_property('second controller noticed after [s]', loop.until(
-        lambda: any(message.data == 'fault' for message in loop.state), 'the second one to yield'))
+    loop.until(lambda: any(message.data == 'fault' for message in loop.state),
+               'the second one to yield')
     loop.until(lambda: any(message.data & Cause.OTHER_CONTROLLER for message in loop.causes),
                'the cause')
     loop.during(1.0)
@@ -172,7 +201,7 @@ def test_force_mode_observer_loss_and_a_model_accepted(runner, probe, tmp_path):
     from rclpy.parameter import Parameter
 
     from engb_ros.files import config_file
-    loop = LiveLoop(runner, probe, model=str(TRUE_BRAKE), observer_timeout=STATE_TIMEOUT,
+    loop = closed_loop(runner, probe, model=str(TRUE_BRAKE), observer_timeout=STATE_TIMEOUT,
                     mechanism=str(config_file('mechanism.yaml')))
     observer = runner.start('disturbance_observer')
     forces = probe.listen(CLAMP_FORCE)
@@ -211,7 +240,7 @@ def test_force_mode_observer_loss_and_a_model_accepted(runner, probe, tmp_path):
 
 
 def test_a_last_command_of_no_torque_is_sent(runner, probe):
-    loop = LiveLoop(runner, probe)
+    loop = closed_loop(runner, probe)
     loop.go(20.0)
     assert loop.efforts[-1].data > 0.02
     runner.stop(['controller'], signal.SIGTERM)
