@@ -34,7 +34,7 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     """
     chosen = explanation.fit
     findings = _physics(fitter, explanation, selection)
-    findings += _numbers(fitter, nominal, chosen, numbers)
+    findings += _numbers(fitter, nominal, explanation, numbers)
     findings.sort(key=lambda finding: -finding.share)
     mismatch = nominal.residual
     if chosen.hypothesis.variants:
@@ -101,15 +101,19 @@ def _other(rival: Fit, chosen: Fit) -> str:
     return next(entry for entry in rival.hypothesis.ids if entry not in chosen.hypothesis.ids)
 
 
-def _numbers(fitter: Fitter, nominal: Fit, chosen: Fit, numbers: list[NumberFinding],
-             ) -> list[EffectFinding]:
+def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
+             numbers: list[NumberFinding]) -> list[EffectFinding]:
     if not numbers:
         return []
+    chosen = explanation.fit
     before = max(level(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
     after = max(level(chosen, fitter) - 1.0, 0.0)
     taken = max(0.0, 1.0 - after / before)
     known = something_known(taken, after, before)
+    if explanation.table is not None or any(variant.effect.unnamed
+                                            for variant in chosen.hypothesis.variants):
+        known *= COMPANION
     if chosen.hypothesis.variants:
         taken *= min(1.0, total / (total + before))
     findings = []
@@ -128,8 +132,8 @@ def _numbers(fitter: Fitter, nominal: Fit, chosen: Fit, numbers: list[NumberFind
 def _deviation(fitter: Fitter, finding: NumberFinding) -> float:
     fit = finding.fit if finding.fit.jacobian is not None else fitter.finish(finding.fit)
     deviations = vector_deviations(fit, fitter)
-    name = get_effect(finding.effect).parameters[0].name
-    for place, number in enumerate(fit.hypothesis.numbers):
-        if number.name == name:
-            return float(deviations[place] * (finding.value if number.logarithmic else 1.0))
-    return float(deviations[-1])
+    parameter = get_effect(finding.effect).parameters[0]
+    place = next(place for place, number in enumerate(fit.hypothesis.numbers)
+                 if number.name == parameter.name)
+    scale = finding.value if fit.hypothesis.numbers[place].logarithmic else 1.0
+    return float(np.hypot(deviations[place] * scale, parameter.form * finding.value))

@@ -56,7 +56,7 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
     revolute = model.joint.type == 'revolute'
     torque = 'N·m' if revolute else 'N'
     delay = NominalNumber(DELAY, N_DELAY, 's', 0.5 * scene.sampling, -0.6 * scene.sampling,
-                          1.0 * scene.sampling)
+                          0.5 * scene.sampling)
     angle = 'rad' if revolute else 'm'
     numbers = [
         NominalNumber('inertia', N_INERTIA, 'kg·m²' if revolute else 'kg', 0.4,

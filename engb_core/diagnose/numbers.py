@@ -24,7 +24,7 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
 # Rise of the mean squared residual (noise = 1) at which a held number counts as insisted upon,
 # and the part of the file's whole excess that it must be.
 INSISTED = 0.25
-INSISTED_PART = 0.08
+INSISTED_PART = 0.05
 # Where no one or two numbers make the file fit, a further one is named if the data insist on it
 # nearly as much as on the first: the others of a refitted file moved along with what is wrong.
 SECOND = 0.75
@@ -82,10 +82,14 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)
         if excess < REFITTED * before:
             return []
+        found = [finding for finding in found if not _moved_along(fitter, explained, finding)]
+        if found:
+            least = SECOND * max(finding.matters for finding in found)
         return [finding for finding in found
-                if finding.matters > BESIDE * (excess - before)
-                or _with_only(fitter, explained, (finding,))
-                < floor + max(INSISTED, 0.15 * finding.matters)][:1]
+                if finding.matters >= least and (
+                    finding.matters > BESIDE * (excess - before)
+                    or _with_only(fitter, explained, (finding,))
+                    < floor + max(INSISTED, 0.15 * finding.matters))][:1]
     # The fewest numbers that make the file fit, if there are such.
     for finding in found:
         if _with_only(fitter, explained, (finding,)) < floor + max(INSISTED,
@@ -95,6 +99,19 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         if _with_only(fitter, explained, pair) < floor + TWO_LEAVE:
             return list(pair)
     return [finding for finding in found if finding.matters >= SECOND * max(rises.values())]
+
+
+def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:
+    """Whether the file has the number nearer to what a refit without the effects gives than to
+    what it is with them: then it was refitted around them."""
+    place = next(place for place, number in enumerate(explained.hypothesis.numbers)
+                 if _BY_NUMBER.get(number.name) == finding.effect)
+    name = explained.hypothesis.numbers[place].name
+    base = fitter.base()
+    refitted = next(value for number, value in zip(base.hypothesis.numbers, base.vector,
+                                                   strict=True) if number.name == name)
+    file = explained.hypothesis.start_of_numbers()[place]
+    return abs(file - refitted) < 0.5 * abs(file - explained.vector[place])
 
 
 def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:

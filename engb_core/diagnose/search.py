@@ -183,5 +183,6 @@ def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
                 effect.applies is not None and not effect.applies(fitter.problem.scene)):
             continue
         for variant in variants_of(effect, fitter.problem.scene):
-            found.append(fitter.fit(variant, start, rounds=8, keep=2))
+            # A contact has a kink: derivatives from elsewhere lead astray.
+            found.append(fitter.refine(fitter.fit(variant, start, rounds=8, keep=2), 12))
     return found

@@ -10,10 +10,6 @@ from engb_core.diagnose.fit import Fit, Fitter
 
 __all__ = ['estimates', 'vector_deviations']
 
-# Formulas are nearly right, never right: their error moves a parameter by this part of itself.
-FORMULA_PART = 0.01
-
-
 def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     """Return the standard deviation of each entry of the fit's vector.
 
@@ -64,7 +60,8 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
         if parameter.name == 'phase':
             value = float(np.remainder(value + np.pi, 2.0 * np.pi) - np.pi)
         distance = abs(value - (parameter.none or 0.0))
-        std = float(np.hypot(std, FORMULA_PART * distance))
+        # Formulas are nearly right, never right: their error moves a parameter.
+        std = float(np.hypot(std, parameter.form * distance))
         undetermined = std > 3.0 * max(abs(value), 1e-12) and parameter.none is None
         found[parameter.name] = ParameterEstimate(value, None if undetermined else std,
                                                   parameter.unit)

@@ -80,7 +80,7 @@ EFFECT = Effect(
     id='backlash',
     title='Backlash',
     parameters=(
-        Parameter('gap', 'rad', 0.0, 20.0, none=0.0, starts=(0.1, 0.3, 1.0, 2.5)),
+        Parameter('gap', 'rad', 0.0, 20.0, none=0.0, starts=(0.1, 0.3, 1.0, 2.5), form=0.3),
         Parameter('inertia_fraction', '-', 0.01, 0.9, starts=(0.3,)),
         Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.3, 0.7)),
     ),

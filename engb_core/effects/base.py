@@ -47,6 +47,8 @@ class Parameter:
         starts: where a fit starts looking; several for parameters with more than one basin.
         logarithmic: fitted on a logarithmic scale.
         per_recording: has to be found anew in each recording (a phase that is not recorded).
+        form: relative uncertainty by the formula: so far apart do other formulations of the same
+            physics put this number (counted on generated cases of other formulas).
     """
 
     name: str
@@ -57,6 +59,7 @@ class Parameter:
     starts: tuple[float, ...] = ()
     logarithmic: bool = False
     per_recording: bool = False
+    form: float = 0.01
 
 
 @dataclass(frozen=True)

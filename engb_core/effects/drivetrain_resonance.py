@@ -46,7 +46,8 @@ EFFECT = Effect(
     parameters=(
         Parameter('inertia_fraction', '-', 0.0, 0.9, none=0.0, starts=(0.25,)),
         Parameter('frequency', 'Hz', 2.0, 100.0,
-                  starts=(8.0, 12.0, 17.0, 24.0, 33.0, 46.0, 64.0, 90.0), logarithmic=True),
+                  starts=(8.0, 12.0, 17.0, 24.0, 33.0, 46.0, 64.0, 90.0), logarithmic=True,
+                  form=0.04),
         Parameter('damping_ratio', '-', 0.002, 0.7, starts=(0.03, 0.15), logarithmic=True),
     ),
     stages={'torque': _torque},

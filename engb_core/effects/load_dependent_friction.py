@@ -12,7 +12,7 @@ def _level(parameters, state, sample):
 EFFECT = Effect(
     id='load_dependent_friction',
     title='Load-dependent friction',
-    parameters=(Parameter('load_gain', '-', 0.0, 3.0),),
+    parameters=(Parameter('load_gain', '-', 0.0, 3.0, form=0.02),),
     stages={'level': _level},
     equation='T_C = (C₀ + C₁ |T_L|) sat(ω)',
     reference='equations (13), (42)',

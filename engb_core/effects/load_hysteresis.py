@@ -2,7 +2,7 @@
 
 import math
 
-from engb_core.compiled import effect_function
+from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import (
     Effect,
     LOAD,
@@ -10,6 +10,18 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
+
+
+@compiled
+def _widest(parameters):
+    """Return the half width of a full loop over ratio·T_peak: it closes at its turning points,
+    and tapers with the load (here ∝ angle²)."""
+    widest = 0.0
+    for step in range(1, 60):
+        back = step / 60.0
+        built_up = 1.0 - math.exp(-back * parameters[5] / parameters[1])
+        widest = max(widest, (1.0 - back) ** (2.0 * parameters[2]) * built_up)
+    return max(widest, 0.05)
 
 
 @effect_function
@@ -23,21 +35,23 @@ def _load(parameters, state, sample):
         return load
     target = 1.0 if travel > 0.0 else -1.0
     state[0] = target + (state[0] - target) * math.exp(-abs(travel))
+    if state[1] == 0.0:
+        state[1] = _widest(parameters)
     weight = (min(load, peak) / peak) ** parameters[2]
-    return load + parameters[4] * parameters[0] * peak * weight * state[0]
+    return load + parameters[4] * parameters[0] / state[1] * peak * weight * state[0]
 
 
 EFFECT = Effect(
     id='load_hysteresis',
     title='Load hysteresis',
     parameters=(
-        Parameter('hysteresis_ratio', '-', 0.0, 0.8, none=0.0, starts=(0.03,)),
+        Parameter('hysteresis_ratio', '-', 0.0, 0.8, none=0.0, starts=(0.03,), form=0.15),
         Parameter('memory_distance', 'rad', 0.05, 60.0, starts=(0.5, 1.5, 4.0, 10.0),
                   logarithmic=True),
         Parameter('load_exponent', '-', 0.0, 2.0, starts=(0.3, 1.0)),
     ),
     stages={'load': _load},
-    equation='T_L = T_L(θ) ± ratio·T_peak·(T_L/T_peak)^γ·z, dz/dθ = (1 − z sgn ω)/distance',
+    equation='T_L = T_L(θ) ± ratio/c·T_peak·(T_L/T_peak)^γ·z, dz/dθ = (1 − z sgn ω)/distance',
     reference='Bouc (1967), Wen (1976); Coleman and Hodgdon, Int. J. Eng. Sci. 24 (1986) 897',
     statement=lambda p: (
         "The caliper's load lies on a loop: half its width is "
@@ -45,8 +59,10 @@ EFFECT = Effect(
         f"points over about {p['memory_distance']:.2g} rad."
         + (' It is higher while releasing: the load follows late.' if p['sense'] < 0 else '')),
     reveals='since_reversal',
-    constants=(('peak_load', 'N·m'), ('sense', '-')),
-    set_constants=lambda scene: {'peak_load': max(scene.largest_load, 1e-9)},
+    constants=(('peak_load', 'N·m'), ('sense', '-'), ('reach', 'rad')),
+    set_constants=lambda scene: {
+        'peak_load': max(scene.largest_load, 1e-9),
+        'reach': max(scene.position_range[1] - scene.position_range[0], 1e-9)},
     applies=lambda scene: scene.largest_load > 0,
     # A caliper's friction makes applying the harder way; play in the load path the easier one.
     variants=({'sense': 1.0}, {'sense': -1.0}),

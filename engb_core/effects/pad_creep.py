@@ -19,9 +19,9 @@ EFFECT = Effect(
     id='pad_creep',
     title='Pad creep',
     parameters=(
-        Parameter('relaxed_fraction', '-', 0.0, 0.8, none=0.0, starts=(0.05,)),
+        Parameter('relaxed_fraction', '-', 0.0, 0.8, none=0.0, starts=(0.05,), form=0.15),
         Parameter('time_constant', 's', 0.1, 60.0, starts=(0.3, 1.0, 3.0),
-                  logarithmic=True),
+                  logarithmic=True, form=0.15),
     ),
     stages={'load': _load},
     equation='T_L = T_L(θ) − fraction·q, τ q̇ = T_L(θ) − q',

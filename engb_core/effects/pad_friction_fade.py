@@ -28,7 +28,7 @@ EFFECT = Effect(
     id='pad_friction_fade',
     title='Pad friction fade',
     parameters=(
-        Parameter('ratio_change', '-', -3.0, 3.0, none=0.0, starts=(-0.1,)),
+        Parameter('ratio_change', '-', -3.0, 3.0, none=0.0, starts=(-0.1,), form=0.08),
         Parameter('load_ratio', '-', 0.05, 3.0, starts=(0.9,)),
     ),
     stages={'load': _load},

@@ -15,7 +15,7 @@ def _load(parameters, state, sample):
 EFFECT = Effect(
     id='self_energizing',
     title='Self-energizing',
-    parameters=(Parameter('load_ratio', '-', 0.05, 3.0, none=1.0, starts=(0.8,)),),
+    parameters=(Parameter('load_ratio', '-', 0.05, 3.0, none=1.0, starts=(0.8,), form=0.04),),
     stages={'load': _load},
     equation='T_L = P · T_L(θ) while the disc turns, P = 1 − μ r/d',
     reference='chapter 5, equations (43), (44) corrected',

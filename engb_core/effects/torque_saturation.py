@@ -17,7 +17,7 @@ EFFECT = Effect(
     id='torque_saturation',
     title='Torque saturation',
     parameters=(
-        Parameter('torque_loss', '-', 0.0, 0.6, none=0.0, starts=(0.08,)),
+        Parameter('torque_loss', '-', 0.0, 0.6, none=0.0, starts=(0.08,), form=0.03),
         Parameter('shape', '-', 1.0, 8.0, starts=(1.2, 3.0), logarithmic=True),
         Parameter('onset', '-', 0.0, 0.8, starts=(0.0, 0.4)),
     ),
