@@ -14,7 +14,8 @@ __all__ = ['Cause', 'Outlier', 'causes_of', 'outliers_of']
 
 # An effect is on a unit if it was found in at least this share of the unit's recordings.
 PRESENT = 0.5
-COMMON = 0.5        # share of the units from which on a cause is common
+COMMON = 0.5        # share of the units above which a cause is common
+_APPEARED = 2       # recordings without an effect, then with it, from which on it appeared
 _FAR = 3.5          # standard deviations from the others
 _FEW = 5            # recordings below which nothing is out of line
 
@@ -29,6 +30,7 @@ class Cause:
         probability: unit → mean probability of the effect there.
         on: the units that have it.
         common: whether it is on most units: then it belongs into the model, not to a unit.
+        first: unit → key of the recording from which on it is there, where none before had it.
     """
 
     effect: str
@@ -36,6 +38,7 @@ class Cause:
     probability: dict[str, float]
     on: tuple[str, ...]
     common: bool
+    first: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -55,17 +58,31 @@ def causes_of(entries: Sequence[Entry]) -> list[Cause]:
     units = sorted({entry.unit for entry in good})
     found = []
     for effect in dict.fromkeys(name for entry in good for name in entry.claimed):
-        share, probability = {}, {}
+        share, probability, first = {}, {}, {}
         for unit in units:
             mine = [entry for entry in good if entry.unit == unit]
             given = [next((item['probability'] for item in entry.effects
                            if item['effect'] == effect), 0.0) for entry in mine]
             share[unit] = float(np.mean([effect in entry.claimed for entry in mine]))
             probability[unit] = float(np.mean(given))
+            since = _first(mine, effect)
+            if since is not None:
+                first[unit] = since
         on = tuple(unit for unit in units if share[unit] >= PRESENT)
         found.append(Cause(effect, share, probability, on,
-                           len(on) >= 2 and len(on) >= COMMON * len(units)))
+                           len(on) >= 2 and len(on) > COMMON * len(units), first))
     return sorted(found, key=lambda cause: (-sum(cause.share.values()), cause.effect))
+
+
+def _first(entries: Sequence[Entry], effect: str) -> str | None:
+    """Return the key of the recording of one unit from which on, in time, it has an effect."""
+    dated = sorted((entry.start, entry.key, effect in entry.claimed) for entry in entries
+                   if entry.start is not None)
+    there = [found for *_, found in dated]
+    absent = there.index(True) if True in there else 0
+    if absent < _APPEARED or len(there) - absent < _APPEARED or not all(there[absent:]):
+        return None
+    return dated[absent][1]
 
 
 def outliers_of(entries: Sequence[Entry], pooled: Sequence[Pooled]) -> list[Outlier]:

@@ -23,6 +23,7 @@ from engb_core.report.wording import (
     number,
     parameter_name,
     percent,
+    quantities,
     quantity,
 )
 
@@ -112,6 +113,10 @@ def _causes(page: Page, entries: Sequence[Entry], causes: list[Cause]) -> None:
         elif len(cause.on) == 1 and len(units) > 2:
             page.call(Html(f'<b>{escape(effect_name(cause.effect, start=True))}</b> is on '
                            f'<b>{escape(shorten(cause.on[0]))}</b> only: look at that unit.'))
+        for unit, key in list(cause.first.items())[:5]:
+            page.call(Html(f'<b>{escape(effect_name(cause.effect, start=True))}</b> appeared on '
+                           f'<b>{escape(shorten(unit))}</b>: in no recording before '
+                           f'{escape(shorten(key, 60))}, in every one since.'))
     page.text('Each cell: the share of the unit\'s recordings in which the effect was found '
               '(probability 0.5 and more).', kind='caption')
     shown = units[:_UNITS]
@@ -140,7 +145,7 @@ def _differences(page: Page, pooled: list[Pooled]) -> None:
     for entry in pooled:
         unit = entry.unit_of_measure
         rows.append([capital(quantity_name(entry.quantity)),
-                     f'{quantity(entry.mean, unit)} ± {quantity(2 * entry.std, unit, 2)}',
+                     ' ± '.join(quantities([entry.mean, 2 * entry.std], unit)),
                      quantity(entry.between, unit, 2) if entry.between else '–',
                      quantity(entry.within, unit, 2) if entry.within else '–',
                      str(len(entry.units)), 'units differ' if entry.heterogeneous else 'common'])
@@ -173,8 +178,8 @@ def _trends(page: Page, trends: list[Trend], measures: list[Measure]) -> None:
                   'finding in twenty allowed). A trend of a unit takes at least four recordings.')
         return
     rows = [[capital(quantity_name(trend.quantity)), trend.unit or 'all units',
-             f'{quantity(trend.slope * _per(trend), trend.unit_of_measure)} ± '
-             f'{quantity(2 * trend.std * _per(trend), trend.unit_of_measure, 2)}',
+             ' ± '.join(quantities([trend.slope * _per(trend), 2 * trend.std * _per(trend)],
+                                   trend.unit_of_measure)),
              'per 1000 km' if trend.over == 'mileage' else 'per 30 days', str(trend.count)]
             for trend in trends]
     page.table([Column('number'), Column('unit'), Column('change (95 %)', number=True),

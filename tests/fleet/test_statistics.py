@@ -93,6 +93,18 @@ def test_common_cause_and_single_one():
     assert second.share == {'u0': 0.0, 'u1': 0.0, 'u2': 1.0, 'u3': 0.0}
 
 
+def test_an_effect_that_appeared():
+    creep = ('pad_creep', 0.9, {'relaxed_fraction': 0.2})
+    seen = {'u0': (3, 4), 'u1': (1, 2, 4), 'u2': (4,), 'u3': range(5)}
+    entries = [entry(unit, number, effects=[creep] if number in numbers else [])
+               for unit, numbers in seen.items() for number in range(5)]
+    cause, = causes_of(entries[::-1])
+    assert cause.first == {'u0': 'u0/run_3'}
+    assert not cause.common                             # on two of four: that is not most
+    text = survey_page(entries, backend=None).html()
+    assert 'in no recording before u0/run_3' in text
+
+
 def test_wear_over_mileage_is_found_and_noise_is_not():
     rng = np.random.default_rng(4)
 

@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import signal
+import threading
 import time
 
 import pytest
@@ -95,14 +96,36 @@ def test_an_interrupted_survey_goes_on(folder, model_file, tmp_path):
     assert len(keys) == len(set(keys)) == 9
 
 
-def test_on_a_cluster(engb, folder, model_file):
+@pytest.mark.timeout(900)
+def test_on_a_cluster_whose_worker_is_killed(engb, folder, model_file, tmp_path):
+    """Every recording is in the result once, whoever worked on it when the worker died."""
     distributed = pytest.importorskip('distributed', reason='the package distributed is missing')
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True,
-                                  dashboard_address=None, protocol='tcp://') as cluster:
+    for number in range(4):
+        shutil.copytree(folder / 'unit_b' / 'run', folder / f'unit_{number}' / 'run')
+    results, killed = tmp_path / 'fleet' / 'results', []
+
+    def kill(process):
+        deadline = time.monotonic() + 300
+        while time.monotonic() < deadline and not killed:
+            if results.exists() and any(results.glob('*.json')):
+                os.kill(process, signal.SIGKILL)
+                killed.append(process)
+            time.sleep(0.02)
+
+    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True,
+                                  dashboard_address=None, protocol='tcp://') as cluster, \
+            distributed.Client(cluster, set_as_default=False) as client:
+        process = next(iter(client.run(os.getpid).values()))
+        killer = threading.Thread(target=kill, args=(process,))
+        killer.start()
         outcome = engb('survey', folder, '--model', model_file, '--out', 'fleet', '--reports',
                        'none', '--scheduler', cluster.scheduler_address)
+        killer.join()
     assert outcome.status == 0, outcome
-    assert sorted(row['status'] for row in rows('fleet/survey.csv')) == ['ok'] * 4 + ['refused']
+    assert killed == [process]
+    table = rows('fleet/survey.csv')
+    assert sorted(row['status'] for row in table) == ['ok'] * 8 + ['refused']
+    assert len({row['recording'] + row['namespace'] for row in table}) == 9
 
 
 @pytest.mark.parametrize(('change', 'words'), [
