@@ -1,14 +1,15 @@
 """What a control cycle costs and how late it is: our controller beside a bare rclpy echo.
 
-    python -m benchmarks.control_cycle [--rates 250 500 1000] [--rounds 20] [--seconds 0.6]
+    python -m benchmarks.control_cycle [--rates 250 500 1000] [--rounds 20] [--commands 20]
 
 A bare rclpy node that answers each JointState with a Float64, and the package's controller (PID,
-feedforward, clamp-force estimate, supervision, reference and report topics on) run side by side,
-each in a namespace of its own, each with the events and with the single-threaded executor. A
-source sends joint states to one of them at a time. Rounds are short and go through all of them,
-so a load of the machine that comes and goes meets all alike; what is compared is always within a
-round, and shown is the median over the rounds with its quartiles. --write puts the table into
-that page, in the place of the one that is there.
+feedforward, clamp-force estimate, supervision, reference and report topics on; it tracks strokes
+that never rest) run side by side, each in a namespace of its own, each with the events and with
+the single-threaded executor. A source sends joint states to one of them at a time. Set-point
+commands come at a rate of their own and are no part of a cycle; --commands adds them. Rounds are
+short and go through all of them, so a load of the machine that comes and goes meets all alike;
+what is compared is always within a round, and shown is the median over the rounds with its
+quartiles. --write puts the table into that page, in the place of the one that is there.
 
 Counted are the CPU time of the process per cycle (user + system, all its threads), and the round
 trip from sending the sample to receiving the answer.
@@ -62,8 +63,7 @@ while not stop:
 # A process that is driven again after a pause is warm after so long [s].
 WARM = 0.2
 
-# Position commands to the controller [Hz], and between which angles they go [rad].
-COMMANDS = 20.0
+# Between which angles the reference goes [rad].
 STROKE = 1.0
 
 
@@ -84,7 +84,7 @@ class Candidate:
         """Where it lives."""
         return f'/{self.node.replace(" ", "_")}_{self.executor}'
 
-    def start(self, domain: int) -> subprocess.Popen:
+    def start(self, domain: int, commands: bool) -> subprocess.Popen:
         """Start the process."""
         from engb_ros.files import config_file, TRUE_BRAKE
         from engb_ros.runner import node_command
@@ -94,6 +94,8 @@ class Candidate:
             command = node_command('controller', namespace=self.namespace, parameters={
                 'model': os.fspath(TRUE_BRAKE),
                 'mechanism': os.fspath(config_file('mechanism.yaml')),
+                'reference': 'command' if commands else 'strokes', 'repeat': True,
+                'stroke_amplitudes': [STROKE], 'slow_range': [0.0, 0.0], 'stop_time': 0.0,
                 # While the others are driven this one is left alone.
                 'state_timeout': 0.0, 'command_timeout': 0.0})
         environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain),
@@ -126,7 +128,7 @@ def cpu_time(pid: int) -> float:
 class Source:
     """Sends joint states to one process at a time, and times the answers."""
 
-    def __init__(self, domain: int) -> None:
+    def __init__(self, domain: int, commands: float) -> None:
         import rclpy
         from rclpy.experimental import EventsExecutor
         from rclpy.qos import QoSProfile
@@ -153,6 +155,7 @@ class Source:
         self._driven: Candidate | None = None
         self._sent = 0.0
         self._samples = self._answers = 0
+        self._rate = commands
         self._trips: list[float] = []
 
     def close(self) -> None:
@@ -164,7 +167,7 @@ class Source:
     def drive(self, candidate: Candidate, process: subprocess.Popen, rate: float,
               seconds: float) -> Block:
         """Drive one process at `rate` [Hz] for `seconds`, after it is warm."""
-        every = max(1, round(rate / COMMANDS))
+        every = max(1, round(rate / self._rate)) if self._rate else 0
         publish = self._states[candidate].publish
 
         def tick() -> None:
@@ -172,7 +175,7 @@ class Source:
             self._sent = time.perf_counter()
             publish(self._message)
             self._samples += 1
-            if self._samples % every == 0:
+            if every and self._samples % every == 0:
                 # Back and forth: the reference never rests.
                 self._command.data = STROKE - self._command.data
                 self._commands[candidate].publish(self._command)
@@ -214,9 +217,9 @@ class Source:
 
 
 @contextlib.contextmanager
-def running(domain: int) -> Iterator[dict[Candidate, subprocess.Popen]]:
+def running(domain: int, commands: bool) -> Iterator[dict[Candidate, subprocess.Popen]]:
     """Run all candidates."""
-    processes = {candidate: candidate.start(domain) for candidate in CANDIDATES}
+    processes = {candidate: candidate.start(domain, commands) for candidate in CANDIDATES}
     try:
         yield processes
     finally:
@@ -268,13 +271,15 @@ def main() -> int:
                         metavar='HZ')
     parser.add_argument('--rounds', type=int, default=20, help='each process so often, in turn')
     parser.add_argument('--seconds', type=float, default=0.6, help='of each of these turns')
+    parser.add_argument('--commands', type=float, default=0.0, metavar='HZ',
+                        help='position commands to the controller (default: none)')
     parser.add_argument('--write', metavar='PAGE', help='page whose table is replaced')
     options = parser.parse_args()
     from engb_ros.runner import reserved_domain
     lines = [HEAD, ('---',) * len(HEAD)]
     print(markdown(lines))
-    with reserved_domain() as domain, running(domain) as processes:
-        source = Source(domain)
+    with reserved_domain() as domain, running(domain, options.commands > 0.0) as processes:
+        source = Source(domain, options.commands)
         try:
             for candidate, process in processes.items():   # all are up, past their probation
                 source.drive(candidate, process, 100.0, 1.0)

@@ -204,9 +204,10 @@ def _chosen(page: Page) -> None:
          ('r, d', f'{1e3 * mechanism.gear_radius:g} mm, {1e3 * mechanism.gear_offset:.3g} mm'),
          ('η driving', f'{mechanism.efficiency:g}'),
          ('clearance', f'{1e3 * mechanism.clearance:g} mm'),
-         ('F_N(s)', ' + '.join(f'{number(value)}·s{" ²³"[power - 1].strip()}' for power, value in enumerate(
-             mechanism.clamp_stiffness, 1)) + ' N, s in m'),
-         ('C₀', f'{1e3 * chosen.COULOMB:g} mN·m'),
+         ('F_N(s)', ' + '.join(
+            f'{number(value)}·s{power}' for value, power in zip(
+                mechanism.clamp_stiffness, ('', '²', '³'), strict=False)) + ' N, s in m'),
+        ('C₀', f'{1e3 * chosen.COULOMB:g} mN·m'),
          ('ω_s, and of the brake that sticks', f'{chosen.SATURATION_VELOCITY:g} rad/s, '
                                                f'{chosen.STICKING_VELOCITY:g} rad/s'),
          ('PID', f'p {chosen.GAINS.p:g}, i {chosen.GAINS.i:g}, d {chosen.GAINS.d:g}'),

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from benchmarks.fault_times import FAULTS, UNTIMED  # noqa: E402
+from benchmarks.faults import FAULTS, UNTIMED  # noqa: E402
 from engb_ros.files import config_file  # noqa: E402
 from engb_ros.integration_tables import filled, PAGE, tables  # noqa: E402
 from engb_ros.interface import DIAGNOSTICS, TOPICS  # noqa: E402

@@ -1,0 +1,213 @@
+"""The faults that `fault_times` injects: how, what is promised, what is done, which test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import math
+import signal
+import tempfile
+import time
+
+from benchmarks.watched_loop import answer_of, nanoseconds, WatchedLoop
+from engb_core.control.causes import Cause
+from engb_ros.interface import (
+    CONTROLLER_ACTIVATION,
+    JOINT_STATES,
+    POSITION_COMMAND,
+    RECORDED,
+)
+from engb_ros.runner import node_command
+
+__all__ = ['Fault', 'FAULTS', 'Times', 'UNTIMED']
+
+Times = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One kind of fault.
+
+    Attributes:
+        name: what happens.
+        bound: what the parameters promise.
+        reaction: what is done about it.
+        test: that injects it.
+        loop: 'plant', 'can' or 'force'.
+        measure: injects it once and returns what took how long [s].
+    """
+
+    name: str
+    bound: str
+    reaction: str
+    test: str
+    loop: str
+    measure: Callable[[WatchedLoop], Times]
+
+
+def drive_hit(node: str, number: int) -> Callable[[WatchedLoop], Times]:
+    """Return a measurement: `node` of the drive gets signal `number`."""
+    def measure(loop: WatchedLoop) -> Times:
+        begin = _hit(loop, node, number)
+        return {'noticed': loop.noticed(begin, 'state', 'fault'),
+                'no torque': loop.no_torque(begin)}
+    return measure
+
+
+def controller_hit(number: int) -> Callable[[WatchedLoop], Times]:
+    """Return a measurement: the controller gets signal `number`."""
+    def measure(loop: WatchedLoop) -> Times:
+        loop.until(lambda: loop.effort != 0.0, 'a torque')
+        # By the drive's own clock, from the last sample that came before.
+        loop.pump()
+        begin = nanoseconds(loop.states[-1].header.stamp)
+        _hit(loop, 'controller', number)
+
+        def let_go() -> list[int]:
+            return [stamp for stamp, effort in
+                    ((nanoseconds(message.header.stamp), message.effort[0])
+                     for message in loop.states[-2000:]) if stamp > begin and effort == 0.0]
+
+        loop.until(let_go, 'the drive to let go')
+        return {'drive lets go': 1e-9 * (min(let_go()) - begin)}
+    return measure
+
+
+def bus_fault(name: str) -> Callable[[WatchedLoop], Times]:
+    """Return a measurement: the drive acts out a fault of the bus."""
+    def measure(loop: WatchedLoop) -> Times:
+        begin = time.time_ns()
+        loop.set_parameter('drive_emulator', 'fault', name)
+        return {'noticed': loop.noticed(begin, 'state', 'fault'),
+                'no torque': loop.no_torque(begin)}
+    return measure
+
+
+def stale_command(loop: WatchedLoop) -> Times:
+    """Let the commands end."""
+    loop.probe.publish(POSITION_COMMAND, loop.target)
+    begin, loop.target = time.time_ns(), None
+    return {'noticed': loop.noticed(begin, 'state', 'fault')}
+
+
+def bad_command(loop: WatchedLoop) -> Times:
+    """Send a command that is no number."""
+    begin = time.time_ns()
+    loop.probe.publish(POSITION_COMMAND, math.nan)
+    return {'told': loop.noticed(begin, 'command_not_finite')}
+
+
+def bad_state(loop: WatchedLoop) -> Times:
+    """Send joint states of an hour from now until one is read (the loop reads the newest)."""
+    begin = time.time_ns()
+    from sensor_msgs.msg import JointState
+    stamp = loop.states[-1].header.stamp
+    message = JointState(name=['motor'], position=[loop.position], velocity=[0.0], effort=[0.0])
+    message.header.stamp.sec, message.header.stamp.nanosec = stamp.sec + 3600, stamp.nanosec
+
+    def told() -> bool:
+        loop.probe.publish(JOINT_STATES, message)
+        return loop.has(Cause.CLOCK_JUMP)
+    loop.until(told, 'the cause')
+    return {'told': loop.noticed(begin, 'clock_jump')}
+
+
+def second_controller(loop: WatchedLoop) -> Times:
+    """Start another controller; time runs from its activation."""
+    active = loop.probe.listen(CONTROLLER_ACTIVATION)
+    loop.during(0.5)
+    known = {message.data for message in active}
+    second = loop.runner.start_command('second', node_command(
+        'controller', name='second', parameters={**loop.controller}))
+    loop.until(lambda: {message.data for message in active} - known, 'its activation')
+    took = loop.noticed(max(message.data for message in active), 'state', 'fault')
+    second.signal(signal.SIGINT)
+    loop.runner.processes.pop('second').wait()
+    return {'noticed': took}
+
+
+def observer_killed(loop: WatchedLoop) -> Times:
+    """Kill the external observer."""
+    begin = _hit(loop, 'disturbance_observer', signal.SIGKILL)
+    return {'told': loop.noticed(begin, 'observer_stale')}
+
+
+def recorder_killed(loop: WatchedLoop) -> Times:
+    """Kill the recorder while it writes; see what is readable."""
+    from engb_ros.bags.read import read_recording
+    with tempfile.TemporaryDirectory(prefix='engb_fault_') as folder:
+        loop.runner.start('recorder', parameters={'bag': f'{folder}/bag'})
+        loop.until(lambda: 'joint_states' in answer_of(loop, 'recorder', RECORDED)[1],
+                   'the recorder', timeout=60.0)
+        loop.during(3.0)
+        loop.kill('recorder')
+        last = loop.states[-1].header.stamp
+        recording = read_recording(f'{folder}/bag')
+        readable = recording.start + recording.time[-1]
+        return {'lost': last.sec + 1e-9 * last.nanosec - readable}
+
+
+FAULTS = (
+    Fault('drive killed', '`state_timeout` + 20 ms', 'torque ramps to zero in `ramp_time`; '
+          'latched', 'test_a_killed_drive_and_a_frozen_drive', 'plant',
+          drive_hit('plant', signal.SIGKILL)),
+    Fault('drive frozen', '`state_timeout` + 20 ms', 'as before',
+          'test_a_killed_drive_and_a_frozen_drive', 'plant', drive_hit('plant', signal.SIGSTOP)),
+    Fault('bridge killed', '`state_timeout` + 20 ms', 'as before; the drive lets go by itself',
+          'test_a_killed_drive_and_a_frozen_drive', 'can',
+          drive_hit('can_bridge', signal.SIGKILL)),
+    Fault('bridge frozen', '`state_timeout` + 20 ms', 'as before',
+          'test_a_killed_drive_and_a_frozen_drive', 'can',
+          drive_hit('can_bridge', signal.SIGSTOP)),
+    Fault('controller killed', 'the drive\'s `command_timeout` (100 ms)', 'the drive lets go; '
+          'restarted in mid-stroke, the controller holds the angle it finds',
+          'test_a_killed_controller_and_its_restart_in_mid_stroke', 'plant',
+          controller_hit(signal.SIGKILL)),
+    Fault('controller frozen', 'the drive\'s `command_timeout` (100 ms)', 'the drive lets go; '
+          'awake again, the controller finds its inputs stale', 'test_a_frozen_controller',
+          'plant', controller_hit(signal.SIGSTOP)),
+    Fault('commands stale', '`command_timeout` + a cycle', '`stale_action`; latched',
+          'test_garbage_and_stale_commands', 'plant', stale_command),
+    Fault('command NaN, infinite, out of range, jumping', 'at once; told with '
+          '`diagnostics_period`', 'not taken', 'test_garbage_and_stale_commands', 'plant',
+          bad_command),
+    Fault('joint state NaN, jumping, of a wrong joint; clock jumps', 'at once; told with '
+          '`diagnostics_period`', 'sample not used; nothing integrated over a jump',
+          'test_garbage_joint_states_and_jumps_of_the_clock', 'plant', bad_state),
+    Fault('second controller', 'discovery', 'the later one yields, silent',
+          'test_two_controllers_at_once', 'plant', second_controller),
+    Fault('observer killed', '`observer_timeout` + a cycle; told with `diagnostics_period`',
+          'degraded; force from the angle alone',
+          'test_force_mode_observer_loss_and_a_model_accepted', 'force', observer_killed),
+    Fault('frames repeated', '4 frames, then `state_timeout`', 'no sample is published; torque '
+          'ramps to zero', 'test_the_loop_over_can_and_every_fault_of_the_bus', 'can',
+          bus_fault('repeated')),
+    Fault('bus off, or silent', '`link_timeout`, `state_timeout`', 'as before; the bus is opened '
+          'again each `reconnect_time`', 'test_the_loop_over_can_and_every_fault_of_the_bus',
+          'can', bus_fault('bus_off')),
+    Fault('frames late (120 ms, in bursts)', '`link_timeout`, `state_timeout`', 'as before',
+          'test_the_loop_over_can_and_every_fault_of_the_bus', 'can', bus_fault('late')),
+    Fault('drive\'s sensor fault flag', '`state_timeout`', 'as before',
+          'test_the_loop_over_can_and_every_fault_of_the_bus', 'can', bus_fault('sensor_fault')),
+    Fault('recorder killed', 'a second', 'what was recorded before is readable',
+          'test_killed_while_writing_it_loses_less_than_a_second', 'plant', recorder_killed),
+)
+
+# What cannot be timed: a frame now and then, and a refusal.
+UNTIMED = (
+    ('frames lost or corrupted now and then', 'at once', 'those samples are left out, counted; '
+     'the loop goes on', 'test_the_loop_over_can_and_every_fault_of_the_bus'),
+    ('listener (recorder, identifier, monitor) killed or frozen', '-', 'the loop goes on',
+     'test_who_only_listens_may_die_or_freeze'),
+    ('implausible identified model', 'at the service call', 'refused',
+     'test_force_mode_observer_loss_and_a_model_accepted'),
+)
+
+
+def _hit(loop: WatchedLoop, node: str, number: int) -> int:
+    """Send a signal; return when [ns]."""
+    begin = time.time_ns()
+    loop.runner.processes[node].signal(number)
+    if number == signal.SIGKILL:
+        loop.runner.processes.pop(node).wait()
+    return begin

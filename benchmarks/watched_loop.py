@@ -1,0 +1,126 @@
+"""A loop whose controller's diagnostics are kept, brought back to health after each fault."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import contextlib
+import os
+import signal
+import time
+from typing import Any
+
+from engb_core.control.causes import Cause
+from engb_ros.files import config_file, TRUE_BRAKE
+from engb_ros.interface import CLEAR_FAULTS, DIAGNOSTICS, DISTURBANCE, Service
+from engb_ros.live_loop import Drive, LiveLoop
+from engb_ros.probe import Probe
+from engb_ros.runner import reserved_domain, Runner
+
+__all__ = ['WatchedLoop', 'answer_of', 'closed_loop', 'nanoseconds', 'recover']
+
+# The prober hears every message: a slower drive leaves it time to be punctual [Hz].
+RATE = 250.0
+
+# The cause of a rejected input is told with the next diagnostics; here they come quickly [s].
+DIAGNOSTICS_PERIOD = 0.05
+
+
+class WatchedLoop(LiveLoop):
+    """A live loop whose controller's diagnostics are kept."""
+
+    def __init__(self, runner: Runner, probe: Probe, drive: Drive, **controller: Any) -> None:
+        self.diagnostics = probe.listen(DIAGNOSTICS)
+        super().__init__(runner, probe, drive, **controller)
+
+    def noticed(self, begin: int, key: str, value: str = '1') -> float:
+        """Wait for the controller's first diagnostics since `begin` [ns] in which `key` is
+        `value`; return how long after `begin` they were written [s]."""
+        found: list[int] = []
+
+        def told() -> bool:
+            for message in self.diagnostics:
+                status = message.status[0]
+                stamp = nanoseconds(message.header.stamp)
+                if stamp >= begin and status.name.endswith(': controller') and any(
+                        entry.key == key and entry.value == value for entry in status.values):
+                    found.append(stamp)
+            return bool(found)
+
+        self.until(told, f'{key} to be {value}')
+        return 1e-9 * (min(found) - begin)
+
+    def no_torque(self, begin: int) -> float:
+        """Wait for the first command of no torque; return how long after `begin` [ns] it
+        arrived [s]."""
+        self.until(lambda: self.efforts[-1].data == 0.0, 'the torque to be gone')
+        return 1e-9 * (time.time_ns() - begin)
+
+
+@contextlib.contextmanager
+def closed_loop(kind: str) -> Iterator[WatchedLoop]:
+    """Run a loop with the plant, over CAN, or commanding by force with an observer."""
+    brake = {'rate': RATE, 'effort_noise': 0.0}
+    controller = {'diagnostics_period': DIAGNOSTICS_PERIOD}
+    drive = [('plant', brake)]
+    if kind == 'can':
+        bus = {'interface': 'udp_multicast', 'channel': f'239.75.{os.getpid() % 250}.1'}
+        drive = [('drive_emulator', {**brake, **bus}), ('can_bridge', bus)]
+    elif kind == 'force':
+        drive.append(('disturbance_observer', {}))
+        controller |= {'model': os.fspath(TRUE_BRAKE), 'observer_timeout': 0.1,
+                       'mechanism': os.fspath(config_file('mechanism.yaml'))}
+    with reserved_domain() as domain, Runner(domain) as runner, Probe(domain) as probe:
+        loop = WatchedLoop(runner, probe, drive, **controller)
+        if kind == 'force':
+            loop.until(lambda: probe.publishers(DISTURBANCE), 'the observer')
+        yield loop
+        runner.kill()
+
+
+def recover(loop: WatchedLoop) -> None:
+    """Wake or restart whatever is frozen or gone, clear faults, and track 15 rad again."""
+    loop.target = None
+    for name in (*loop.drive, 'controller'):
+        if name in loop.runner.processes:
+            loop.runner.processes[name].signal(signal.SIGCONT)
+        else:
+            loop.start(name)
+    if 'drive_emulator' in loop.drive:
+        loop.set_parameter('drive_emulator', 'fault', 'none')
+    count = len(loop.states)
+    loop.until(lambda: len(loop.states) > count + 30, 'joint states')
+    asked = [0.0]
+
+    def tracks() -> bool:
+        # Under default timeouts a busy machine finds faults that nobody injected.
+        if loop.is_in('fault') and time.monotonic() - asked[0] > 0.3:
+            asked[0] = time.monotonic()
+            _cleared(loop)
+        return abs(loop.position - loop.target) < 0.3 and (
+            loop.is_in('enabled') or loop.is_in('degraded'))
+
+    loop.diagnostics.clear()
+    loop.until(lambda: _cleared(loop), 'the faults to be cleared', timeout=60.0)
+    loop.target = 15.0
+    loop.until(tracks, 'the brake to track')
+    loop.until(lambda: not loop.has(Cause.OBSERVER_STALE | Cause.CLOCK_JUMP
+                                    | Cause.COMMAND_NOT_FINITE), 'old causes to fade')
+    loop.until(tracks, 'the brake to track')
+
+
+def nanoseconds(stamp: Any) -> int:
+    """Return a stamp in nanoseconds."""
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def _cleared(loop: WatchedLoop) -> bool:
+    return answer_of(loop, 'controller', CLEAR_FAULTS)[0]
+
+
+def answer_of(loop: WatchedLoop, node: str, service: Service) -> tuple[bool, str]:
+    """Call a service; return its success and message, (False, '') without an answer."""
+    try:
+        answer = loop.probe.call(node, service, timeout=2.0)
+    except TimeoutError:   # a request to the one that was killed: the graph forgets it slowly
+        return False, ''
+    return answer.success, answer.message
