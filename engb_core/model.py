@@ -223,9 +223,13 @@ def _number(value: Any, where: str) -> float:
             raise InputError(f'{where} is {value!r}; write a plain number in SI units') from None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(f'{where} is {value!r}; write a plain number in SI units')
-    if not math.isfinite(value):
-        raise InputError(f'{where} is {value}; it must be finite')
-    return float(value)
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf       # an integer of hundreds of digits
+    if not math.isfinite(number):
+        raise InputError(f'{where} is {number}; it must be finite')
+    return number
 
 
 def _section(kind: type, data: Any, where: str, required: tuple[str, ...] = ()) -> Any:

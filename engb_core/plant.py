@@ -53,6 +53,8 @@ NOMINAL_SIZE = N_TERMS + 1 + MAXIMUM_LOAD_TERMS
 ACTUATION_STAGE = STAGES.index('actuation')
 # How many effect functions one model can hold (an effect brings one to three).
 _MOST_FUNCTIONS = 12
+# What an effect may give for a motion of size one, in SI units; beyond it sums overflow.
+_LARGEST = 1e100
 
 
 @dataclass(frozen=True)
@@ -131,7 +133,8 @@ def setting_values(effect: Effect, setting: EffectSetting) -> list[float]:
 
 
 def _refuse_impossible(effect: Effect, values: list[float]) -> None:
-    """Raise InputError for values with which the effect gives no number (a distance of 0, …)."""
+    """Raise InputError for values with which the effect gives no number (a distance of 0, …), or
+    one that no machine knows."""
     parameters = np.zeros(PARAMETER_SIZE)
     parameters[:len(values)] = values
     for function in effect.stages.values():
@@ -143,7 +146,7 @@ def _refuse_impossible(effect: Effect, values: list[float]) -> None:
                 result = function.definition(parameters, np.zeros(STATE_SIZE), sample)
         except (ArithmeticError, ValueError):
             result = math.nan
-        if not math.isfinite(result):
+        if not abs(result) < _LARGEST:
             given = zip(effect.parameters, values, strict=False)
             outside = [f'{entry.name} = {value:g} (within {entry.low:g} and {entry.high:g})'
                        for entry, value in given if not entry.low <= value <= entry.high]
