@@ -62,7 +62,9 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
         distance = abs(value - (parameter.none or 0.0))
         # Formulas are nearly right, never right: their error moves a parameter.
         std = float(np.hypot(std, parameter.form * distance))
-        undetermined = std > 3.0 * max(abs(value), 1e-12) and parameter.none is None
+        # What the data can't determine gets no deviation rather than a huge one.
+        undetermined = std > 3.0 * max(abs(value), 1e-12) and (
+            parameter.none is None or parameter.logarithmic)
         found[parameter.name] = ParameterEstimate(value, None if undetermined else std,
                                                   parameter.unit)
     return found

@@ -80,7 +80,9 @@ EFFECT = Effect(
     id='backlash',
     title='Backlash',
     parameters=(
-        Parameter('gap', 'rad', 0.0, 20.0, none=0.0, starts=(0.1, 0.3, 1.0, 2.5), form=0.3),
+        Parameter('gap', 'rad', 1e-3, 20.0, none=0.0,
+                  starts=(0.06, 0.12, 0.25, 0.5, 0.8, 1.2, 1.8, 2.7), logarithmic=True,
+                  form=0.3),
         Parameter('inertia_fraction', '-', 0.01, 0.9, starts=(0.3,)),
         Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.3, 0.7)),
     ),
