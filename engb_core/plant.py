@@ -40,8 +40,8 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
 
-__all__ = ['ACTUATION_STAGE', 'MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'load_torque',
-           'nominal_vector', 'physics_of', 'torque_without_inertia']
+__all__ = ['ACTUATION_STAGE', 'MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'effects_of',
+           'load_torque', 'nominal_vector', 'physics_of', 'torque_without_inertia']
 
 Array = NDArray[np.float64]
 
@@ -172,6 +172,16 @@ def default_value(effect: Effect, name: str) -> float | None:
     return constants.get(name)
 
 
+def effects_of(model: Model) -> list[tuple[Effect, list[float]]]:
+    """Return a model file's own effects with their values in the order of `names`.
+
+    Raises:
+        InputError: an unknown effect or parameter.
+    """
+    settings = [(get_effect(entry.effect), entry) for entry in model.effects]
+    return [(effect, setting_values(effect, entry)) for effect, entry in settings]
+
+
 def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] | None = None,
                inverse: bool = True) -> Physics:
     """Make a model ready for the kernels.
@@ -186,8 +196,7 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
         InputError: an unknown effect or parameter, or more effects than there are slots.
     """
     if effects is None:
-        settings = [(get_effect(entry.effect), entry) for entry in model.effects]
-        effects = [(effect, setting_values(effect, entry)) for effect, entry in settings]
+        effects = effects_of(model)
     chosen = [(effect, list(values)) for effect, values in effects]
     functions: list[EffectFunction] = []
     stages: dict[str, list[tuple[EffectFunction, int]]] = {}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.nominal import DELAY, NominalNumber, with_numbers
 from engb_core.effects.base import Effect, Parameter, Scene
 from engb_core.model import EffectSetting, Model
-from engb_core.plant import Physics, physics_of
+from engb_core.plant import effects_of, Physics, physics_of
 
 __all__ = ['Hypothesis', 'Variant', 'variants_of']
 
@@ -96,6 +96,7 @@ class Hypothesis:
                 else:
                     places.append((index, place, -1))
         object.__setattr__(self, '_places', tuple(places))
+        object.__setattr__(self, '_given', tuple(effects_of(self.model)))
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -145,7 +146,8 @@ class Hypothesis:
         """Return the physics of one run at `vector`."""
         effects = [(variant.effect, self.values(vector, index, run))
                    for index, variant in enumerate(self.variants)]
-        made = physics_of(self.model, effects)
+        # What the file holds already acts in every hypothesis.
+        made = physics_of(self.model, (*self._given, *effects))
         nominal = made.nominal
         for place, number in enumerate(self.numbers):
             nominal[number.place] = _outward(vector[place], number.logarithmic)
@@ -155,8 +157,10 @@ class Hypothesis:
         """Return the model file with the fitted numbers and effects filled in."""
         numbers = {number.name: float(_outward(vector[place], number.logarithmic))
                    for place, number in enumerate(self.numbers)}
+        given = [entry for entry in self.model.effects if entry.effect != DELAY]
         settings = []
-        delay = numbers.pop(DELAY, 0.0)
+        delay = numbers.pop(DELAY, 0.0) + sum(
+            entry.parameters['delay'] for entry in self.model.effects if entry.effect == DELAY)
         if delay:
             settings.append(EffectSetting(DELAY, {'delay': delay}))
         for index, variant in enumerate(self.variants):
@@ -167,7 +171,7 @@ class Hypothesis:
                 values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)
             settings.append(EffectSetting(variant.effect.id, values))
         return replace(with_numbers(self.model, numbers),
-                       effects=(*self.model.effects, *settings))
+                       effects=(*given, *settings))
 
 
 def _inward(value: float, logarithmic: bool) -> float:
