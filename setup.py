@@ -44,6 +44,8 @@ setup(
         'fleet': ['dask[distributed]>=2024.1', 'pandas>=2.1', 'pyarrow>=14'],
         'test': ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'jsonschema',
                  'sympy'],
+        # A rival in `engb prove --baselines`.
+        'proof': ['pysindy>=2.0'],
     },
     entry_points={
         'console_scripts': [
