@@ -110,7 +110,8 @@ def _run(experiment: Experiment, model: Model, bag: Path, seed: int, progress: P
 def _plant(experiment: Experiment, folder: Path, seed: int) -> dict[str, Any]:
     path = folder / 'brake.yaml'
     experiment.brake.write(path)
-    return {'autostart': False, 'model': path, 'lockstep': True,
+    # A busy computer may answer late; a run is the same only if every sample is answered.
+    return {'autostart': False, 'model': path, 'lockstep': True, 'answer_timeout': 5.0,
             'seed': seed + experiment.seed, 'disc_speed_values': [experiment.disc_speed],
             **chosen.SENSORS}
 

@@ -94,7 +94,8 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
 def _differs_by(rival: Fit, chosen: Fit, effect_id: str) -> bool:
     """Whether the rival has another effect in the place of `effect_id` and is alike otherwise."""
     rest = set(chosen.hypothesis.ids) - {effect_id}
-    return rest <= set(rival.hypothesis.ids) and effect_id not in rival.hypothesis.ids
+    others = set(rival.hypothesis.ids)
+    return rest <= others and effect_id not in others and not others <= set(chosen.hypothesis.ids)
 
 
 def _other(rival: Fit, chosen: Fit) -> str:

@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 
 BIN = 0.02          # rad; finer than a tenth of a cycle of the highest order looked for
 HIGHEST_ORDER = 48.0
+WIDEST = 1e5        # rad; beyond, the angles of a recording are no strokes
+LARGEST_SPECTRUM = 4e6
 LOWEST_ORDER = 0.6
 
 
@@ -29,6 +31,8 @@ def leading_orders(angle: Array, residual: Array, weight: Array, count: int = 3)
     if good.sum() < 50:
         return []
     low = angle[good].min()
+    if angle[good].max() - low > WIDEST:
+        return []
     place = ((angle[good] - low) / BIN).astype(np.int64)
     total = np.bincount(place, residual[good])
     mass = np.bincount(place, weight[good])
@@ -41,7 +45,8 @@ def leading_orders(angle: Array, residual: Array, weight: Array, count: int = 3)
     if span < 1.0:
         return []
     # The angles are even with values missing; those are zero, as they are in the sum.
-    row = np.zeros(next_fast_len(int(np.ceil(2.0 * np.pi * span / 0.4 / BIN)), real=True))
+    finest = min(2.0 * np.pi * span / 0.4 / BIN, LARGEST_SPECTRUM)
+    row = np.zeros(next_fast_len(int(max(finest, 2.0 * used.size)), real=True))
     row[np.flatnonzero(used)] = mean
     power = np.abs(rfft(row)) ** 2
     orders = 2.0 * np.pi * np.arange(power.size) / (row.size * BIN)

@@ -37,5 +37,4 @@ EFFECT = Effect(
     reveals='velocity',
     constants=(('of_drag', '-'),),
     variants=({'of_drag': 0.0}, {'of_drag': 1.0}, {'of_drag': 2.0}),
-    stateless=True,
 )

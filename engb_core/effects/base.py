@@ -99,7 +99,6 @@ class Effect:
             effort; inverse dynamics undoes both.
         number_only: no physics is missing, a nominal number is wrong.
         unnamed: no cause, only a description of what is left; never claimed.
-        stateless: its functions share no state, though it acts at several stages.
         only_here: bound to the times of one recording; not carried over to others.
         contains: ids of effects that this one includes as a special case.
         credence: (values) → how far a good fit is believed, 0 to 1 (None: fully); for forms of
@@ -122,7 +121,6 @@ class Effect:
     lead: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
     number_only: bool = False
     unnamed: bool = False
-    stateless: bool = False
     only_here: bool = False
     contains: tuple[str, ...] = ()
     credence: Callable[[Mapping[str, float]], float] | None = None

@@ -44,5 +44,4 @@ EFFECT = Effect(
     reveals='motor_angle',
     applies=lambda scene: scene.joint_type == 'revolute',
     unnamed=True,
-    stateless=True,
 )

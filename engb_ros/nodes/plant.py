@@ -23,9 +23,6 @@ __all__ = ['PlantNode', 'main']
 # A late timer makes up for no more than this at once; beyond, the brake's time falls behind [s].
 _LONGEST_CATCH_UP = 0.05
 
-# In lockstep, an answer that never comes is waited for so long [s].
-_LOCKSTEP_PATIENCE = 0.25
-
 
 class PlantNode(ManagedNode):
     """Publishes `joint_states` at the drive's rate and obeys `effort_command`.
@@ -41,6 +38,8 @@ class PlantNode(ManagedNode):
         ParameterSpec('speed', 1.0, 'simulated seconds per second; 0: as fast as commands answer '
                       '(lockstep only)', '-', 0.0, 1000.0),
         ParameterSpec('lockstep', False, 'wait for a command after each sample'),
+        ParameterSpec('answer_timeout', 0.25, 'in lockstep, an answer that never comes is waited '
+                      'for so long', 's', 0.01, 60.0),
         ParameterSpec('publish_clock', False, 'publish /clock'),
     )
 
@@ -51,6 +50,7 @@ class PlantNode(ManagedNode):
                              'pace: set lockstep, or a speed above 0')
         self._brake = make_brake(values)
         self._lockstep = values['lockstep']
+        self._patience = values['answer_timeout']
         self._speed = values['speed'] if values['speed'] > 0.0 else float('inf')
         self._joint = JointMessage(self._brake.model.joint.name)
         self._scalar = Scalar()
@@ -86,7 +86,7 @@ class PlantNode(ManagedNode):
         if not self.active:
             return
         if self._lockstep:
-            if not self._answered and steady.monotonic() - self._sent < _LOCKSTEP_PATIENCE:
+            if not self._answered and steady.monotonic() - self._sent < self._patience:
                 return
             if self._due() >= 1.0:
                 self._sample()
