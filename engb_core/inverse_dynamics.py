@@ -11,24 +11,12 @@ from numpy.typing import NDArray
 
 from engb_core.compiled import kernel, row_of
 from engb_core.effects.base import ACCELERATION, EFFORT
-from engb_core.filtering import judgeable, slowest_speed
-from engb_core.model import Model
-from engb_core.motion import Motion, motion_of
-from engb_core.plant import (
-    N_DELAY,
-    N_INERTIA,
-    Physics,
-    physics_of,
-    torque_without_inertia,
-)
-from engb_core.recording import Recording
+from engb_core.plant import N_DELAY, N_INERTIA, Physics, torque_without_inertia
 
-__all__ = ['effort_of_motion', 'predict_effort']
+__all__ = ['effort_of_motion']
 
 Array = NDArray[np.float64]
 
-# So long before the first count and after the last one the shaft may have moved [s].
-BESIDE_A_STOP = 0.02
 # The actuation maps are near identity: the fixed point for their inverse converges fast.
 _INVERSE_ROUNDS = 6
 
@@ -87,42 +75,3 @@ def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: A
         if np.max(np.abs(change)) < 1e-6 * np.max(np.abs(torque)):
             break
     return effort
-
-
-def predict_effort(recording: Recording, model: Model) -> Array:
-    """Return the effort (n,) [N·m] that the model says the recorded motion needs.
-
-    Phases that no recording carries over to the next (the disc's, for runout) are first found
-    in this recording; see `diagnose.phases`.
-    """
-    motion = motion_of(recording)
-    model = _with_phases_found(motion, model)
-    effort = effort_of_motion(motion.samples(), motion.step, physics_of(model))
-    speed = float(np.quantile(np.abs(motion.velocity), 0.995))
-    slowest = slowest_speed([motion], model.friction.saturation_velocity, speed)
-    effort = _beside_stops(effort, judgeable(motion, slowest), motion.step)
-    return np.interp(recording.time, motion.time, effort)
-
-
-def _beside_stops(effort: Array, judgeable: NDArray[np.bool_], step: float) -> Array:
-    """Return the effort with the moments beside a stop taken from the motion next to them.
-
-    An encoder tells of a start only with the first count, and derivatives are smoothed over it;
-    friction is there at once.
-    """
-    moving = np.flatnonzero(judgeable)
-    if moving.size == 0:
-        return effort
-    place = np.arange(effort.size)
-    after = np.clip(np.searchsorted(moving, place), 0, moving.size - 1)
-    before = np.maximum(after - 1, 0)
-    nearest = np.where(np.abs(moving[after] - place) <= np.abs(moving[before] - place),
-                       moving[after], moving[before])
-    beside = np.abs(nearest - place) * step <= BESIDE_A_STOP
-    return np.where(beside, effort[nearest], effort)
-
-
-def _with_phases_found(motion: Motion, model: Model) -> Model:
-    from engb_core.diagnose.phases import find_phases
-
-    return find_phases(motion, model)

@@ -19,7 +19,6 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
-from engb_core.diagnose.phases import find_phases
 from engb_core.diagnose.probability import rival_weights
 from engb_core.diagnose.problem import Problem, Run
 from engb_core.diagnose.selection import Selection
@@ -28,6 +27,7 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.plant import physics_of
+from engb_core.prediction import find_phases
 from engb_core.simulation import simulate_closed_loop
 
 __all__ = ['evidence_of', 'quality_of_fit', 'simulated_loops']

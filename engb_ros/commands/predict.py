@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> None:
         recording, = read_recordings([arguments.recording], model, arguments.namespace, progress)
         import numpy as np
 
-        from engb_core.inverse_dynamics import predict_effort
+        from engb_core.prediction import predict_effort
         progress('the torque that the motion needs')
         with computing(arguments.recording):
             arrays = {'time': recording.time, 'effort': predict_effort(recording, model)}

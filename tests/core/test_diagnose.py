@@ -13,9 +13,9 @@ from engb_core.diagnose.diagnosis import Diagnosis
 from engb_core.diagnose.document import to_document, to_json
 from engb_core.diagnose.engine import diagnose
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import predict_effort
 from engb_core.model import Controller, Friction, LoadTorque, Model
 from engb_core.motion import motion_of
+from engb_core.prediction import predict_effort
 from engb_core.recording import Recording
 
 from .bench import Bench, strokes

@@ -6,8 +6,8 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.inverse_dynamics import predict_effort
 from engb_core.model import EffectSetting, Friction, Model
+from engb_core.prediction import predict_effort
 from engb_core.recording import Recording
 
 
