@@ -35,8 +35,8 @@ Array = NDArray[np.float64]
 
 # Corner of the smoothing of position and effort [Hz]; below it the motion is believed.
 MOTION_BANDWIDTH = 60.0
-# Finest step of the grid [s]: enough for that corner.
-FINEST_STEP = 0.002
+# Step of the grid in periods of that corner.
+STEP_OF_PERIOD = 0.12
 
 
 @dataclass(frozen=True)
@@ -100,13 +100,13 @@ def filtered(values: Array, taps: Array) -> Array:
     return convolve1d(values, taps, mode='nearest')
 
 
-def motion_of(recording: Recording) -> Motion:
-    """Bring a recording onto an even grid and derive its motion."""
+def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Motion:
+    """Bring a recording onto an even grid and derive its motion, smoothed at `bandwidth` [Hz]."""
     fine = recording.interval
-    stride = max(1, int(round(FINEST_STEP / fine)))
+    bandwidth = min(bandwidth, 0.2 / fine)
+    stride = max(1, int(round(STEP_OF_PERIOD / bandwidth / fine)))
     step = stride * fine
     full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
-    bandwidth = min(MOTION_BANDWIDTH, 0.2 / fine)
     raw = np.interp(full, *_without_counts(recording))
 
     def smooth(values: Array, derivative: int = 0) -> Array:
