@@ -4,6 +4,7 @@ import math
 
 from engb_core.compiled import effect_function
 from engb_core.effects.base import DIRECTION, Effect, Parameter, TIME_STEP, VELOCITY
+from engb_core.stop_elements import moved_elements
 
 # 1 − z runs from 2 (just reversed) to 0; after 63 % of the way it is 2/e.
 _FULL = 2.0
@@ -14,6 +15,9 @@ _REST = 2.0 * math.exp(-1.0)
 def _direction(parameters, state, sample):
     if parameters[0] <= 0.0:
         return sample[DIRECTION]
+    if parameters[2] > 0.5:
+        return moved_elements(state, 1, sample[VELOCITY] * sample[TIME_STEP], parameters[0],
+                              parameters[1])
     # Exact for constant speed over the step, so that long steps (inverse dynamics) and
     # short ones (simulation) agree.
     travel = sample[VELOCITY] * sample[TIME_STEP] / parameters[0]
@@ -43,6 +47,9 @@ EFFECT = Effect(
     equation='dz/dθ ∝ (1 − z sgn ω)^shape, T_C = F z; 63 % of the way after the distance',
     reference='Dahl, AIAA J. 14 (1976) 1675; Canudas de Wit et al., IEEE TAC 40 (1995) 419; '
               'Al-Bender et al., IEEE TAC 50 (2005) 1883',
+    constants=(('elements', '-'),),
+    # One state that forgets, or elements that each keep their turning point.
+    variants=({'elements': 0.0}, {'elements': 1.0}),
     statement=lambda p: (
         'After each reversal friction builds up over '
         f"{p['presliding_distance']:.3g} rad (to 63 %) instead of at once."),

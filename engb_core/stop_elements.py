@@ -1,0 +1,56 @@
+"""Elements that follow a motion until they slip: memory of every turning point not yet passed.
+
+A sum of stop operators (Maxwell slip; Iwan, J. Appl. Mech. 33 (1966) 893; Prandtl-Ishlinskii).
+Where an exponential memory forgets a turning point, they keep it until it is passed again.
+"""
+
+from __future__ import annotations
+
+from engb_core.compiled import compiled
+
+__all__ = ['ELEMENTS', 'built_up', 'moved_elements']
+
+ELEMENTS = 8
+_BUILT_UP = 0.632
+_SCALE = ELEMENTS       # place in the state behind the elements
+
+
+@compiled
+def built_up(way, widest, shape):
+    """Return the part of a full turn-round, 0 to 1, that is done after `way` [rad]."""
+    total = 0.0
+    for index in range(ELEMENTS):
+        total += min(0.5 * way / (widest * ((index + 0.5) / ELEMENTS) ** shape), 1.0)
+    return total / ELEMENTS
+
+
+@compiled
+def _widest(shape):
+    """Return the slip distance of the last element for which 63 % are done after 1 rad."""
+    low, high = 0.05, 50.0
+    for _ in range(40):
+        middle = (low * high) ** 0.5
+        if built_up(1.0, middle, shape) > _BUILT_UP:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@compiled
+def moved_elements(state, first, way, distance, shape):
+    """Move the elements at state[first…first + ELEMENTS] by `way` [rad]; return their mean.
+
+    After a turn-round 63 % of the way from −1 to 1 are done after `distance` [rad]; above 1,
+    `shape` lets the rest take longer. state[first + ELEMENTS] has to be 0 before the first call.
+    """
+    if state[first + _SCALE] == 0.0:
+        state[first + _SCALE] = _widest(shape)
+    widest = state[first + _SCALE] * distance
+    total = 0.0
+    for index in range(ELEMENTS):
+        place = state[first + index] + way / (widest * ((index + 0.5) / ELEMENTS) ** shape)
+        place = min(max(place, -1.0), 1.0)
+        state[first + index] = place
+        total += place
+    return total / ELEMENTS
