@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 FOLDS = 5
 STRETCH = 1.5        # s; longer than any filter, shorter than a stroke
-SMOOTHNESS = (0.3, 10.0)
+SMOOTHNESS = (0.3, 3.0, 30.0, 300.0)
 
 
 @dataclass(frozen=True)

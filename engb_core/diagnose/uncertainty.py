@@ -62,6 +62,7 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
         distance = abs(value - (parameter.none or 0.0))
         # Formulas are nearly right, never right: their error moves a parameter.
         std = float(np.hypot(std, parameter.form * distance))
+        std = float(np.hypot(std, parameter.form_steps * fitter.problem.scene.sampling))
         # What the data can't determine gets no deviation rather than a huge one.
         undetermined = std > 3.0 * max(abs(value), 1e-12) and (
             parameter.none is None or parameter.logarithmic)

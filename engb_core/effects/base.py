@@ -49,6 +49,8 @@ class Parameter:
         per_recording: has to be found anew in each recording (a phase that is not recorded).
         form: relative uncertainty by the formula: so far apart do other formulations of the same
             physics put this number (counted on generated cases of other formulas).
+        form_steps: uncertainty in sampling intervals, of a number that is a time: when within
+            an interval position and effort were taken is not recorded.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Parameter:
     logarithmic: bool = False
     per_recording: bool = False
     form: float = 0.01
+    form_steps: float = 0.0
 
 
 @dataclass(frozen=True)
