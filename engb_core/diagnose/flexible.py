@@ -246,7 +246,8 @@ def _penalty(table: Table, size: int, offset: int, weight: Array) -> Array:
     """Return the quadratic penalty: roughness along both axes, and a little on size."""
     scale = float(np.median(weight ** 2))
     matrix = 1e-6 * np.eye(size)
-    matrix[:offset, :offset] = np.eye(offset) * 1e-3
+    # Numbers and table can trade against each other far beyond what either has to explain.
+    matrix[:offset, :offset] = np.eye(offset) * 0.01 * weight.size
     index = offset + np.arange(table.x.count * table.y.count).reshape(table.y.count,
                                                                       table.x.count)
     lines = [row for row in index if table.x.count > 2] \
@@ -256,5 +257,6 @@ def _penalty(table: Table, size: int, offset: int, weight: Array) -> Array:
             trio = line[place - 1:place + 2]
             bend = np.array([1.0, -2.0, 1.0])
             matrix[np.ix_(trio, trio)] += scale * np.outer(bend, bend)
-    matrix[np.ix_(index.ravel(), index.ravel())] += 0.02 * scale * np.eye(index.size)
+    size_of_values = 0.05 * weight.size / index.size
+    matrix[np.ix_(index.ravel(), index.ravel())] += size_of_values * scale * np.eye(index.size)
     return matrix
