@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 from engb_core.diagnose.diagnosis import Diagnosis
-from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops
+from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops, unseen_effort
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of
 from engb_core.diagnose.fit import Fitter
@@ -66,7 +66,8 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
-    corrected = explanation.model() if verdict != 'consistent' else model
+    corrected = model if verdict == 'consistent' else _that_helps(
+        problem, explanation.models(), () if findings else (model,))
     parts = _parts(problem, mismatch)
     located = [entry for run, part in zip(problem.runs, parts, strict=True)
                for entry in intervals(run, part)] if verdict != 'consistent' else []
@@ -83,6 +84,20 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         next_experiment=proposal, model=corrected,
         evidence=evidence_of(fitter, nominal, chosen, selection, corrected, findings, loops,
                              time.perf_counter() - started))
+
+
+def _that_helps(problem: Problem, corrected: tuple[Model, ...], otherwise: tuple[Model, ...],
+                ) -> Model:
+    """Return the first of the models that no later one beats on what no fit has seen.
+
+    A description that explains the stretches it was fitted to, and no others, is worse than none.
+    """
+    candidates = (*corrected, *otherwise)
+    errors = [unseen_effort(problem, candidate) for candidate in candidates]
+    for place, candidate in enumerate(candidates[:-1]):
+        if errors[place] <= min(errors[place + 1:]):
+            return candidate
+    return candidates[-1]
 
 
 def _parts(problem: Problem, values: np.ndarray) -> list[np.ndarray]:

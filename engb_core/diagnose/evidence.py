@@ -30,7 +30,7 @@ from engb_core.plant import physics_of
 from engb_core.prediction import find_phases
 from engb_core.simulation import simulate_closed_loop
 
-__all__ = ['evidence_of', 'quality_of_fit', 'simulated_loops']
+__all__ = ['evidence_of', 'quality_of_fit', 'simulated_loops', 'unseen_effort']
 
 Array = NDArray[np.float64]
 BINS = 40
@@ -46,6 +46,14 @@ def _judged(problem: Problem) -> list[tuple[Run, NDArray[np.bool_]]]:
 
 def _predicted(run: Run, model: Model) -> Array:
     return run.predicted(physics_of(find_phases(run.motion, model)))
+
+
+def unseen_effort(problem: Problem, model: Model) -> float:
+    """Return the mean squared error of the filtered effort [(N·m)²] on what the recordings kept
+    from the fit; 0 where they kept nothing."""
+    errors = [(run.measured - _predicted(run, model))[~run.fitted] for run in problem.runs]
+    together = np.concatenate(errors)
+    return float(np.mean(together ** 2)) if together.size else 0.0
 
 
 def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLoop],

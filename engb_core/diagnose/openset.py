@@ -58,6 +58,12 @@ class Explanation:
             return model
         return replace(model, effects=(*model.effects, *settings))
 
+    def models(self) -> tuple[Model, ...]:
+        """Return the corrected model and, where it has a table, the one without it."""
+        if self.table is None:
+            return (self.model(),)
+        return self.model(), replace(self, table=None).model()
+
 
 def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
     """Hold the chosen effects against flexible models, and decide what is named."""
