@@ -11,8 +11,11 @@ def _level(parameters, state, sample):
     # state: how far the contact has aged: as the logarithm of the time at rest; slip renews it.
     if sample[TIME] <= 0.0:
         state[0] = 0.0
-    aged = math.log(math.exp(state[0]) + sample[TIME_STEP] / parameters[1])
-    state[0] = aged * math.exp(-abs(sample[VELOCITY]) * sample[TIME_STEP] / parameters[2])
+    speed = abs(sample[VELOCITY])
+    if speed < parameters[3]:
+        state[0] = math.log(math.exp(state[0]) + sample[TIME_STEP] / parameters[1])
+    else:
+        state[0] *= math.exp(-speed * sample[TIME_STEP] / parameters[2])
     return sample[LEVEL] * (1.0 + parameters[0] * state[0])
 
 
@@ -25,11 +28,13 @@ EFFECT = Effect(
         Parameter('distance', 'rad', 0.05, 100.0, starts=(0.1, 0.6, 2.5), logarithmic=True),
     ),
     stages={'level': _level},
-    equation='F (1 + growth · a), ȧ = e^(−a)/rest_time − a |ω|/distance',
+    equation='F (1 + growth · a), ȧ = e^(−a)/rest_time at rest, −a |ω|/distance in motion',
     reference='none claimed; the form is that of ageing contacts, Dieterich, JGR 84 (1979)',
     statement=lambda p: ('Friction after standing still is higher the longer it stood, and '
                          f"falls back within {p['distance']:.2g} rad; no effect of the "
                          'library does that.'),
     reveals='since_reversal',
+    constants=(('standstill', 'rad/s'),),
+    set_constants=lambda scene: {'standstill': max(0.002 * scene.speed, 1e-9)},
     unnamed=True,
 )
