@@ -1,19 +1,34 @@
 """Friction differs between applying and releasing."""
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import DIRECTION, Effect, LEVEL, Parameter, VELOCITY, VISCOUS
+from engb_core.effects.base import (
+    COULOMB,
+    DIRECTION,
+    Effect,
+    LEVEL,
+    LOAD,
+    LOAD_GAIN,
+    Parameter,
+    VELOCITY,
+    VISCOUS,
+)
 
 
 @effect_function
 def _level(parameters, state, sample):
-    if parameters[1] == 1.0:
+    if parameters[2] == 1.0:
         return sample[LEVEL]
-    return sample[LEVEL] * (1.0 + parameters[0] * sample[DIRECTION])
+    loaded = sample[LOAD_GAIN] * abs(sample[LOAD])
+    whole = sample[COULOMB] + loaded
+    share = loaded / whole if whole > 0.0 else 0.0
+    # Of the two parts' asymmetries, asymmetry is the mean.
+    uneven = 2.0 * parameters[0] * (1.0 + (parameters[1] - 1.0) * share) / (1.0 + parameters[1])
+    return sample[LEVEL] * (1.0 + uneven * sample[DIRECTION])
 
 
 @effect_function
 def _drag(parameters, state, sample):
-    if parameters[1] == 0.0:
+    if parameters[2] == 0.0:
         return 0.0
     return parameters[0] * sample[VISCOUS] * abs(sample[VELOCITY])
 
@@ -29,9 +44,11 @@ def _statement(p):
 EFFECT = Effect(
     id='asymmetric_friction',
     title='Asymmetric friction',
-    parameters=(Parameter('asymmetry', '-', -0.95, 0.95, none=0.0, starts=(0.1,)),),
+    parameters=(Parameter('asymmetry', '-', -0.95, 0.95, none=0.0, starts=(0.1,), form=0.05),
+                Parameter('of_load_friction', '-', 0.5, 2.0, starts=(1.0,), logarithmic=True)),
     stages={'level': _level, 'torque': _drag},
-    equation='F(ω) = F (1 + asymmetry · sgn ω), of the dry part, the drag, or both',
+    equation='F(ω) = F (1 + asymmetry · sgn ω), of the dry part, the drag, or both; '
+             'the part ∝ load by of_load_friction times as much',
     reference='Armstrong-Hélouvry et al., Automatica 30 (1994) 1083',
     statement=_statement,
     reveals='velocity',
