@@ -8,10 +8,10 @@ from engb_core.effects.base import Effect, LEVEL, Parameter, TIME
 
 @effect_function
 def _level(parameters, state, sample):
-    duration = parameters[2]
-    settling = parameters[1] * duration
-    progress = ((1.0 - math.exp(-sample[TIME] / settling))
-                / (1.0 - math.exp(-duration / settling)))
+    settling, shape = parameters[1], parameters[2]
+    part = sample[TIME] / parameters[3]
+    progress = ((1.0 - math.exp(-(part / settling) ** shape))
+                / (1.0 - math.exp(-settling ** -shape)))
     return sample[LEVEL] * (1.0 + (parameters[0] - 1.0) * progress)
 
 
@@ -19,11 +19,12 @@ EFFECT = Effect(
     id='friction_drift',
     title='Friction drift',
     parameters=(
-        Parameter('friction_ratio', '-', 0.05, 10.0, none=1.0, starts=(1.1,)),
+        Parameter('friction_ratio', '-', 0.05, 10.0, none=1.0, starts=(1.1,), form=0.02),
         Parameter('settling', '-', 0.1, 20.0, starts=(0.4, 5.0), logarithmic=True),
+        Parameter('shape', '-', 0.4, 5.0, starts=(1.0, 2.5), logarithmic=True),
     ),
     stages={'level': _level},
-    equation='F(t) = F (1 + (ratio − 1) (1 − e^(−t/τ)) / (1 − e^(−T/τ)))',
+    equation='F(t) = F (1 + (ratio − 1) p(t)/p(T)), p = 1 − e^(−(t/τ)^shape)',
     reference='Simoni et al., IFAC WC (2015): friction and temperature in drives',
     statement=lambda p: (
         f"Friction {'grows' if p['friction_ratio'] > 1 else 'falls'} during the recording "
