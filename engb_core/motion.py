@@ -29,7 +29,7 @@ from engb_core.effects.base import (
 )
 from engb_core.recording import Recording
 
-__all__ = ['Motion', 'filtered', 'gaussian_kernel', 'motion_of']
+__all__ = ['MOTION_BANDWIDTH', 'Motion', 'filtered', 'gaussian_kernel', 'motion_of']
 
 Array = NDArray[np.float64]
 

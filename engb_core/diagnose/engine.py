@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 import time
 
 import numpy as np
 
-from engb_core.diagnose.diagnosis import Diagnosis
+from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
 from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops, unseen_effort
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.numbers import wrong_numbers
-from engb_core.diagnose.openset import explain
+from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.search import search
-from engb_core.diagnose.selection import CLEAN_EXCESS, select
+from engb_core.diagnose.selection import CLEAN_EXCESS, select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.verdict import verdict_of
+from engb_core.diagnose.wide_band import RESONANCE, Resonance, resonance_beside
 from engb_core.model import Model
+from engb_core.plant import physics_of
 from engb_core.recording import Recording
 
 __all__ = ['diagnose']
@@ -47,6 +49,58 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     tell = progress or (lambda text: None)
     tell('reading the motion')
     problem: Problem = problem_of(recordings, model, holdout)
+    outcome = _judged(problem, tell)
+    tell('listening for a resonance above the band')
+    resonance = resonance_beside(problem, outcome.corrected)
+    if resonance is not None:
+        tell('judging what is left beside the resonance')
+        outcome = _beside(resonance, _judged(replace(
+            problem, settled=(RESONANCE,),
+            model=replace(model, effects=(*model.effects, resonance.setting))), tell))
+    selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
+    runs, parts = list(problem.runs), _parts(problem, outcome.mismatch)
+    if resonance is not None and len(findings) == 1:
+        runs, parts = list(resonance.runs), list(resonance.parts)
+    located: list[Interval] = []
+    where: list[Zone] = []
+    if outcome.verdict != 'consistent':
+        located = [entry for run, part in zip(runs, parts, strict=True)
+                   for entry in intervals(run, part)]
+        where = zones(runs, parts, outcome.corrected)
+    proposal = next_experiment(outcome.fitter, explanation.fit, findings, selection.rivals)
+    unexplained = outcome.unexplained
+    if model.joint.type == 'prismatic':
+        findings = [finding_of_slider(finding) for finding in findings]
+        unexplained = unexplained_of_slider(unexplained)
+    tell('simulating the loop')
+    loops = simulated_loops(problem, outcome.corrected)
+    return Diagnosis(
+        verdict=outcome.verdict, effects=tuple(findings), time=tuple(located),
+        where=tuple(where), unexplained=unexplained,
+        held_out=quality_of_fit(problem, outcome.corrected, loops),
+        next_experiment=proposal, model=outcome.corrected,
+        evidence=evidence_of(problem, outcome.fitter, outcome.chosen, selection,
+                             outcome.corrected, findings, loops,
+                             time.perf_counter() - started))
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
+    this makes up, and the corrected model."""
+
+    fitter: Fitter
+    selection: Selection
+    chosen: Fit
+    explanation: Explanation
+    findings: list[EffectFinding]
+    mismatch: np.ndarray
+    verdict: str
+    unexplained: Unexplained | None
+    corrected: Model
+
+
+def _judged(problem: Problem, tell: Callable[[str], None]) -> _Outcome:
     fitter = Fitter(problem)
     tell('refitting the nominal numbers')
     nominal = fitter.nominal()
@@ -66,24 +120,31 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
-    corrected = model if verdict == 'consistent' else _that_helps(
-        problem, explanation.models(), () if findings else (model,))
-    parts = _parts(problem, mismatch)
-    located = [entry for run, part in zip(problem.runs, parts, strict=True)
-               for entry in intervals(run, part)] if verdict != 'consistent' else []
-    where = zones(list(problem.runs), parts, corrected) if verdict != 'consistent' else []
-    proposal = next_experiment(fitter, explanation.fit, findings, selection.rivals)
-    if model.joint.type == 'prismatic':
-        findings = [finding_of_slider(finding) for finding in findings]
-        unexplained = unexplained_of_slider(unexplained)
-    tell('simulating the loop')
-    loops = simulated_loops(problem, corrected)
-    return Diagnosis(
-        verdict=verdict, effects=tuple(findings), time=tuple(located), where=tuple(where),
-        unexplained=unexplained, held_out=quality_of_fit(problem, corrected, loops),
-        next_experiment=proposal, model=corrected,
-        evidence=evidence_of(fitter, nominal, chosen, selection, corrected, findings, loops,
-                             time.perf_counter() - started))
+    corrected = problem.model if verdict == 'consistent' else _that_helps(
+        problem, explanation.models(), () if findings else (problem.model,))
+    return _Outcome(fitter, selection, chosen, explanation, findings, mismatch, verdict,
+                    unexplained, corrected)
+
+
+def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
+    """Return the outcome of a round that was given the resonance, with the resonance in it."""
+    left = 1.0 - resonance.finding.share
+    findings = [resonance.finding,
+                *(replace(entry, share=left * entry.share) for entry in outcome.findings)]
+    findings.sort(key=lambda finding: -finding.share)
+    without = replace(outcome.corrected, effects=tuple(
+        entry for entry in outcome.corrected.effects if entry.effect != RESONANCE))
+    adds = np.concatenate([run.predicted(physics_of(outcome.corrected))
+                           - run.predicted(physics_of(without))
+                           for run in outcome.fitter.problem.runs])
+    mismatch = outcome.mismatch + adds if outcome.findings else adds
+    verdict = {'consistent': 'explained', 'unexplained': 'partly_explained'}.get(
+        outcome.verdict, outcome.verdict)
+    unexplained = outcome.unexplained
+    if unexplained is not None:
+        unexplained = replace(unexplained, share=left * unexplained.share)
+    return replace(outcome, findings=findings, mismatch=mismatch, verdict=verdict,
+                   unexplained=unexplained)
 
 
 def _that_helps(problem: Problem, corrected: tuple[Model, ...], otherwise: tuple[Model, ...],

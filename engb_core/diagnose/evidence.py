@@ -100,11 +100,10 @@ def _loop(run: Run, nominal: Model, corrected: Model) -> ClosedLoop | None:
                       before[pick], after[pick])
 
 
-def evidence_of(fitter: Fitter, nominal: Fit, chosen: Fit, selection: Selection,
+def evidence_of(problem: Problem, fitter: Fitter, chosen: Fit, selection: Selection,
                 corrected: Model, findings: list[EffectFinding],
                 loops: dict[str, ClosedLoop], seconds: float) -> Evidence:
-    """Gather what the report draws."""
-    problem = fitter.problem
+    """Gather what the report draws of `problem`, which `fitter` may have further effects in."""
     runs = [*problem.runs, *problem.held_out]
     traces = []
     for run in runs:

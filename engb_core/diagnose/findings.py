@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 TOLD = 0.02
 # How sure a named effect can be beside a leading one without a name.
 COMPANION = 0.45
+# How sure it is, at least, that a number is wrong which a refit of the others didn't move.
+KEPT = 0.85
 
 
 def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
@@ -119,6 +121,8 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
         taken *= min(1.0, total / (total + before))
     findings = []
     for finding in numbers:
+        # What a refit left as it was is wrong, whatever else is missing.
+        known = max(known, KEPT) if finding.kept else known
         effect = get_effect(finding.effect)
         parameter = effect.parameters[0]
         std = _deviation(fitter, finding)

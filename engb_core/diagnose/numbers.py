@@ -7,12 +7,13 @@ curve's numbers are judged as a whole, in selection.py.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import itertools
 
 import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.kept_number import kept_number
 from engb_core.diagnose.nominal import DELAY
 
 __all__ = ['BESIDE', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED', 'level',
@@ -41,12 +42,14 @@ BESIDE = 0.5
 @dataclass(frozen=True)
 class NumberFinding:
     """A wrong number: the effect that names it, its fit, how much it matters (rise of the mean
-    squared residual when it is held at the file's value), its value."""
+    squared residual when it is held at the file's value), its value, and whether a refit of the
+    file left just this one as it was."""
 
     effect: str
     fit: Fit
     matters: float
     value: float
+    kept: bool = False
 
 
 def level(fit: Fit, fitter: Fitter) -> float:
@@ -58,47 +61,62 @@ def level(fit: Fit, fitter: Fitter) -> float:
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     """Return the numbers that are wrong in the model file, given the effects in `explained`.
 
-    With no effect in `explained` the fewest numbers are named that make the file fit.
-    Beside effects it is named only if the file's other numbers fit as they stand: a file that
-    was refitted around missing physics has all its numbers moved.
+    Beside effects a number is named only if the file's other numbers fit as they stand, or if
+    the file was refitted with this one number held: a file that was refitted around missing
+    physics has all its numbers moved.
     """
-    numbers = explained.hypothesis.numbers
-    floor = level(explained, fitter)
-    excess = max(level(fitter.nominal(), fitter) - 1.0, 0.0)
-    rises = {number.name: level(fitter.refit(
-                 explained, tuple(other for other in numbers if other is not number)), fitter)
-             - floor for number in numbers if number.name in _BY_NUMBER}
-    if not rises:
+    insisted = _insisted(fitter, explained)
+    if not insisted:
         return []
+    kept = _BY_NUMBER.get(kept_number(fitter) or '')
+    insisted = [replace(finding, kept=finding.effect == kept) for finding in insisted]
+    return _fewest(fitter, explained, insisted) or [
+        finding for finding in insisted if finding.kept]
+
+
+def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
+    """Return the numbers that the data insist on changing, the weightiest first."""
+    numbers = explained.hypothesis.numbers
     variants = explained.hypothesis.variants
     if any(variant.effect.number_only for variant in variants) and not all(
             variant.effect.number_only for variant in variants):
         return []
-    least = max(INSISTED, INSISTED_PART * excess)
-    found = [finding for name in sorted(rises, key=lambda name: -rises[name])
-             if rises[name] >= least
-             and (finding := _named(fitter, explained, name, rises[name])) is not None]
-    if variants:
+    floor = level(explained, fitter)
+    rises = {number.name: level(fitter.refit(
+                 explained, tuple(other for other in numbers if other is not number)), fitter)
+             - floor for number in numbers if number.name in _BY_NUMBER}
+    least = max(INSISTED, INSISTED_PART * max(level(fitter.nominal(), fitter) - 1.0, 0.0))
+    return [finding for name in sorted(rises, key=lambda name: -rises[name])
+            if rises[name] >= least
+            and (finding := _named(fitter, explained, name, rises[name])) is not None]
+
+
+def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
+            ) -> list[NumberFinding]:
+    """Return the fewest of the numbers that make the file fit; beside effects at most one."""
+    floor = level(explained, fitter)
+    excess = max(level(fitter.nominal(), fitter) - 1.0, 0.0)
+    if explained.hypothesis.variants:
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)
         if excess < REFITTED * before:
             return []
-        found = [finding for finding in found if not _moved_along(fitter, explained, finding)]
-        if found:
-            least = SECOND * max(finding.matters for finding in found)
-        return [finding for finding in found
+        apart = [finding for finding in insisted
+                 if not _moved_along(fitter, explained, finding)]
+        least = SECOND * max((finding.matters for finding in apart), default=0.0)
+        return [finding for finding in apart
                 if finding.matters >= least and (
                     finding.matters > BESIDE * (excess - before)
                     or _with_only(fitter, explained, (finding,))
                     < floor + max(INSISTED, 0.15 * finding.matters))][:1]
-    # The fewest numbers that make the file fit, if there are such.
-    for finding in found:
+    for finding in insisted:
         if _with_only(fitter, explained, (finding,)) < floor + max(INSISTED,
                                                                    0.1 * finding.matters):
             return [finding]
-    for pair in itertools.combinations(found, 2):
+    for pair in itertools.combinations(insisted, 2):
         if _with_only(fitter, explained, pair) < floor + TWO_LEAVE:
             return list(pair)
-    return [finding for finding in found if finding.matters >= SECOND * max(rises.values())]
+    least = SECOND * max(finding.matters for finding in insisted)
+    return [finding for finding in insisted if finding.matters >= least]
 
 
 def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:

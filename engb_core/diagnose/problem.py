@@ -19,7 +19,7 @@ from engb_core.filtering import (
 )
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
-from engb_core.motion import filtered, Motion, motion_of
+from engb_core.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
 from engb_core.plant import load_torque, nominal_vector, Physics
 from engb_core.recording import Recording
 
@@ -65,13 +65,17 @@ class Run:
 
 @dataclass(frozen=True)
 class Problem:
-    """Recordings, the model they are held against, and what they can show."""
+    """Recordings, the model they are held against, and what they can show.
+
+    `settled` are effects that the model has been given already and that are not looked for.
+    """
 
     runs: tuple[Run, ...]
     held_out: tuple[Run, ...]
     model: Model
     scene: Scene
     noise_floor: float
+    settled: tuple[str, ...] = ()
 
     @property
     def measured(self) -> Array:
@@ -93,16 +97,24 @@ class Problem:
 
 
 def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence[Recording] = (),
-               bandwidth: float = BANDWIDTH) -> Problem:
+               bandwidth: float = BANDWIDTH,
+               motion_bandwidth: float = MOTION_BANDWIDTH) -> Problem:
     """Prepare recordings for diagnosis.
+
+    Args:
+        recordings: what may be fitted.
+        model: what they are held against.
+        held_out: what is only judged.
+        bandwidth: of the comparison [Hz].
+        motion_bandwidth: of the smoothing of position and effort [Hz].
 
     Raises:
         InputError: no recording, or too little motion to judge a model by.
     """
     if not recordings:
         raise InputError('no recording given')
-    motions = [motion_of(recording) for recording in recordings]
-    others = [motion_of(recording) for recording in held_out]
+    motions = [motion_of(recording, motion_bandwidth) for recording in recordings]
+    others = [motion_of(recording, motion_bandwidth) for recording in held_out]
     scene = _scene(recordings, motions, model)
     slowest = slowest_speed(motions, model.friction.saturation_velocity, scene.speed)
     runs = tuple(_run(recording, motion, bandwidth, slowest, bool(held_out), False)

@@ -67,7 +67,7 @@ def physics_effects(fitter: Fitter) -> list[Effect]:
     scene = fitter.problem.scene
     found = []
     for effect in catalogue().values():
-        if effect.id in _NOT_SEARCHED:
+        if effect.id in _NOT_SEARCHED or effect.id in fitter.problem.settled:
             continue
         if effect.applies is not None and not effect.applies(scene):
             continue

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.kept_number import kept_number, LOAD
 from engb_core.diagnose.numbers import INSISTED, INSISTED_PART, level, REFITTED
 from engb_core.diagnose.search import extend, load_free, load_held, load_moved, Search
 
@@ -145,11 +146,13 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
     the data insist that the curve is wrong and this one number mends it."""
     fitter = result.fitter
     before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
-    if nominal < REFITTED * before:
+    kept = kept_number(fitter) == LOAD
+    if nominal < REFITTED * before and not kept:
         return chosen
     moved = load_moved(result, chosen)
     rise = level(fitter.refit(chosen, load_free(fitter)), fitter) - level(chosen, fitter)
-    if not moved or rise < max(INSISTED, BESIDE_LOAD * (nominal - before)):
+    least = excess(chosen, fitter) if kept else nominal - before
+    if not moved or rise < max(INSISTED, BESIDE_LOAD * least):
         return chosen
     best = min(moved, key=lambda fit: price(fit, fitter))
     return best if level(best, fitter) < limit + min(0.02 * rise, 0.3) else chosen

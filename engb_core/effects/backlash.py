@@ -1,10 +1,12 @@
 """Lost motion between motor and load: the gap is crossed where the transmitted torque
 changes sign, with the load decoupled meanwhile."""
 
+import math
+
 from engb_core.compiled import effect_function
 from engb_core.effects.base import (
     ACCELERATION,
-    COULOMB,
+    LEVEL,
     DIRECTION,
     Effect,
     INERTIA,
@@ -16,64 +18,67 @@ from engb_core.effects.base import (
 )
 
 
+# Stiff flanks, as steel on steel with inertias of this size.
+FLANK_FREQUENCY = 250.0   # Hz
+FLANK_DAMPING = 0.25
+
+
 @effect_function
 def _shift(parameters, state, sample):
-    # state: 0 displacement of the load from the middle of the gap, 1 load velocity,
-    # 2 side in contact (−1: the motor pushes forward, +1: it pulls back, 0: in the gap),
-    # 3 time for which the last impact still speaks in the motor's acceleration
-    half = 0.5 * parameters[0]
+    # state: 0 how far the load is ahead of the motor (0…gap: free), 1 the rate of that,
+    # 2 and 3 the last acceleration and velocity of the motor
     if sample[TIME] <= 0.0:
-        state[0] = -half
+        state[0] = 0.0
         state[1] = 0.0
-        state[2] = -1.0
-        state[3] = 0.0
-    return state[0] + half
+    return state[0]
 
 
 @effect_function
 def _torque(parameters, state, sample):
-    half = 0.5 * parameters[0]
-    if half <= 0.0:
-        return 0.0
-    step = sample[TIME_STEP]
+    gap = parameters[0]
     inertia = parameters[1] * sample[INERTIA]
-    friction = parameters[2] * sample[COULOMB]
-    motor = sample[VELOCITY]
+    friction = parameters[2] * sample[LEVEL]
     load = sample[LOAD]
-    if state[2] != 0.0:
-        # Torque that the contact must transmit so that the load follows the motor.
-        transmitted = inertia * sample[ACCELERATION] + load + friction * sample[DIRECTION]
-        state[3] -= step
-        if state[3] < 0.0 and transmitted * state[2] > 0.0:
-            state[2] = 0.0
-            state[1] = motor
+    acceleration = sample[ACCELERATION]
+    motor = sample[VELOCITY]
+    step = sample[TIME_STEP]
+    if sample[TIME] <= 0.0:
+        return 0.0
+    # Flanks: springs and dampers, in steps short enough for the bounce on them.
+    stiffness = inertia * (2.0 * math.pi * FLANK_FREQUENCY) ** 2
+    damping = 2.0 * FLANK_DAMPING * inertia * 2.0 * math.pi * FLANK_FREQUENCY
+    parts = int(math.ceil(step * 2.0 * math.pi * FLANK_FREQUENCY / 0.25))
+    short = step / parts
+    passed = 0.0
+    for part in range(1, parts + 1):
+        share = part / parts
+        speed = state[3] + share * (motor - state[3])
+        drive = state[2] + share * (acceleration - state[2])
+        ahead, rate = state[0], state[1]
+        contact = 0.0
+        if ahead < 0.0:
+            contact = max(-stiffness * ahead - damping * rate, 0.0)
+        elif ahead > gap:
+            contact = min(-stiffness * (ahead - gap) - damping * rate, 0.0)
+        rate += short * ((contact - load) / inertia - drive)
+        beyond = speed + rate
+        slowed = short * friction / inertia
+        if contact != 0.0:
+            # It goes with the motor, and so does its friction, which fades at low speed.
+            rate -= slowed * sample[DIRECTION]
+        elif beyond > slowed:
+            rate -= slowed
+        elif beyond < -slowed:
+            rate += slowed
         else:
-            state[1] = motor
-            return 0.0
-    # In the gap: the load moves by itself, the motor is freed of it.
-    speed = state[1]
-    drive = -load
-    limit = friction
-    if abs(speed) < 1e-9 and abs(drive) <= limit:
-        fresh = 0.0
-    else:
-        sense = speed if abs(speed) > 1e-9 else drive
-        resist = limit if sense > 0.0 else -limit
-        fresh = speed + step * (drive - resist) / max(inertia, 1e-12)
-        if fresh * speed < 0.0 and abs(drive) <= limit:
-            fresh = 0.0
-    state[0] += step * (0.5 * (speed + fresh) - motor)
-    state[1] = fresh
-    freed = -(inertia * sample[ACCELERATION] + load + friction * sample[DIRECTION])
-    if state[0] <= -half or state[0] >= half:
-        state[2] = -1.0 if state[0] <= -half else 1.0
-        state[0] = -half if state[0] <= -half else half
-        # Contact again: the load takes on the motor's speed within the step.
-        freed += inertia * (motor - fresh) / step
-        state[1] = motor
-        # The impact brakes the motor; that is no torque which would pull the two apart.
-        state[3] = 1.5 * step
-    return freed
+            rate = -speed
+        state[1] = rate
+        state[0] = ahead + short * rate
+        passed += contact / parts
+    state[2] = acceleration
+    state[3] = motor
+    # Rigid, what is beyond is part of inertia, load and friction; what is added is the rest.
+    return passed - inertia * acceleration - load - friction * sample[DIRECTION]
 
 
 EFFECT = Effect(
@@ -81,10 +86,10 @@ EFFECT = Effect(
     title='Backlash',
     parameters=(
         Parameter('gap', 'rad', 1e-3, 20.0, none=0.0,
-                  starts=(0.06, 0.12, 0.25, 0.5, 0.8, 1.2, 1.8, 2.7), logarithmic=True,
-                  form=0.3),
-        Parameter('inertia_fraction', '-', 0.01, 0.9, starts=(0.3,)),
-        Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.3, 0.7)),
+                  starts=(0.015, 0.03, 0.06, 0.11, 0.18, 0.28, 0.44, 0.7, 1.1, 1.6, 2.4, 3.7),
+                  logarithmic=True, form=0.1),
+        Parameter('inertia_fraction', '-', 0.01, 0.9, starts=(0.18, 0.35)),
+        Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.4, 0.7)),
     ),
     stages={'shift': _shift, 'torque': _torque},
     equation='load free while |θ_load − θ| < gap/2; coupled again when the gap is crossed',

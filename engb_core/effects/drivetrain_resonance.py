@@ -1,43 +1,64 @@
-"""A compliant drivetrain with inertia beyond it."""
+"""A compliant drivetrain with inertia and friction beyond it."""
 
 import math
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import ACCELERATION, Effect, INERTIA, Parameter, TIME, TIME_STEP
+from engb_core.effects.base import (
+    ACCELERATION,
+    LEVEL,
+    DIRECTION,
+    Effect,
+    INERTIA,
+    Parameter,
+    TIME,
+    TIME_STEP,
+    VELOCITY,
+)
 
 
 @effect_function
 def _torque(parameters, state, sample):
-    # state: 0 relative displacement e of the inertia beyond, 1 its rate, 2 the last acceleration.
-    # With the motor's motion given, e is a damped oscillator driven by the motor's acceleration;
-    # solved exactly for an acceleration that runs straight from sample to sample, so that long
-    # steps (inverse dynamics) and short ones (simulation) agree.
+    # state: 0 twist e of the inertia beyond, 1 its rate, 2 and 3 the last acceleration and
+    # velocity of the motor. With the motor's motion given, e is a damped oscillator driven by
+    # it; solved in steps short enough for its period, so that long samples (inverse dynamics)
+    # and short ones (simulation) agree.
     fraction = parameters[0]
+    inertia = fraction * sample[INERTIA]
+    if inertia <= 0.0:
+        return 0.0
     locked = 2.0 * math.pi * parameters[1] * math.sqrt(1.0 - fraction)
-    damping = parameters[2]
-    decay = damping * locked
-    turning = locked * math.sqrt(1.0 - damping * damping)
+    decay = 2.0 * parameters[2] * locked
+    friction = parameters[3] * sample[LEVEL]
     acceleration = sample[ACCELERATION]
+    motor = sample[VELOCITY]
     step = sample[TIME_STEP]
     if sample[TIME] <= 0.0:
         state[0] = -acceleration / locked ** 2
         state[1] = 0.0
     else:
-        slope = (acceleration - state[2]) / step
-        forced = -state[2] / locked ** 2 + 2.0 * damping * slope / locked ** 3
-        free = state[0] - forced
-        rate = state[1] + slope / locked ** 2
-        fade = math.exp(-decay * step)
-        cosine = fade * math.cos(turning * step)
-        sine = fade * math.sin(turning * step) / turning
-        state[0] = (forced - slope * step / locked ** 2
-                    + free * cosine + (rate + decay * free) * sine)
-        state[1] = (-slope / locked ** 2
-                    + rate * cosine - (decay * rate + locked ** 2 * free) * sine)
+        parts = int(math.ceil(step * locked / 0.15))
+        short = step / parts
+        for part in range(1, parts + 1):
+            share = part / parts
+            speed = state[3] + share * (motor - state[3])
+            drive = state[2] + share * (acceleration - state[2])
+            # Damping and dry friction are taken at the end of the step: neither can overshoot.
+            rate = (state[1] - short * (drive + locked ** 2 * state[0])) / (1.0 + short * decay)
+            beyond = speed + rate
+            slowed = short * friction / inertia
+            if beyond > slowed:
+                rate -= slowed
+            elif beyond < -slowed:
+                rate += slowed
+            else:
+                rate = -speed
+            state[1] = rate
+            state[0] += short * rate
     state[2] = acceleration
-    relative = -locked ** 2 * state[0] - 2.0 * decay * state[1] - acceleration
-    # Rigid, the inertia beyond is part of J; what is added is its relative acceleration.
-    return fraction * sample[INERTIA] * relative
+    state[3] = motor
+    passed = -inertia * (locked ** 2 * state[0] + decay * state[1])
+    # Rigid, what is beyond is part of inertia and friction; what is added is the difference.
+    return passed - inertia * acceleration - friction * sample[DIRECTION]
 
 
 EFFECT = Effect(
@@ -47,11 +68,13 @@ EFFECT = Effect(
         Parameter('inertia_fraction', '-', 0.0, 0.9, none=0.0, starts=(0.25,)),
         Parameter('frequency', 'Hz', 2.0, 100.0,
                   starts=(8.0, 12.0, 17.0, 24.0, 33.0, 46.0, 64.0, 90.0), logarithmic=True,
-                  form=0.04),
-        Parameter('damping_ratio', '-', 0.002, 0.7, starts=(0.03, 0.15), logarithmic=True),
+                  form=0.15),
+        Parameter('damping_ratio', '-', 0.002, 0.3, starts=(0.03, 0.15), logarithmic=True),
+        Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.15,)),
     ),
     stages={'torque': _torque},
-    equation='(1 − ρ)J ω̇ + ρJ (ω̇ + ë) = …, ë + 2ζω_a ė + ω_a² e = −ω̇, ω_a = ω_r √(1 − ρ)',
+    equation='(1 − ρ)J ω̇ + ρJ (ω̇ + ë) = …, ë + 2ζω_a ė + ω_a² e = −ω̇ − '
+             '(μC/ρJ) sgn(ω + ė), ω_a = ω_r √(1 − ρ)',
     reference='Ellis and Lorenz, IEEE IAS (2000): resonant load control',
     statement=lambda p: (
         f"A compliant drivetrain resonates at {p['frequency']:.1f} Hz with "

@@ -8,27 +8,40 @@ from engb_core.effects.base import Effect, LOAD, Parameter, TIME, TIME_STEP
 
 @effect_function
 def _load(parameters, state, sample):
-    if sample[TIME] <= 0.0:
-        state[0] = 0.0
-    blend = 1.0 - math.exp(-sample[TIME_STEP] / parameters[1])
-    state[0] += blend * (sample[LOAD] - state[0])
-    return sample[LOAD] - parameters[0] * state[0]
+    # state: 0…2 what three elements of equal weight have relaxed by.
+    load = sample[LOAD]
+    relaxed = 0.0
+    for element in range(3):
+        if sample[TIME] <= 0.0:
+            state[element] = 0.0
+        time = parameters[1] * parameters[2] ** (element - 1)
+        state[element] += (1.0 - math.exp(-sample[TIME_STEP] / time)) * (load - state[element])
+        relaxed += state[element] / 3.0
+    left = load - parameters[0] * relaxed
+    if parameters[3] > 0.0 and left < 0.0:
+        # The pad leaves the disc rather than pull.
+        left = min(0.0, load)
+    return left
 
 
 EFFECT = Effect(
     id='pad_creep',
     title='Pad creep',
     parameters=(
-        Parameter('relaxed_fraction', '-', 0.0, 0.8, none=0.0, starts=(0.05,), form=0.15),
+        Parameter('relaxed_fraction', '-', 0.0, 0.8, none=0.0, starts=(0.05,), form=0.1),
         Parameter('time_constant', 's', 0.1, 60.0, starts=(0.3, 1.0, 3.0),
-                  logarithmic=True, form=0.15),
+                  logarithmic=True, form=0.1),
+        Parameter('spread', '-', 1.0, 8.0, starts=(1.5,)),
     ),
     stages={'load': _load},
-    equation='T_L = T_L(θ) − fraction·q, τ q̇ = T_L(θ) − q',
+    equation='T_L = T_L(θ) − fraction·(q₁ + q₂ + q₃)/3, τ sⁱ⁻² q̇ᵢ = T_L(θ) − qᵢ; T_L ≥ 0 where '
+             'the pad can leave the disc',
     reference='standard linear solid; Ferry, Viscoelastic Properties of Polymers (1980)',
     statement=lambda p: (
         f"Held at one angle the load relaxes by {p['relaxed_fraction'] * 100:.1f} % with a "
         f"time constant of {p['time_constant']:.2g} s (pad creep)."),
     reveals='time_in_contact',
+    constants=(('one_sided', '-'),),
     applies=lambda scene: scene.largest_load > 0,
+    variants=({'one_sided': 0.0}, {'one_sided': 1.0}),
 )

@@ -1,0 +1,120 @@
+"""Does the drivetrain resonate? Asked in a wider band than everything else.
+
+A shaft rings above the low-pass through which all other effects are judged; below it there is
+only a remnant, which a softer load curve explains as well. The wide band holds more noise (counts
+become acceleration), which a strongly damped resonance near its edge would smooth away: such a
+one is not believed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.diagnosis import EffectFinding
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.numbers import level
+from engb_core.diagnose.problem import Problem, problem_of, Run
+from engb_core.diagnose.uncertainty import estimates
+from engb_core.effects.catalogue import catalogue, get_effect
+from engb_core.model import EffectSetting, Model
+
+__all__ = ['RESONANCE', 'Resonance', 'resonance_beside']
+
+RESONANCE = 'drivetrain_resonance'
+RIVAL = 'backlash'
+# Corner of the comparison [Hz], at most this part of the corner of the motion's smoothing.
+BAND = 60.0
+OF_MOTION = 0.6
+LEAST_BAND = 25.0
+# Excess (noise = 1) that the motion's own noise may make in the wide band, and what a resonance
+# must take away: of the mean square, and of its excess.
+LEAST_EXCESS = 1.0
+LEAST_GAIN = 0.3
+LEAST_SHARE = 0.18
+# Less of the inertia beyond the shaft is no shaft's resonance.
+LEAST_FRACTION = 0.15
+# Above this part of the band a resonance at its damping's bound smooths noise.
+DAMPED_BELOW = 0.6
+# How sure a resonance is whose damping was found, and one whose damping stands at its bound.
+FOUND, BOUND = 0.95, 0.85
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A resonance that was found: what is said of it, and what it does to the effort.
+
+    `runs` are the recordings in the wide band; `parts` (one (m,) [N·m] a run) what the resonance
+    adds to their filtered effort.
+    """
+
+    finding: EffectFinding
+    setting: EffectSetting
+    runs: tuple[Run, ...]
+    parts: tuple[NDArray[np.float64], ...]
+
+
+def resonance_beside(problem: Problem, corrected: Model) -> Resonance | None:
+    """Return the resonance that the recordings show beside what `corrected` holds, if any."""
+    given = tuple(entry for entry in corrected.effects
+                  if entry.effect not in (RESONANCE, DELAY, 'unexplained_surface'))
+    bandwidth = min(BAND, OF_MOTION * 0.2 / problem.scene.sampling)
+    known = any(entry.effect == RESONANCE for entry in problem.model.effects)
+    if known or bandwidth < LEAST_BAND:
+        return None
+    wide = problem_of([run.recording for run in problem.runs],
+                      replace(corrected, effects=given), bandwidth=bandwidth,
+                      motion_bandwidth=2.0 * bandwidth)
+    fitter = Fitter(wide)
+    before = level(fitter.base(), fitter)
+    if before - 1.0 < LEAST_EXCESS:
+        return None
+    fit = _fitted(fitter, RESONANCE)
+    gain = before - level(fit, fitter)
+    share = gain / (before - 1.0)
+    if gain < LEAST_GAIN or share < LEAST_SHARE or not _rings(fit, bandwidth):
+        return None
+    if before - level(_fitted(fitter, RIVAL), fitter) > gain:
+        return None
+    return _resonance(fitter, fitter.finish(fit), share)
+
+
+def _fitted(fitter: Fitter, effect_id: str) -> Fit:
+    fits = [fitter.refine(fitter.fit(variant, rounds=8, keep=4))
+            for variant in variants_of(catalogue()[effect_id], fitter.problem.scene)]
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def _values(fit: Fit) -> dict[str, float]:
+    return dict(zip(fit.hypothesis.variants[0].effect.names,
+                    fit.hypothesis.values(fit.vector, 0, 0), strict=True))
+
+
+def _found(values: dict[str, float]) -> bool:
+    damping = next(parameter for parameter in get_effect(RESONANCE).parameters
+                   if parameter.name == 'damping_ratio')
+    return values['damping_ratio'] < 0.97 * damping.high
+
+
+def _rings(fit: Fit, bandwidth: float) -> bool:
+    values = _values(fit)
+    return values['inertia_fraction'] >= LEAST_FRACTION and (
+        _found(values) or values['frequency'] < DAMPED_BELOW * bandwidth)
+
+
+def _resonance(fitter: Fitter, fit: Fit, share: float) -> Resonance:
+    values = _values(fit)
+    effect = get_effect(RESONANCE)
+    without = fitter.predict(fitter.hypothesis(()), fit.vector[:len(fit.hypothesis.numbers)])
+    runs = fitter.problem.runs
+    ends = np.cumsum([run.measured.size for run in runs])[:-1]
+    finding = EffectFinding(
+        effect=RESONANCE, probability=FOUND if _found(values) else BOUND,
+        parameters=estimates(fit, fitter, 0), share=float(np.clip(share, 0.0, 1.0)),
+        alternatives=(), statement=effect.statement(values))
+    return Resonance(finding, EffectSetting(RESONANCE, values), runs,
+                     tuple(np.split(fit.predicted - without, ends)))
