@@ -161,13 +161,15 @@ def default_value(effect: Effect, name: str) -> float | None:
     the contract doesn't name it either (a resonance is given by its frequency).
     """
     for index, parameter in enumerate(effect.parameters):
+        if parameter.name == name and parameter.default is not None:
+            return parameter.default
         if parameter.name == name and index > 0 and parameter.starts:
             return parameter.starts[len(parameter.starts) // 2]
     if name.startswith('value_'):
         return 0.0
     constants = {'duration': 60.0, 'largest_effort': 0.5, 'peak_load': 0.35, 'sense': 1.0,
                  'reach': 30.0, 'elements': 0.0, 'reference_load': 0.17,
-                 'only_turning': 0.0, 'by_heat': 0.0, 'standstill': 0.1,
+                 'only_turning': 0.0, 'by_heat': 0.0, 'one_sided': 0.0, 'standstill': 0.1,
                  'load_exponent': 0.0,
                  'by_temperature': 0.0, 'of_drag': 0.0, 'speed_from': 0.0, 'speed_to': 90.0,
                  'temperature_from': 20.0, 'temperature_to': 400.0, 'inertia_fraction': 0.25}

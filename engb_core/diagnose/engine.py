@@ -17,6 +17,7 @@ from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.numbers import wrong_numbers
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
+from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import CLEAN_EXCESS, select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
@@ -30,6 +31,8 @@ __all__ = ['diagnose']
 
 # A name that is surer to be wrong than this is not given.
 LEAST_PROBABILITY = 0.05
+# Random moves around the chosen fit, where its cost is rugged.
+MOVES = 100
 
 
 def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Recording] = (),
@@ -106,7 +109,10 @@ def _judged(problem: Problem, tell: Callable[[str], None]) -> _Outcome:
     nominal = fitter.nominal()
     selection = select(search(fitter, tell))
     tell('refining')
-    chosen = fitter.finish(fitter.refine(selection.chosen))
+    chosen = selection.chosen
+    if is_rugged(chosen):
+        chosen = search_around(fitter, chosen, MOVES)
+    chosen = fitter.finish(fitter.refine(chosen))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
     chosen = explanation.fit

@@ -23,6 +23,7 @@ from engb_core.diagnose.fit_steps import (
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
+from engb_core.diagnose.rugged import search_around
 
 __all__ = ['Fit', 'Fitter', 'StartColumns', 'bare']
 
@@ -30,6 +31,11 @@ Array = NDArray[np.float64]
 
 # Part of the refitted model's typical residual that is added to the noise in the weights.
 MISSED_PART = 0.3
+# Starts that are followed, and random moves around each and around the best, where the cost is
+# rugged.
+RUGGED_STARTS = 4
+FIRST_MOVES = 20
+FURTHER_MOVES = 50
 
 
 @dataclass(frozen=True)
@@ -81,7 +87,7 @@ class Fitter:
         # Where a model misses by far more than the noise, values of little noise must not
         # outweigh all others: what is missed weighs on every value alike.
         # The file's own residual first: noise alone would let a few quiet values rule the refit.
-        file = self._evaluate(self.hypothesis((), ()), np.zeros(0))
+        file = self.evaluate(self.hypothesis((), ()), np.zeros(0))
         self.spread = self._spread(np.abs(file.residual))
         self.spread = self._spread(np.abs(self.base().residual))
         self._base.clear()
@@ -123,7 +129,7 @@ class Fitter:
                 fit = self._iterate(hypothesis, fit.vector, 4)
             else:
                 self._shared[numbers] = np.zeros((self.measured.size, 0))
-                fit = self._evaluate(hypothesis, vector)
+                fit = self.evaluate(hypothesis, vector)
             self._base[numbers] = fit
         return self._base[numbers]
 
@@ -173,8 +179,13 @@ class Fitter:
                                 (*start.hypothesis.variants, variant), len(self.problem.runs))
         fits = [self._iterate(hypothesis, self._start_vector(
                     hypothesis, start, starts[place].setting, sizes[place]), rounds)
-                for place in np.argsort(costs)[:keep]]
-        return min(fits, key=lambda entry: entry.cost)
+                for place in np.argsort(costs)[:RUGGED_STARTS if variant.effect.rugged else keep]]
+        best = min(fits, key=lambda entry: entry.cost)
+        if not variant.effect.rugged:
+            return best
+        best = min((search_around(self, entry, FIRST_MOVES) for entry in fits),
+                   key=lambda entry: entry.cost)
+        return search_around(self, best, FURTHER_MOVES)
 
     def refit(self, fit: Fit, numbers: tuple[NominalNumber, ...], rounds: int = 6) -> Fit:
         """Fit the same effects with other numbers free; the rest stand as in the model file."""
@@ -190,8 +201,7 @@ class Fitter:
         """Iterate on with derivatives of the nominal numbers taken at the fit itself."""
         numbers = fit.hypothesis.numbers
         saved = self._shared[numbers]
-        self._shared[numbers] = self._columns(fit.hypothesis, fit.vector, range(len(numbers)),
-                                              fit.predicted)
+        self._shared[numbers] = self.number_columns(fit)
         try:
             return self._iterate(fit.hypothesis, fit.vector, rounds, 1e-5)
         finally:
@@ -205,6 +215,11 @@ class Fitter:
         """Return the fit with one effect taken away and all the rest fitted anew."""
         return self._iterate(*bare(self, fit, {variant}), rounds)
 
+    def number_columns(self, fit: Fit) -> Array:
+        """Return the derivatives by the nominal numbers at a fit, (m, count)."""
+        return self._columns(fit.hypothesis, fit.vector, range(len(fit.hypothesis.numbers)),
+                             fit.predicted)
+
     def finish(self, fit: Fit) -> Fit:
         """Return the fit with all derivatives at its end."""
         columns = self._columns(fit.hypothesis, fit.vector, range(fit.hypothesis.size),
@@ -213,7 +228,7 @@ class Fitter:
 
     # -- inside ----------------------------------------------------------------------------------
 
-    def _evaluate(self, hypothesis: Hypothesis, vector: Array) -> Fit:
+    def evaluate(self, hypothesis: Hypothesis, vector: Array) -> Fit:
         predicted = self.predict(hypothesis, vector)
         residual = self.measured - predicted
         return Fit(hypothesis, vector, predicted, residual,
@@ -223,10 +238,10 @@ class Fitter:
         scaled = (residual / self.spread)[self.fitted]
         if not np.isfinite(scaled).all():
             return np.inf
-        centre, spread = self._prior(hypothesis)
+        centre, spread = self.prior(hypothesis)
         return float(scaled @ scaled + np.sum(((vector - centre) / spread) ** 2))
 
-    def _prior(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
+    def prior(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
         key = (hypothesis.numbers, tuple((variant.effect.id, variant.constants)
                                          for variant in hypothesis.variants))
         if key not in self._priors:
@@ -247,7 +262,7 @@ class Fitter:
     def _columns(self, hypothesis: Hypothesis, vector: Array, places: range | list[int],
                  reference: Array | None = None) -> Array:
         low, high = hypothesis.bounds()
-        _, spread = self._prior(hypothesis)
+        _, spread = self.prior(hypothesis)
         if reference is None:
             reference = self.predict(hypothesis, vector)
         columns = np.empty((reference.size, len(places)))
@@ -311,7 +326,7 @@ class Fitter:
         ridge = np.zeros(design.shape[1])
         pull = np.zeros(design.shape[1])
         if count:
-            centre, spread = self._prior(base.hypothesis)
+            centre, spread = self.prior(base.hypothesis)
             ridge[:count] = 1.0 / (spread[:count] * norm[:count]) ** 2
             pull[:count] = (centre[:count] - base.vector[:count]) / spread[:count] ** 2 \
                 / norm[:count]
@@ -329,7 +344,7 @@ class Fitter:
     def _iterate(self, hypothesis: Hypothesis, vector: Array, rounds: int,
                  tolerance: float = 3e-3) -> Fit:
         low, high = hypothesis.bounds()
-        centre, spread = self._prior(hypothesis)
+        centre, spread = self.prior(hypothesis)
         count = len(hypothesis.numbers)
         rows = self.fitted
         weight = 1.0 / self.spread[rows]
@@ -337,7 +352,7 @@ class Fitter:
         if held is not None:
             vector = vector.copy()
             vector[held] = 0.0
-        best = self._evaluate(hypothesis, np.clip(vector, low, high))
+        best = self.evaluate(hypothesis, np.clip(vector, low, high))
         damping = 1e-4
         largest = np.array([(-np.inf, np.inf)] * count
                            + [largest_step(hypothesis.parameter(place - count))
@@ -360,7 +375,7 @@ class Fitter:
             least = np.maximum(low - best.vector, largest[0])
             most = np.minimum(high - best.vector, largest[1])
             step = bounded_step(gram + damping * np.diag(np.diag(gram)), right, least, most)
-            trial = self._evaluate(hypothesis, np.clip(best.vector + step, low, high))
+            trial = self.evaluate(hypothesis, np.clip(best.vector + step, low, high))
             if trial.cost < best.cost:
                 done = best.cost - trial.cost < tolerance * best.cost
                 best, effects = trial, None

@@ -6,10 +6,10 @@ import math
 from engb_core.compiled import effect_function
 from engb_core.effects.base import (
     ACCELERATION,
-    LEVEL,
     DIRECTION,
     Effect,
     INERTIA,
+    LEVEL,
     LOAD,
     Parameter,
     TIME,
@@ -17,16 +17,15 @@ from engb_core.effects.base import (
     VELOCITY,
 )
 
-
 # Stiff flanks, as steel on steel with inertias of this size.
-FLANK_FREQUENCY = 250.0   # Hz
-FLANK_DAMPING = 0.25
+FLANK_FREQUENCY = 80.0   # Hz
+FLANK_DAMPING = 1.0
 
 
 @effect_function
 def _shift(parameters, state, sample):
     # state: 0 how far the load is ahead of the motor (0…gap: free), 1 the rate of that,
-    # 2 and 3 the last acceleration and velocity of the motor
+    # 2 the last velocity of the motor
     if sample[TIME] <= 0.0:
         state[0] = 0.0
         state[1] = 0.0
@@ -42,7 +41,8 @@ def _torque(parameters, state, sample):
     acceleration = sample[ACCELERATION]
     motor = sample[VELOCITY]
     step = sample[TIME_STEP]
-    if sample[TIME] <= 0.0:
+    if sample[TIME] <= 0.0 or gap <= 0.0:
+        state[2] = motor
         return 0.0
     # Flanks: springs and dampers, in steps short enough for the bounce on them.
     stiffness = inertia * (2.0 * math.pi * FLANK_FREQUENCY) ** 2
@@ -50,10 +50,9 @@ def _torque(parameters, state, sample):
     parts = int(math.ceil(step * 2.0 * math.pi * FLANK_FREQUENCY / 0.25))
     short = step / parts
     passed = 0.0
+    drive = (motor - state[2]) / step
     for part in range(1, parts + 1):
-        share = part / parts
-        speed = state[3] + share * (motor - state[3])
-        drive = state[2] + share * (acceleration - state[2])
+        speed = state[2] + part * short * drive
         ahead, rate = state[0], state[1]
         contact = 0.0
         if ahead < 0.0:
@@ -75,8 +74,7 @@ def _torque(parameters, state, sample):
         state[1] = rate
         state[0] = ahead + short * rate
         passed += contact / parts
-    state[2] = acceleration
-    state[3] = motor
+    state[2] = motor
     # Rigid, what is beyond is part of inertia, load and friction; what is added is the rest.
     return passed - inertia * acceleration - load - friction * sample[DIRECTION]
 
@@ -98,4 +96,5 @@ EFFECT = Effect(
         f"There are {p['gap']:.3g} rad of lost motion between motor and load; the gap is "
         'crossed where the transmitted torque changes sign.'),
     reveals='since_reversal',
+    rugged=True,
 )

@@ -51,6 +51,7 @@ class Parameter:
             physics put this number (counted on generated cases of other formulas).
         form_steps: uncertainty in sampling intervals, of a number that is a time: when within
             an interval position and effort were taken is not recorded.
+        default: what stands for it where a setting leaves it out (None: the middle start).
     """
 
     name: str
@@ -63,6 +64,7 @@ class Parameter:
     per_recording: bool = False
     form: float = 0.01
     form_steps: float = 0.0
+    default: float | None = None
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,7 @@ class Effect:
         contains: ids of effects that this one includes as a special case.
         credence: (values) → how far a good fit is believed, 0 to 1 (None: fully); for forms of
             an effect that other causes imitate.
+        rugged: the cost has many narrow minima in its parameters; fits move at random first.
         statement: (values) → a sentence for a brake engineer.
     """
 
@@ -126,6 +129,7 @@ class Effect:
     unnamed: bool = False
     only_here: bool = False
     contains: tuple[str, ...] = ()
+    rugged: bool = False
     credence: Callable[[Mapping[str, float]], float] | None = None
 
     @property

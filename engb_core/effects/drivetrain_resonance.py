@@ -5,10 +5,10 @@ import math
 from engb_core.compiled import effect_function
 from engb_core.effects.base import (
     ACCELERATION,
-    LEVEL,
     DIRECTION,
     Effect,
     INERTIA,
+    LEVEL,
     Parameter,
     TIME,
     TIME_STEP,
@@ -36,7 +36,7 @@ def _torque(parameters, state, sample):
         state[0] = -acceleration / locked ** 2
         state[1] = 0.0
     else:
-        parts = int(math.ceil(step * locked / 0.15))
+        parts = int(math.ceil(step * locked / 0.05))
         short = step / parts
         for part in range(1, parts + 1):
             share = part / parts
@@ -70,7 +70,7 @@ EFFECT = Effect(
                   starts=(8.0, 12.0, 17.0, 24.0, 33.0, 46.0, 64.0, 90.0), logarithmic=True,
                   form=0.15),
         Parameter('damping_ratio', '-', 0.002, 0.3, starts=(0.03, 0.15), logarithmic=True),
-        Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.15,)),
+        Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.15,), default=0.0),
     ),
     stages={'torque': _torque},
     equation='(1 − ρ)J ω̇ + ρJ (ω̇ + ë) = …, ë + 2ζω_a ė + ω_a² e = −ω̇ − '

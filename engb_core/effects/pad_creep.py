@@ -31,7 +31,7 @@ EFFECT = Effect(
         Parameter('relaxed_fraction', '-', 0.0, 0.8, none=0.0, starts=(0.05,), form=0.1),
         Parameter('time_constant', 's', 0.1, 60.0, starts=(0.3, 1.0, 3.0),
                   logarithmic=True, form=0.1),
-        Parameter('spread', '-', 1.0, 8.0, starts=(1.5,)),
+        Parameter('spread', '-', 1.0, 8.0, starts=(1.5,), default=1.0),
     ),
     stages={'load': _load},
     equation='T_L = T_L(θ) − fraction·(q₁ + q₂ + q₃)/3, τ sⁱ⁻² q̇ᵢ = T_L(θ) − qᵢ; T_L ≥ 0 where '

@@ -232,7 +232,7 @@ def test_unknown_effects_and_parameters_are_named():
     ('load_hysteresis', 'memory_distance', 0.0), ('pad_creep', 'time_constant', 0.0),
     ('torque_saturation', 'onset', 1.0), ('drivetrain_resonance', 'inertia_fraction', 1.5),
     ('stribeck_friction', 'stribeck_velocity', 0.0), ('friction_drift', 'settling', 0.0),
-    ('drivetrain_resonance', 'damping_ratio', 2.0), ('inertia_error', 'inertia', -1e308)])
+    ('drivetrain_resonance', 'frequency', 0.0), ('inertia_error', 'inertia', -1e308)])
 def test_numbers_that_cannot_be_are_named(name, parameter, value):
     effect = get_effect(name)
     with pytest.raises(InputError, match=re.escape(f'{parameter} = {value:g}')):
