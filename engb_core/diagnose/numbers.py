@@ -98,7 +98,8 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
     excess = max(level(fitter.nominal(), fitter) - 1.0, 0.0)
     if explained.hypothesis.variants:
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)
-        if excess < REFITTED * before:
+        if excess < REFITTED * before or _plain(fitter.nominal()) < REFITTED * _plain(
+                fitter.base()):
             return []
         apart = [finding for finding in insisted
                  if not _moved_along(fitter, explained, finding)]
@@ -117,6 +118,10 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
             return list(pair)
     least = SECOND * max(finding.matters for finding in insisted)
     return [finding for finding in insisted if finding.matters >= least]
+
+
+def _plain(fit: Fit) -> float:
+    return float(np.mean(fit.residual ** 2))
 
 
 def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:

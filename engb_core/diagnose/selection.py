@@ -36,6 +36,12 @@ MOST_EFFECTS = 3
 # more than this in units of the noise.
 NUMBERS_PART = 0.02
 NUMBERS_MOST = 0.7
+# What refitted numbers leave in plain torque, in units of the noise's mean square, from which on
+# an effect may be named that leaves no more than this part of it. A resonance is judged elsewhere
+# (wide_band.py): it follows every error of timing.
+PLAIN_NOISE = 2.5
+PLAIN_PART = 0.5
+RESONANCE = 'drivetrain_resonance'
 # Log mean square by which one wrong number may fit worse than physics and is preferred.
 NUMBER_BONUS = 0.08
 # Log mean square by which a description without a name must fit better than physics.
@@ -99,10 +105,32 @@ def select(result: Search) -> Selection:
     if nominal <= CLEAN_EXCESS:
         return Selection(result.base, (), nominal, before, before)
     if before <= max(CLEAN_EXCESS, min(NUMBERS_PART * nominal, NUMBERS_MOST)):
-        chosen, rivals = _by_numbers(result, nominal)
+        plain = _in_plain_torque(result)
+        if plain is not None:
+            chosen, rivals = plain, [fit for fit in result.of_size(1) if fit is not plain]
+        else:
+            chosen, rivals = _by_numbers(result, nominal)
     else:
         chosen, rivals = _with_load_held(result, _forward(result, before))
     return Selection(chosen, tuple(rivals), nominal, before, excess(chosen, fitter))
+
+
+def _in_plain_torque(result: Search) -> Fit | None:
+    """Return the effect that takes away most of what refitted numbers leave in plain torque.
+
+    Where effort changes fast the weights forgive what timing alone could do, and with it physics
+    that acts at every reversal. An effect may be named by that if the numbers leave far more than
+    noise, and it clearly less.
+    """
+    fitter, base = result.fitter, result.base
+    noise = np.concatenate([run.noise for run in fitter.problem.runs])
+    left = float(np.mean(base.residual ** 2))
+    known = [fit for fit in result.of_size(1) if fit.hypothesis.ids != (RESONANCE,)
+             and not fit.hypothesis.variants[0].effect.unnamed]
+    if not known or left < PLAIN_NOISE * float(np.mean(noise ** 2)):
+        return None
+    best = min(known, key=lambda fit: float(np.mean(fit.residual ** 2)))
+    return best if float(np.mean(best.residual ** 2)) < PLAIN_PART * left else None
 
 
 def _forward(result: Search, before: float) -> Fit:
