@@ -53,15 +53,14 @@ def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:
         return trial.cost - float(right @ step), better
 
     generator = np.random.default_rng(0)
-    best = settled(fit.vector)
+    best = fit
     for _ in range(moves):
-        place = best[1].copy()
-        place[:count] = fit.vector[:count]
+        place = best.vector.copy()
         place[moved] += scale * generator.standard_normal(len(moved))
-        trial = settled(np.clip(place, low, high))
-        if trial[0] < best[0]:
+        promised, better = settled(np.clip(place, low, high))
+        trial = fitter.evaluate(hypothesis, better) if promised < best.cost else None
+        if trial is not None and trial.cost < best.cost:
             best = trial
         else:
             scale = scale * SHRINK
-    found = fitter.evaluate(hypothesis, best[1])
-    return found if found.cost < fit.cost else fit
+    return best

@@ -102,8 +102,8 @@ def _found(values: dict[str, float]) -> bool:
 
 def _rings(fit: Fit, bandwidth: float) -> bool:
     values = _values(fit)
-    return values['inertia_fraction'] >= LEAST_FRACTION and (
-        _found(values) or values['frequency'] < DAMPED_BELOW * bandwidth)
+    highest = bandwidth if _found(values) else DAMPED_BELOW * bandwidth
+    return values['inertia_fraction'] >= LEAST_FRACTION and values['frequency'] < highest
 
 
 def _resonance(fitter: Fitter, fit: Fit, share: float) -> Resonance:

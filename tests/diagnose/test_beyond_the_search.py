@@ -1,0 +1,107 @@
+"""What the search by derivatives below 20 Hz can't see: resonances, gaps, and refitted files."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.kept_number import kept_number, LOAD
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.rugged import is_rugged, search_around
+from engb_core.diagnose.wide_band import RESONANCE, resonance_beside
+from engb_core.effects.catalogue import get_effect
+from engb_core.model import EffectSetting, Model
+from engb_core.recording import Recording
+
+from .simulated_brake import brake_with, equal_strokes, NOMINAL, recorded
+
+LIVELY = equal_strokes(9.0, acceleration=900.0)
+
+
+def lively(brake: Model, seed: int = 1) -> Recording:
+    return recorded(brake, lambda time, _: LIVELY.at(time), LIVELY.duration, seed=seed,
+                    noise=0.002)
+
+
+@pytest.fixture(scope='module')
+def clean() -> Recording:
+    return lively(NOMINAL)
+
+
+@pytest.fixture(scope='module')
+def ringing() -> Recording:
+    return lively(brake_with(RESONANCE, inertia_fraction=0.4, frequency=24.0, damping_ratio=0.05))
+
+
+@pytest.fixture(scope='module')
+def loose() -> Recording:
+    return lively(brake_with('backlash', gap=0.8, inertia_fraction=0.3, friction_fraction=0.6))
+
+
+def test_a_resonance_above_the_band_is_heard(ringing):
+    found = resonance_beside(problem_of([ringing], NOMINAL), NOMINAL)
+    assert found is not None
+    assert found.finding.parameters['frequency'].value == pytest.approx(24.0, rel=0.1)
+    assert found.setting.parameters['inertia_fraction'] == pytest.approx(0.4, abs=0.1)
+    assert 0.0 < found.finding.share <= 1.0
+    assert [part.shape for part in found.parts] == [run.measured.shape for run in found.runs]
+
+
+def test_nothing_rings_on_a_clean_recording(clean):
+    assert resonance_beside(problem_of([clean], NOMINAL), NOMINAL) is None
+
+
+def test_a_gap_is_no_resonance(loose):
+    assert resonance_beside(problem_of([loose], NOMINAL), NOMINAL) is None
+
+
+def test_the_files_own_resonance_is_not_found_again(ringing):
+    model = replace(NOMINAL, effects=(EffectSetting(RESONANCE, {
+        'inertia_fraction': 0.4, 'frequency': 24.0, 'damping_ratio': 0.05}),))
+    assert resonance_beside(problem_of([ringing], model), model) is None
+
+
+def refitted(recording: Recording, model: Model, held: str) -> Model:
+    """Return the model file with all numbers but one refitted on the recording."""
+    fitter = Fitter(problem_of([recording], model))
+    fit = fitter.base(tuple(number for number in fitter.numbers if not number.name.startswith(
+        held)))
+    return replace(fit.hypothesis.corrected(fit.vector), effects=())
+
+
+@pytest.mark.parametrize(('model', 'held', 'kept'), [
+    (replace(NOMINAL, motor=replace(NOMINAL.motor, inertia=1.3 * NOMINAL.motor.inertia)),
+     'inertia', 'inertia'),
+    (replace(NOMINAL, friction=replace(NOMINAL.friction, coulomb=0.022)), 'coulomb', 'coulomb'),
+    (replace(NOMINAL, load_torque=replace(NOMINAL.load_torque,
+                                          coefficients=(0.004, 1e-3, 2e-4, 5e-6))), 'p', LOAD)])
+def test_the_number_that_a_refit_held(loose, model, held, kept):
+    """Beside physics that no number explains."""
+    file = refitted(loose, model, held)
+    assert kept_number(Fitter(problem_of([loose], file))) == kept
+
+
+def test_a_file_refitted_in_all_its_numbers_kept_none(loose):
+    file = refitted(loose, NOMINAL, 'nothing')
+    assert kept_number(Fitter(problem_of([loose], file))) is None
+
+
+def gap_at(fitter: Fitter, gap: float, inertia: float, friction: float) -> Fit:
+    variant = variants_of(get_effect('backlash'), fitter.problem.scene)[0]
+    return fitter.evaluate(fitter.hypothesis((variant,)), np.concatenate(
+        [fitter.base().vector, [np.log(gap), inertia, friction]]))
+
+
+def test_random_moves_find_the_gap(loose):
+    fitter = Fitter(problem_of([loose], NOMINAL))
+    start = gap_at(fitter, 0.7, 0.25, 0.5)
+    assert is_rugged(start)
+    assert not is_rugged(fitter.base())
+    found = search_around(fitter, start, 80)
+    assert found.cost < 0.6 * start.cost
+    assert search_around(fitter, start, 80).cost == found.cost
+    assert search_around(fitter, found, 5).cost <= found.cost
+    gap = found.hypothesis.values(found.vector, 0, 0)[0]
+    assert gap == pytest.approx(0.8, rel=0.25)
