@@ -74,7 +74,8 @@ def refitted(recording: Recording, model: Model, held: str) -> Model:
 @pytest.mark.parametrize(('model', 'held', 'kept'), [
     (replace(NOMINAL, motor=replace(NOMINAL.motor, inertia=1.3 * NOMINAL.motor.inertia)),
      'inertia', 'inertia'),
-    (replace(NOMINAL, friction=replace(NOMINAL.friction, coulomb=0.022)), 'coulomb', 'coulomb'),
+    (replace(NOMINAL, motor=replace(NOMINAL.motor, viscous_friction=2e-3)),
+     'viscous_friction', 'viscous_friction'),
     (replace(NOMINAL, load_torque=replace(NOMINAL.load_torque,
                                           coefficients=(0.004, 1e-3, 2e-4, 5e-6))), 'p', LOAD)])
 def test_the_number_that_a_refit_held(loose, model, held, kept):
