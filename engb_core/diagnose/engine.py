@@ -137,7 +137,8 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
     left = 1.0 - resonance.finding.share
     findings = [resonance.finding,
                 *(replace(entry, share=left * entry.share) for entry in outcome.findings)]
-    findings.sort(key=lambda finding: -finding.share)
+    # What is doubtful beside a resonance may well be a makeshift for its details.
+    findings.sort(key=lambda finding: (finding.probability < 0.5, -finding.share))
     without = replace(outcome.corrected, effects=tuple(
         entry for entry in outcome.corrected.effects if entry.effect != RESONANCE))
     adds = np.concatenate([run.predicted(physics_of(outcome.corrected))

@@ -50,6 +50,8 @@ NAMELESS_PRICE = 0.2
 HARM = 1.02
 # Beside effects a moved load curve must matter as much as this part of what the file loses.
 BESIDE_LOAD = 0.2
+# Held by a refit of the file, it must raise the mean square by this part.
+KEPT_RISE = 0.45
 # With the file's load curve held a fit may be this much worse, and is preferred all the same.
 HELD_LOSS = 0.12
 # Each fitted parameter must lower the logarithm of the mean square by this much.
@@ -179,8 +181,8 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
         return chosen
     moved = load_moved(result, chosen)
     rise = level(fitter.refit(chosen, load_free(fitter)), fitter) - level(chosen, fitter)
-    least = excess(chosen, fitter) if kept else nominal - before
-    if not moved or rise < max(INSISTED, BESIDE_LOAD * least):
+    least = KEPT_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * (nominal - before)
+    if not moved or rise < max(INSISTED, least):
         return chosen
     best = min(moved, key=lambda fit: price(fit, fitter))
     return best if level(best, fitter) < limit + min(0.02 * rise, 0.3) else chosen

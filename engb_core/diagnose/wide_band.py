@@ -61,7 +61,7 @@ class Resonance:
 def resonance_beside(problem: Problem, corrected: Model) -> Resonance | None:
     """Return the resonance that the recordings show beside what `corrected` holds, if any."""
     given = tuple(entry for entry in corrected.effects
-                  if entry.effect not in (RESONANCE, DELAY, 'unexplained_surface'))
+                  if entry.effect not in (RESONANCE, RIVAL, DELAY, 'unexplained_surface'))
     bandwidth = min(BAND, OF_MOTION * 0.2 / problem.scene.sampling)
     known = any(entry.effect == RESONANCE for entry in problem.model.effects)
     if known or bandwidth < LEAST_BAND:
