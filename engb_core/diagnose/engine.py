@@ -14,7 +14,7 @@ from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import intervals, zones
-from engb_core.diagnose.numbers import wrong_numbers
+from engb_core.diagnose.numbers import refitted, wrong_numbers
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
@@ -22,7 +22,7 @@ from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import CLEAN_EXCESS, select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.verdict import verdict_of
-from engb_core.diagnose.wide_band import RESONANCE, Resonance, resonance_beside
+from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.model import Model
 from engb_core.plant import physics_of
 from engb_core.recording import Recording
@@ -52,14 +52,17 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     tell = progress or (lambda text: None)
     tell('reading the motion')
     problem: Problem = problem_of(recordings, model, holdout)
+    if judged_wide(problem):
+        problem = replace(problem, settled=(RESONANCE,))
     outcome = _judged(problem, tell)
     tell('listening for a resonance above the band')
     resonance = resonance_beside(problem, outcome.corrected)
     if resonance is not None:
         tell('judging what is left beside the resonance')
-        outcome = _beside(resonance, _judged(replace(
-            problem, settled=(RESONANCE,),
-            model=replace(model, effects=(*model.effects, resonance.setting))), tell))
+        beyond = replace(problem, model=replace(
+            model, effects=(*model.effects, resonance.setting)))
+        # A file that was refitted around the resonance has wrong numbers beside it.
+        outcome = _beside(resonance, _judged(beyond, tell, not refitted(outcome.fitter)))
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), _parts(problem, outcome.mismatch)
     if resonance is not None and len(findings) == 1:
@@ -103,7 +106,7 @@ class _Outcome:
     corrected: Model
 
 
-def _judged(problem: Problem, tell: Callable[[str], None]) -> _Outcome:
+def _judged(problem: Problem, tell: Callable[[str], None], name_numbers: bool = True) -> _Outcome:
     fitter = Fitter(problem)
     tell('refitting the nominal numbers')
     nominal = fitter.nominal()
@@ -117,7 +120,7 @@ def _judged(problem: Problem, tell: Callable[[str], None]) -> _Outcome:
     explanation = explain(fitter, chosen, selection)
     chosen = explanation.fit
     numbers = []
-    if selection.nominal_excess > CLEAN_EXCESS:
+    if name_numbers and selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, chosen)
     findings, mismatch = findings_of(fitter, nominal, explanation, numbers, selection)
@@ -134,11 +137,14 @@ def _judged(problem: Problem, tell: Callable[[str], None]) -> _Outcome:
 
 def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
     """Return the outcome of a round that was given the resonance, with the resonance in it."""
-    left = 1.0 - resonance.finding.share
-    findings = [resonance.finding,
-                *(replace(entry, share=left * entry.share) for entry in outcome.findings)]
+    share = resonance.finding.share
+    left = 1.0 - share
     # What is doubtful beside a resonance may well be a makeshift for its details.
-    findings.sort(key=lambda finding: (finding.probability < 0.5, -finding.share))
+    findings = [resonance.finding, *(
+        replace(entry, share=min(left * entry.share,
+                                 1.0 if entry.probability >= 0.5 else 0.5 * share))
+        for entry in outcome.findings)]
+    findings.sort(key=lambda finding: -finding.share)
     without = replace(outcome.corrected, effects=tuple(
         entry for entry in outcome.corrected.effects if entry.effect != RESONANCE))
     adds = np.concatenate([run.predicted(physics_of(outcome.corrected))

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
-from engb_core.diagnose.fit import bare, Fit, Fitter
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.numbers import level, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
@@ -41,7 +42,7 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     mismatch = nominal.residual
     if chosen.hypothesis.variants:
         mismatch = chosen.predicted - fitter.predict(
-            *bare(fitter, chosen, set(range(len(chosen.hypothesis.variants)))))
+            *bare(chosen, set(range(len(chosen.hypothesis.variants)))))
         mismatch = mismatch - np.median(mismatch)
         if numbers:
             mismatch = chosen.predicted - nominal.predicted

@@ -8,8 +8,6 @@ data say nothing. Their derivatives hardly depend on the effect: they are comput
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,12 +18,13 @@ from engb_core.diagnose.fit_steps import (
     nominal_value,
     weak_prior,
 )
+from engb_core.diagnose.fitted import bare, Fit, StartColumns
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
 from engb_core.diagnose.rugged import search_around
 
-__all__ = ['Fit', 'Fitter', 'StartColumns', 'bare']
+__all__ = ['Fit', 'Fitter', 'StartColumns']
 
 Array = NDArray[np.float64]
 
@@ -36,38 +35,6 @@ MISSED_PART = 0.3
 RUGGED_STARTS = 4
 FIRST_MOVES = 20
 FURTHER_MOVES = 50
-
-
-@dataclass(frozen=True)
-class Fit:
-    """A fitted hypothesis.
-
-    Attributes:
-        hypothesis: what was fitted.
-        vector: its numbers.
-        predicted: (m,) filtered effort of all runs.
-        cost: Σ (residual/σ)² over the fitted values plus the priors' part.
-        residual: (m,) measured − predicted [N·m].
-        jacobian: (m, size) derivatives, or None before `Fitter.finish`.
-    """
-
-    hypothesis: Hypothesis
-    vector: Array
-    predicted: Array
-    residual: Array
-    cost: float
-    jacobian: Array | None = None
-
-
-@dataclass(frozen=True)
-class StartColumns:
-    """How an effect at one start changes the filtered effort, per unit of its size.
-
-    `columns` (m, 1), or (m, 2) where a phase is free: at phase 0 and a quarter turn on.
-    """
-
-    setting: dict[str, float]
-    columns: Array
 
 
 class Fitter:
@@ -213,7 +180,7 @@ class Fitter:
 
     def without(self, fit: Fit, variant: int, rounds: int = 5) -> Fit:
         """Return the fit with one effect taken away and all the rest fitted anew."""
-        return self._iterate(*bare(self, fit, {variant}), rounds)
+        return self._iterate(*bare(fit, {variant}), rounds)
 
     def number_columns(self, fit: Fit) -> Array:
         """Return the derivatives by the nominal numbers at a fit, (m, count)."""
@@ -229,6 +196,7 @@ class Fitter:
     # -- inside ----------------------------------------------------------------------------------
 
     def evaluate(self, hypothesis: Hypothesis, vector: Array) -> Fit:
+        """Return the hypothesis at `vector`, not fitted."""
         predicted = self.predict(hypothesis, vector)
         residual = self.measured - predicted
         return Fit(hypothesis, vector, predicted, residual,
@@ -242,6 +210,7 @@ class Fitter:
         return float(scaled @ scaled + np.sum(((vector - centre) / spread) ** 2))
 
     def prior(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
+        """Return centre and standard deviation of what is believed beforehand, (size,) each."""
         key = (hypothesis.numbers, tuple((variant.effect.id, variant.constants)
                                          for variant in hypothesis.variants))
         if key not in self._priors:
@@ -387,17 +356,6 @@ class Fitter:
                 if damping > 1e5:
                     break
         return best
-
-
-def bare(fitter: Fitter, fit: Fit, gone: set[int]) -> tuple[Hypothesis, Array]:
-    """Return hypothesis and vector of a fit with some effects taken away, all else kept."""
-    variants = tuple(variant for index, variant in enumerate(fit.hypothesis.variants)
-                     if index not in gone)
-    count = len(fit.hypothesis.numbers)
-    kept = [count + entry for entry, (owner, _, _) in enumerate(fit.hypothesis.places)
-            if owner not in gone]
-    return (fitter.hypothesis(variants, fit.hypothesis.numbers),
-            fit.vector[list(range(count)) + kept])
 
 
 def _places_of(hypothesis: Hypothesis, name: str) -> list[int]:

@@ -30,7 +30,8 @@ def kept_number(fitter: Fitter) -> str | None:
     The question is put in plain torque, as a refit would put it, and answered linearly. It can
     only be put to the file itself, without effects that were settled before.
     """
-    if fitter.problem.settled:
+    given = {entry.effect for entry in fitter.problem.model.effects}
+    if given & set(fitter.problem.settled):
         return None
     base = fitter.finish(fitter.base())
     file = fitter.nominal()

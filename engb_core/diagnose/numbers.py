@@ -16,7 +16,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.kept_number import kept_number
 from engb_core.diagnose.nominal import DELAY
 
-__all__ = ['BESIDE', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED', 'level',
+__all__ = ['BESIDE', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED', 'level', 'refitted',
            'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
@@ -98,8 +98,7 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
     excess = max(level(fitter.nominal(), fitter) - 1.0, 0.0)
     if explained.hypothesis.variants:
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)
-        if excess < REFITTED * before or _plain(fitter.nominal()) < REFITTED * _plain(
-                fitter.base()):
+        if refitted(fitter):
             return []
         apart = [finding for finding in insisted
                  if not _moved_along(fitter, explained, finding)]
@@ -118,6 +117,14 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
             return list(pair)
     least = SECOND * max(finding.matters for finding in insisted)
     return [finding for finding in insisted if finding.matters >= least]
+
+
+def refitted(fitter: Fitter) -> bool:
+    """Whether the file fits nearly as well as any numbers do without effects: it was refitted
+    around what is missing."""
+    file, base = fitter.nominal(), fitter.base()
+    return (level(file, fitter) - 1.0 < REFITTED * max(level(base, fitter) - 1.0, 0.0)
+            or _plain(file) < REFITTED * _plain(base))
 
 
 def _plain(fit: Fit) -> float:

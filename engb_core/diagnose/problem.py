@@ -67,7 +67,7 @@ class Run:
 class Problem:
     """Recordings, the model they are held against, and what they can show.
 
-    `settled` are effects that the model has been given already and that are not looked for.
+    `settled` are effects that are decided elsewhere and not looked for.
     """
 
     runs: tuple[Run, ...]

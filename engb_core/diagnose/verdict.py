@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
-from engb_core.diagnose.fit import bare, Fit, Fitter
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.locate import zones
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
@@ -42,7 +43,7 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
                if variant.effect.unnamed]
     what = fit.residual if table is None else table.predicted
     for index in unnamed:
-        what = what + fit.predicted - fitter.predict(*bare(fitter, fit, {index}))
+        what = what + fit.predicted - fitter.predict(*bare(fit, {index}))
     where = zones(runs, np.split(what, ends), fitter.problem.model)
     velocity = np.concatenate([run.motion.velocity[run.comparison.grid] for run in runs])
     names = [fit.hypothesis.variants[index].effect.reveals for index in unnamed]

@@ -23,7 +23,7 @@ from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.model import EffectSetting, Model
 
-__all__ = ['RESONANCE', 'Resonance', 'resonance_beside']
+__all__ = ['RESONANCE', 'Resonance', 'judged_wide', 'resonance_beside']
 
 RESONANCE = 'drivetrain_resonance'
 RIVAL = 'backlash'
@@ -58,14 +58,23 @@ class Resonance:
     parts: tuple[NDArray[np.float64], ...]
 
 
+def judged_wide(problem: Problem) -> bool:
+    """Whether the recordings are sampled fast enough, and the model file has no resonance yet."""
+    known = any(entry.effect == RESONANCE for entry in problem.model.effects)
+    return not known and _bandwidth(problem) >= LEAST_BAND
+
+
+def _bandwidth(problem: Problem) -> float:
+    return min(BAND, OF_MOTION * 0.2 / problem.scene.sampling)
+
+
 def resonance_beside(problem: Problem, corrected: Model) -> Resonance | None:
     """Return the resonance that the recordings show beside what `corrected` holds, if any."""
+    if not judged_wide(problem):
+        return None
     given = tuple(entry for entry in corrected.effects
                   if entry.effect not in (RESONANCE, RIVAL, DELAY, 'unexplained_surface'))
-    bandwidth = min(BAND, OF_MOTION * 0.2 / problem.scene.sampling)
-    known = any(entry.effect == RESONANCE for entry in problem.model.effects)
-    if known or bandwidth < LEAST_BAND:
-        return None
+    bandwidth = _bandwidth(problem)
     wide = problem_of([run.recording for run in problem.runs],
                       replace(corrected, effects=given), bandwidth=bandwidth,
                       motion_bandwidth=2.0 * bandwidth)

@@ -51,14 +51,16 @@ def _torque(parameters, state, sample):
     short = step / parts
     passed = 0.0
     drive = (motor - state[2]) / step
+    # What moves the load with the motor; the flank gives it at once, not after some give.
+    together = inertia * drive + load + friction * sample[DIRECTION]
     for part in range(1, parts + 1):
         speed = state[2] + part * short * drive
         ahead, rate = state[0], state[1]
         contact = 0.0
-        if ahead < 0.0:
-            contact = max(-stiffness * ahead - damping * rate, 0.0)
-        elif ahead > gap:
-            contact = min(-stiffness * (ahead - gap) - damping * rate, 0.0)
+        if ahead <= 0.0:
+            contact = max(together - stiffness * ahead - damping * rate, 0.0)
+        elif ahead >= gap:
+            contact = min(together - stiffness * (ahead - gap) - damping * rate, 0.0)
         rate += short * ((contact - load) / inertia - drive)
         beyond = speed + rate
         slowed = short * friction / inertia

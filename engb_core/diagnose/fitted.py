@@ -1,0 +1,57 @@
+"""What a fit is, and how it looks without some of its effects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.hypothesis import Hypothesis
+
+__all__ = ['Fit', 'StartColumns', 'bare']
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted hypothesis.
+
+    Attributes:
+        hypothesis: what was fitted.
+        vector: its numbers.
+        predicted: (m,) filtered effort of all runs.
+        cost: Σ (residual/σ)² over the fitted values plus the priors' part.
+        residual: (m,) measured − predicted [N·m].
+        jacobian: (m, size) derivatives, or None before `Fitter.finish`.
+    """
+
+    hypothesis: Hypothesis
+    vector: Array
+    predicted: Array
+    residual: Array
+    cost: float
+    jacobian: Array | None = None
+
+
+@dataclass(frozen=True)
+class StartColumns:
+    """How an effect at one start changes the filtered effort, per unit of its size.
+
+    `columns` (m, 1), or (m, 2) where a phase is free: at phase 0 and a quarter turn on.
+    """
+
+    setting: dict[str, float]
+    columns: Array
+
+
+def bare(fit: Fit, gone: set[int]) -> tuple[Hypothesis, Array]:
+    """Return hypothesis and vector of a fit with some effects taken away, all else kept."""
+    variants = tuple(variant for index, variant in enumerate(fit.hypothesis.variants)
+                     if index not in gone)
+    count = len(fit.hypothesis.numbers)
+    kept = [count + entry for entry, (owner, _, _) in enumerate(fit.hypothesis.places)
+            if owner not in gone]
+    return (replace(fit.hypothesis, variants=variants),
+            fit.vector[list(range(count)) + kept])
