@@ -155,7 +155,8 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
         outcome.verdict, outcome.verdict)
     unexplained = outcome.unexplained
     if unexplained is not None:
-        unexplained = replace(unexplained, share=left * unexplained.share)
+        unexplained = replace(unexplained, share=max(
+            0.0, 1.0 - sum(finding.share for finding in findings)))
     return replace(outcome, findings=findings, mismatch=mismatch, verdict=verdict,
                    unexplained=unexplained)
 
