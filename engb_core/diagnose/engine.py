@@ -65,7 +65,8 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         outcome = _beside(resonance, _judged(beyond, tell, not refitted(outcome.fitter)))
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), _parts(problem, outcome.mismatch)
-    if resonance is not None and len(findings) == 1:
+    if resonance is not None and all(
+            entry.effect == RESONANCE or entry.probability < 0.5 for entry in findings):
         runs, parts = list(resonance.runs), list(resonance.parts)
     located: list[Interval] = []
     where: list[Zone] = []

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
-from engb_core.diagnose.numbers import level, NumberFinding
+from engb_core.diagnose.numbers import level, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
 from engb_core.diagnose.selection import Selection
@@ -31,24 +31,21 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
                 ) -> tuple[list[EffectFinding], Array]:
     """Return the findings in order of share, and the mismatch (m,) [N·m] that they make up.
 
-    The mismatch is what the named physics adds to the effort (with the numbers as refitted: a
-    file that was refitted around the effect would smear it), or, where nothing is named, what
-    the nominal model leaves.
+    The mismatch is what the named physics adds to the effort, and what the wrong numbers change
+    (all others as refitted: a file that was refitted around the effect would smear it), or,
+    where nothing is named, what the nominal model leaves.
     """
     chosen = explanation.fit
     findings = _physics(fitter, explanation, selection)
     findings += _numbers(fitter, nominal, explanation, numbers)
     findings.sort(key=lambda finding: -finding.share)
-    mismatch = nominal.residual
-    if chosen.hypothesis.variants:
-        mismatch = chosen.predicted - fitter.predict(
-            *bare(chosen, set(range(len(chosen.hypothesis.variants)))))
-        mismatch = mismatch - np.median(mismatch)
-        if numbers:
-            mismatch = chosen.predicted - nominal.predicted
-    elif numbers:
-        mismatch = chosen.predicted - nominal.predicted
-    return findings, mismatch
+    if not chosen.hypothesis.variants and not numbers:
+        return findings, nominal.residual
+    hypothesis, vector = bare(chosen, set(range(len(chosen.hypothesis.variants))))
+    for finding in numbers:
+        place = number_place(hypothesis.numbers, finding.effect)
+        vector[place] = hypothesis.start_of_numbers()[place]
+    return findings, chosen.predicted - fitter.predict(hypothesis, vector)
 
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 # Together the reported intervals hold this part of the mismatch's energy.
 HELD = 0.90
 SMOOTHING = 0.06     # s
-BRIDGED = 0.25       # s
+BRIDGED = 0.18       # s
 BINS = 24
 
 

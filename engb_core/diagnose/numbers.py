@@ -14,10 +14,10 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.kept_number import kept_number
-from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.nominal import DELAY, NominalNumber
 
-__all__ = ['BESIDE', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED', 'level', 'refitted',
-           'wrong_numbers']
+__all__ = ['BESIDE', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED', 'level',
+           'number_place', 'refitted', 'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
@@ -72,6 +72,12 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     insisted = [replace(finding, kept=finding.effect == kept) for finding in insisted]
     return _fewest(fitter, explained, insisted) or [
         finding for finding in insisted if finding.kept]
+
+
+def number_place(numbers: tuple[NominalNumber, ...], effect: str) -> int:
+    """Return the place of the nominal number that an effect says to be wrong."""
+    return next(place for place, number in enumerate(numbers)
+                if _BY_NUMBER.get(number.name) == effect)
 
 
 def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
@@ -134,8 +140,7 @@ def _plain(fit: Fit) -> float:
 def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:
     """Whether the file has the number nearer to what a refit without the effects gives than to
     what it is with them: then it was refitted around them."""
-    place = next(place for place, number in enumerate(explained.hypothesis.numbers)
-                 if _BY_NUMBER.get(number.name) == finding.effect)
+    place = number_place(explained.hypothesis.numbers, finding.effect)
     name = explained.hypothesis.numbers[place].name
     base = fitter.base()
     refitted = next(value for number, value in zip(base.hypothesis.numbers, base.vector,
