@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import CubicHermiteSpline
 from scipy.ndimage import convolve1d, maximum_filter1d
 
 from engb_core.effects.base import (
@@ -37,6 +38,9 @@ Array = NDArray[np.float64]
 MOTION_BANDWIDTH = 60.0
 # Step of the grid in periods of that corner.
 STEP_OF_PERIOD = 0.12
+# From so many steps on a pause between samples is a gap; the speed beside it is taken over [s].
+GAP_STEPS = 4.5
+BESIDE_GAP = 0.01
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,7 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
     stride = max(1, int(round(STEP_OF_PERIOD / bandwidth / fine)))
     step = stride * fine
     full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
-    raw = np.interp(full, *_without_counts(recording))
+    raw = _bridged(full, np.interp(full, *_without_counts(recording)), recording)
 
     def smooth(values: Array, derivative: int = 0) -> Array:
         return filtered(values, gaussian_kernel(bandwidth, fine, derivative))[::stride].copy()
@@ -141,6 +145,29 @@ def _without_counts(recording: Recording) -> tuple[Array, Array]:
     # Before the first and after the last edge the shaft stands.
     return (np.concatenate([[time[0]], edge, [max(time[-1], edge[-1] + 1e-9)]]),
             np.concatenate([[middle[0]], middle, [middle[-1]]]))
+
+
+def _bridged(time: Array, position: Array, recording: Recording) -> Array:
+    """Return `position` (n,) with every gap of the recording crossed by a cubic that keeps the
+    speed on both sides: a straight line would have the motor jerk at both ends."""
+    bridged = position.copy()
+    edges = np.flatnonzero(np.diff(recording.time) > GAP_STEPS * recording.interval)
+    for edge in edges:
+        # The counts' edges beside the gap already lie half a sample away from it.
+        begin = recording.time[edge] - recording.interval
+        end = recording.time[edge + 1] + recording.interval
+        before = np.interp(begin - BESIDE_GAP * np.arange(3), time, position)
+        after = np.interp(end + BESIDE_GAP * np.arange(3), time, position)
+        inside = (time > begin) & (time < end)
+        bridge = CubicHermiteSpline([begin, end], [before[0], after[0]],
+                                    [-_slope(before), _slope(after)])
+        bridged[inside] = bridge(time[inside])
+    return bridged
+
+
+def _slope(position: Array) -> float:
+    """Return the speed at the first of three positions, each `BESIDE_GAP` after the other."""
+    return float(2.0 * position[1] - 1.5 * position[0] - 0.5 * position[2]) / BESIDE_GAP
 
 
 def _known(recording: Recording, time: Array, step: float, reach: int) -> NDArray[np.bool_]:

@@ -160,3 +160,17 @@ def test_the_kernels_are_exact_for_parabolas(bandwidth, step, derivative):
     if derivative == 0:
         turn = np.exp(-2j * np.pi * bandwidth * lag)
         assert abs(taps @ turn) == pytest.approx(np.sqrt(0.5), rel=0.01)
+
+
+def test_a_gap_is_crossed_without_a_jerk():
+    """Forty milliseconds are missing in the midst of an acceleration."""
+    time = np.arange(0.0, 2.0, 1e-3)
+    position = 20.0 * time ** 2
+    kept = (time < 1.0) | (time > 1.04)
+    whole = motion_of(Recording.from_samples('whole', time, position, np.zeros(time.size)), 160.0)
+    holed = motion_of(Recording.from_samples('holed', time[kept], position[kept],
+                                             np.zeros(kept.sum())), 160.0)
+    near = (holed.time > 0.9) & (holed.time < 1.14)
+    np.testing.assert_allclose(holed.position[near], whole.position[near], atol=2e-3)
+    np.testing.assert_allclose(holed.acceleration[near], 40.0, atol=25.0)
+    assert not holed.known[(holed.time > 1.005) & (holed.time < 1.035)].any()
