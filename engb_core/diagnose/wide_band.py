@@ -36,8 +36,9 @@ LEAST_BAND = 25.0
 LEAST_EXCESS = 1.0
 LEAST_GAIN = 0.3
 LEAST_SHARE = 0.18
-# Less of the inertia beyond the shaft is no shaft's resonance.
-LEAST_FRACTION = 0.15
+# Less of the inertia beyond the shaft is no shaft's resonance; more only smooths what the motor's
+# acceleration holds of noise and timing.
+LEAST_FRACTION, MOST_FRACTION = 0.15, 0.7
 # Above this part of the band a resonance at its damping's bound smooths noise.
 DAMPED_BELOW = 0.6
 # How sure a resonance is whose damping was found, and one whose damping stands at its bound.
@@ -112,7 +113,8 @@ def _found(values: dict[str, float]) -> bool:
 def _rings(fit: Fit, bandwidth: float) -> bool:
     values = _values(fit)
     highest = bandwidth if _found(values) else DAMPED_BELOW * bandwidth
-    return values['inertia_fraction'] >= LEAST_FRACTION and values['frequency'] < highest
+    return (LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION
+            and values['frequency'] < highest)
 
 
 def _resonance(fitter: Fitter, fit: Fit, share: float) -> Resonance:
