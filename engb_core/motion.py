@@ -30,7 +30,8 @@ from engb_core.effects.base import (
 )
 from engb_core.recording import Recording
 
-__all__ = ['MOTION_BANDWIDTH', 'Motion', 'filtered', 'gaussian_kernel', 'motion_of']
+__all__ = ['MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'filtered', 'gaussian_kernel',
+           'motion_of']
 
 Array = NDArray[np.float64]
 
@@ -38,6 +39,8 @@ Array = NDArray[np.float64]
 MOTION_BANDWIDTH = 60.0
 # Step of the grid in periods of that corner.
 STEP_OF_PERIOD = 0.12
+# The corner can't be higher than this part of the sampling rate.
+MOST_OF_RATE = 0.2
 # From so many steps on a pause between samples is a gap; the speed beside it is taken over [s].
 GAP_STEPS = 4.5
 BESIDE_GAP = 0.01
@@ -107,7 +110,7 @@ def filtered(values: Array, taps: Array) -> Array:
 def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Motion:
     """Bring a recording onto an even grid and derive its motion, smoothed at `bandwidth` [Hz]."""
     fine = recording.interval
-    bandwidth = min(bandwidth, 0.2 / fine)
+    bandwidth = min(bandwidth, MOST_OF_RATE / fine)
     stride = max(1, int(round(STEP_OF_PERIOD / bandwidth / fine)))
     step = stride * fine
     full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
@@ -158,7 +161,7 @@ def _bridged(time: Array, position: Array, recording: Recording) -> Array:
         end = recording.time[edge + 1] + recording.interval
         before = np.interp(begin - BESIDE_GAP * np.arange(3), time, position)
         after = np.interp(end + BESIDE_GAP * np.arange(3), time, position)
-        inside = (time > begin) & (time < end)
+        inside = slice(np.searchsorted(time, begin, 'right'), np.searchsorted(time, end))
         bridge = CubicHermiteSpline([begin, end], [before[0], after[0]],
                                     [-_slope(before), _slope(after)])
         bridged[inside] = bridge(time[inside])

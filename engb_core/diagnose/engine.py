@@ -64,7 +64,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         # A file that was refitted around the resonance has wrong numbers beside it.
         outcome = _beside(resonance, _judged(beyond, tell, not refitted(outcome.fitter)))
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
-    runs, parts = list(problem.runs), _parts(problem, outcome.mismatch)
+    runs, parts = list(problem.runs), problem.split(outcome.mismatch)
     if resonance is not None and all(
             entry.effect == RESONANCE or entry.probability < 0.5 for entry in findings):
         runs, parts = list(resonance.runs), list(resonance.parts)
@@ -174,8 +174,3 @@ def _that_helps(problem: Problem, corrected: tuple[Model, ...], otherwise: tuple
         if errors[place] <= min(errors[place + 1:]):
             return candidate
     return candidates[-1]
-
-
-def _parts(problem: Problem, values: np.ndarray) -> list[np.ndarray]:
-    ends = np.cumsum([run.measured.size for run in problem.runs])[:-1]
-    return np.split(values, ends)

@@ -74,8 +74,7 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
     for index, variant in enumerate(variants):
         if variant.effect.unnamed:
             continue
-        values = dict(zip(variant.effect.names, chosen.hypothesis.values(chosen.vector, index, 0),
-                          strict=True))
+        values = chosen.hypothesis.named(chosen.vector, index)
         believed = known * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]

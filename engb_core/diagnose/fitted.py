@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.hypothesis import Hypothesis
 
-__all__ = ['Fit', 'StartColumns', 'bare']
+__all__ = ['Fit', 'StartColumns', 'bare', 'mean_square']
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,11 @@ class StartColumns:
 
     setting: dict[str, float]
     columns: Array
+
+
+def mean_square(fit: Fit) -> float:
+    """Return the mean squared residual in plain torque [(N·m)²], all values weighing alike."""
+    return float(np.mean(fit.residual ** 2))
 
 
 def bare(fit: Fit, gone: set[int]) -> tuple[Hypothesis, Array]:

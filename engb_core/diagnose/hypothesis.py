@@ -142,6 +142,11 @@ class Hypothesis:
                 values[place] = _outward(vector[offset + entry], parameter.logarithmic)
         return [values[place] for place in sorted(values)] + list(self.variants[variant].constants)
 
+    def named(self, vector: Array, variant: int, run: int = 0) -> dict[str, float]:
+        """Return the parameters and constants of one effect for one run by their names."""
+        return dict(zip(self.variants[variant].effect.names,
+                        self.values(vector, variant, run), strict=True))
+
     def physics(self, vector: Array, run: int) -> Physics:
         """Return the physics of one run at `vector`."""
         effects = [(variant.effect, self.values(vector, index, run))
@@ -166,7 +171,7 @@ class Hypothesis:
         for index, variant in enumerate(self.variants):
             if variant.effect.only_here:
                 continue
-            values = dict(zip(variant.effect.names, self.values(vector, index, run), strict=True))
+            values = self.named(vector, index, run)
             if 'phase' in values:
                 values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)
             settings.append(EffectSetting(variant.effect.id, values))

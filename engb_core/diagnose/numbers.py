@@ -13,6 +13,7 @@ import itertools
 import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.kept_number import kept_number
 from engb_core.diagnose.nominal import DELAY, NominalNumber
 
@@ -130,11 +131,7 @@ def refitted(fitter: Fitter) -> bool:
     around what is missing."""
     file, base = fitter.nominal(), fitter.base()
     return (level(file, fitter) - 1.0 < REFITTED * max(level(base, fitter) - 1.0, 0.0)
-            or _plain(file) < REFITTED * _plain(base))
-
-
-def _plain(fit: Fit) -> float:
-    return float(np.mean(fit.residual ** 2))
+            or mean_square(file) < REFITTED * mean_square(base))
 
 
 def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:
@@ -143,10 +140,10 @@ def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool
     place = number_place(explained.hypothesis.numbers, finding.effect)
     name = explained.hypothesis.numbers[place].name
     base = fitter.base()
-    refitted = next(value for number, value in zip(base.hypothesis.numbers, base.vector,
+    moved = next(value for number, value in zip(base.hypothesis.numbers, base.vector,
                                                    strict=True) if number.name == name)
     file = explained.hypothesis.start_of_numbers()[place]
-    return abs(file - refitted) < 0.5 * abs(file - explained.vector[place])
+    return abs(file - moved) < 0.5 * abs(file - explained.vector[place])
 
 
 def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:

@@ -87,6 +87,10 @@ class Problem:
         """How fast the filtered effort changes, (m,) [N·m/s], never negative."""
         return np.concatenate([run.rate for run in self.runs])
 
+    def split(self, values: Array) -> list[Array]:
+        """Return values (m,) of all fitted runs, run by run."""
+        return np.split(values, np.cumsum([run.measured.size for run in self.runs])[:-1])
+
     @property
     def sigma(self) -> Array:
         return np.concatenate([run.sigma for run in self.runs])

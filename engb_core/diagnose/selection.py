@@ -13,9 +13,11 @@ import math
 import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.kept_number import kept_number, LOAD
 from engb_core.diagnose.numbers import INSISTED, INSISTED_PART, level, REFITTED
 from engb_core.diagnose.search import extend, load_free, load_held, load_moved, Search
+from engb_core.diagnose.wide_band import RESONANCE
 
 __all__ = ['Selection', 'select']
 
@@ -41,7 +43,6 @@ NUMBERS_MOST = 0.7
 # (wide_band.py): it follows every error of timing.
 PLAIN_NOISE = 2.5
 PLAIN_PART = 0.5
-RESONANCE = 'drivetrain_resonance'
 # Log mean square by which one wrong number may fit worse than physics and is preferred.
 NUMBER_BONUS = 0.08
 # Log mean square by which a description without a name must fit better than physics.
@@ -126,13 +127,13 @@ def _in_plain_torque(result: Search) -> Fit | None:
     """
     fitter, base = result.fitter, result.base
     noise = np.concatenate([run.noise for run in fitter.problem.runs])
-    left = float(np.mean(base.residual ** 2))
+    left = mean_square(base)
     known = [fit for fit in result.of_size(1) if fit.hypothesis.ids != (RESONANCE,)
              and not fit.hypothesis.variants[0].effect.unnamed]
     if not known or left < PLAIN_NOISE * float(np.mean(noise ** 2)):
         return None
-    best = min(known, key=lambda fit: float(np.mean(fit.residual ** 2)))
-    return best if float(np.mean(best.residual ** 2)) < PLAIN_PART * left else None
+    best = min(known, key=mean_square)
+    return best if mean_square(best) < PLAIN_PART * left else None
 
 
 def _forward(result: Search, before: float) -> Fit:
@@ -219,7 +220,7 @@ def _harmless(fit: Fit, chosen: Fit) -> bool:
         if parameter.name == 'frequency' and value > math.log(0.97 * parameter.high):
             # Driven to the edge of what can be seen, it stands for something else.
             return False
-    return float(np.mean(fit.residual ** 2)) <= HARM * float(np.mean(chosen.residual ** 2))
+    return mean_square(fit) <= HARM * mean_square(chosen)
 
 
 def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:

@@ -66,7 +66,8 @@ def strongest_frequency(fitter: Fitter, fit: Fit) -> float | None:
     step = float(np.median(np.diff(runs[0].motion.time[runs[0].comparison.grid])))
     frequencies = np.arange(0.5, 0.5 / step, 0.35 / longest)
     power = np.zeros(frequencies.size)
-    for run, residual in zip(runs, _parts(fitter, fit.residual / fitter.spread), strict=True):
+    residuals = fitter.problem.split(fit.residual / fitter.spread)
+    for run, residual in zip(runs, residuals, strict=True):
         time = run.motion.time[run.comparison.grid]
         own = float(np.median(np.diff(time)))
         # The grid is even with values missing; those are zero, as they are in the sum.
@@ -106,7 +107,7 @@ def _episodes(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     """Return the stretch of time whose residual is largest in the mean, in a few lengths."""
     found: Settings = []
     run = fitter.problem.runs[0]
-    residual = _parts(fitter, fit.residual / fitter.spread)[0]
+    residual = fitter.problem.split(fit.residual / fitter.spread)[0]
     time = run.motion.time[run.comparison.grid]
     step = float(np.median(np.diff(time)))
     grid = np.round((time - time[0]) / step).astype(int)
@@ -121,8 +122,3 @@ def _episodes(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
         begin = float(time[0] + first * step)
         found.append({'begin': begin, 'end': begin + length})
     return found
-
-
-def _parts(fitter: Fitter, values: Array) -> list[Array]:
-    ends = np.cumsum([run.measured.size for run in fitter.problem.runs])[:-1]
-    return np.split(values, ends)

@@ -38,13 +38,12 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
 def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexplained:
     fit, table = explanation.fit, explanation.table
     runs = list(fitter.problem.runs)
-    ends = np.cumsum([run.measured.size for run in runs])[:-1]
     unnamed = [index for index, variant in enumerate(fit.hypothesis.variants)
                if variant.effect.unnamed]
     what = fit.residual if table is None else table.predicted
     for index in unnamed:
         what = what + fit.predicted - fitter.predict(*bare(fit, {index}))
-    where = zones(runs, np.split(what, ends), fitter.problem.model)
+    where = zones(runs, fitter.problem.split(what), fitter.problem.model)
     velocity = np.concatenate([run.motion.velocity[run.comparison.grid] for run in runs])
     names = [fit.hypothesis.variants[index].effect.reveals for index in unnamed]
     names += list(table.table.names) if table else []
@@ -71,8 +70,7 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
 
 def _described(fit: Fit, index: int) -> str:
     effect = fit.hypothesis.variants[index].effect
-    return effect.statement(dict(zip(effect.names, fit.hypothesis.values(fit.vector, index, 0),
-                                     strict=True)))
+    return effect.statement(fit.hypothesis.named(fit.vector, index))
 
 
 def _parity(what: NDArray[np.float64], sign: NDArray[np.float64]) -> str:

@@ -22,6 +22,7 @@ from engb_core.diagnose.problem import Problem, problem_of, Run
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.model import EffectSetting, Model
+from engb_core.motion import MOST_OF_RATE
 
 __all__ = ['RESONANCE', 'Resonance', 'judged_wide', 'resonance_beside']
 
@@ -66,7 +67,7 @@ def judged_wide(problem: Problem) -> bool:
 
 
 def _bandwidth(problem: Problem) -> float:
-    return min(BAND, OF_MOTION * 0.2 / problem.scene.sampling)
+    return min(BAND, OF_MOTION * MOST_OF_RATE / problem.scene.sampling)
 
 
 def resonance_beside(problem: Problem, corrected: Model) -> Resonance | None:
@@ -99,11 +100,6 @@ def _fitted(fitter: Fitter, effect_id: str) -> Fit:
     return min(fits, key=lambda fit: fit.cost)
 
 
-def _values(fit: Fit) -> dict[str, float]:
-    return dict(zip(fit.hypothesis.variants[0].effect.names,
-                    fit.hypothesis.values(fit.vector, 0, 0), strict=True))
-
-
 def _found(values: dict[str, float]) -> bool:
     damping = next(parameter for parameter in get_effect(RESONANCE).parameters
                    if parameter.name == 'damping_ratio')
@@ -111,21 +107,19 @@ def _found(values: dict[str, float]) -> bool:
 
 
 def _rings(fit: Fit, bandwidth: float) -> bool:
-    values = _values(fit)
+    values = fit.hypothesis.named(fit.vector, 0)
     highest = bandwidth if _found(values) else DAMPED_BELOW * bandwidth
     return (LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION
             and values['frequency'] < highest)
 
 
 def _resonance(fitter: Fitter, fit: Fit, share: float) -> Resonance:
-    values = _values(fit)
+    values = fit.hypothesis.named(fit.vector, 0)
     effect = get_effect(RESONANCE)
     without = fitter.predict(fitter.hypothesis(()), fit.vector[:len(fit.hypothesis.numbers)])
-    runs = fitter.problem.runs
-    ends = np.cumsum([run.measured.size for run in runs])[:-1]
     finding = EffectFinding(
         effect=RESONANCE, probability=FOUND if _found(values) else BOUND,
         parameters=estimates(fit, fitter, 0), share=float(np.clip(share, 0.0, 1.0)),
         alternatives=(), statement=effect.statement(values))
-    return Resonance(finding, EffectSetting(RESONANCE, values), runs,
-                     tuple(np.split(fit.predicted - without, ends)))
+    return Resonance(finding, EffectSetting(RESONANCE, values), fitter.problem.runs,
+                     tuple(fitter.problem.split(fit.predicted - without)))

@@ -4,6 +4,7 @@ changes sign, with the load decoupled meanwhile."""
 import math
 
 from engb_core.compiled import effect_function
+from engb_core.dry_friction import slowed_rate
 from engb_core.effects.base import (
     ACCELERATION,
     DIRECTION,
@@ -17,7 +18,8 @@ from engb_core.effects.base import (
     VELOCITY,
 )
 
-# Stiff flanks, as steel on steel with inertias of this size.
+# Flanks as stiff as sampled motion can tell, without a bounce: the impact itself is over within a
+# sample or two.
 FLANK_FREQUENCY = 80.0   # Hz
 FLANK_DAMPING = 1.0
 
@@ -44,7 +46,7 @@ def _torque(parameters, state, sample):
     if sample[TIME] <= 0.0 or gap <= 0.0:
         state[2] = motor
         return 0.0
-    # Flanks: springs and dampers, in steps short enough for the bounce on them.
+    # Flanks: springs and dampers, in steps that are short against their period.
     stiffness = inertia * (2.0 * math.pi * FLANK_FREQUENCY) ** 2
     damping = 2.0 * FLANK_DAMPING * inertia * 2.0 * math.pi * FLANK_FREQUENCY
     parts = int(math.ceil(step * 2.0 * math.pi * FLANK_FREQUENCY / 0.25))
@@ -62,17 +64,12 @@ def _torque(parameters, state, sample):
         elif ahead >= gap:
             contact = min(together - stiffness * (ahead - gap) - damping * rate, 0.0)
         rate += short * ((contact - load) / inertia - drive)
-        beyond = speed + rate
-        slowed = short * friction / inertia
+        most = short * friction / inertia
         if contact != 0.0:
             # It goes with the motor, and so does its friction, which fades at low speed.
-            rate -= slowed * sample[DIRECTION]
-        elif beyond > slowed:
-            rate -= slowed
-        elif beyond < -slowed:
-            rate += slowed
+            rate -= most * sample[DIRECTION]
         else:
-            rate = -speed
+            rate = slowed_rate(rate, speed, most)
         state[1] = rate
         state[0] = ahead + short * rate
         passed += contact / parts

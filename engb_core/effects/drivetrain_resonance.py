@@ -3,6 +3,7 @@
 import math
 
 from engb_core.compiled import effect_function
+from engb_core.dry_friction import slowed_rate
 from engb_core.effects.base import (
     ACCELERATION,
     DIRECTION,
@@ -44,14 +45,7 @@ def _torque(parameters, state, sample):
             drive = state[2] + share * (acceleration - state[2])
             # Damping and dry friction are taken at the end of the step: neither can overshoot.
             rate = (state[1] - short * (drive + locked ** 2 * state[0])) / (1.0 + short * decay)
-            beyond = speed + rate
-            slowed = short * friction / inertia
-            if beyond > slowed:
-                rate -= slowed
-            elif beyond < -slowed:
-                rate += slowed
-            else:
-                rate = -speed
+            rate = slowed_rate(rate, speed, short * friction / inertia)
             state[1] = rate
             state[0] += short * rate
     state[2] = acceleration

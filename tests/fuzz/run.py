@@ -1,7 +1,7 @@
 """Damaged input at scale: each case must end in a result or in one clear line with status 2.
 
     .venv/bin/python tests/fuzz/run.py --count 10000
-    .venv/bin/python tests/fuzz/run.py --seed 4711 --count 1 --keep /tmp/case     # one again
+    .venv/bin/python tests/fuzz/run.py --seed 4711 --count 1 --keep out/case     # one again
 
 Every case follows from its number (--seed counts up). Cases run in worker processes with bounded
 memory; one that takes too long, or kills its worker, is a finding. Time is the worker's own
