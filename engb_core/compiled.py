@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cached_property
 import logging
+import threading
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ __all__ = ['COMPILED', 'EffectFunction', 'PARAMETER_SIZE', 'call_effect', 'compi
 
 # Places for the parameters and constants of one effect.
 PARAMETER_SIZE = 112
+_COMPILING = threading.Lock()
 
 try:
     import numba
@@ -43,11 +45,15 @@ class EffectFunction:
 
     def __init__(self, definition: Callable) -> None:
         self.definition = definition
+        self._callback = None
 
     @cached_property
     def address(self) -> int:
         """Where the compiled function begins in memory."""
-        self._callback = _callback(self.definition)
+        with _COMPILING:
+            # Whoever comes second must not free the code that the first one is about to call.
+            if self._callback is None:
+                self._callback = _callback(self.definition)
         return self._callback.address
 
     def __call__(self, parameters: NDArray, state: NDArray, sample: NDArray) -> float:

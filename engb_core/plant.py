@@ -11,8 +11,8 @@ with which it is simulated afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -172,7 +172,8 @@ def default_value(effect: Effect, name: str) -> float | None:
                  'only_turning': 0.0, 'by_heat': 0.0, 'one_sided': 0.0, 'standstill': 0.1,
                  'load_exponent': 0.0,
                  'by_temperature': 0.0, 'of_drag': 0.0, 'speed_from': 0.0, 'speed_to': 90.0,
-                 'temperature_from': 20.0, 'temperature_to': 400.0, 'inertia_fraction': 0.25}
+                 'temperature_from': 20.0, 'temperature_to': 400.0, 'inertia_fraction': 0.25,
+                 'load_beyond': 0.0}
     return constants.get(name)
 
 
@@ -217,18 +218,31 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
     if len(functions) > _MOST_FUNCTIONS:
         raise InputError(f'effects: the model holds more than {_MOST_FUNCTIONS} effect functions; '
                          'leave some out')
-    parameters = np.zeros((max(len(chosen), 1), PARAMETER_SIZE))
+    cogging = np.array([[term.order, term.amplitude, term.phase] for term in model.cogging],
+                       float).reshape(-1, 3)
+    made = Physics(nominal_vector(model), cogging, stages, handles(functions),
+                   np.array(bounds, np.int64), np.array(owner, np.int64), np.empty(0), 0.0, 0.0)
+    return with_values(made, made.nominal, chosen)
+
+
+def with_values(physics: Physics, nominal: Array,
+                effects: Sequence[tuple[Effect, Sequence[float]]]) -> Physics:
+    """Return the same physics with other numbers.
+
+    Args:
+        physics: made of the same effects in the same order.
+        nominal: (NOMINAL_SIZE,) nominal numbers.
+        effects: (effect, values in the order of its `names`).
+    """
+    parameters = np.zeros((max(len(effects), 1), PARAMETER_SIZE))
     delay = time_constant = 0.0
-    for index, (effect, values) in enumerate(chosen):
+    for index, (effect, values) in enumerate(effects):
         parameters[index, :len(values)] = values
         if effect.lead is not None:
             lead = effect.lead(dict(zip(effect.names, values, strict=True)))
             delay, time_constant = delay + lead[0], time_constant + lead[1]
-    cogging = np.array([[term.order, term.amplitude, term.phase] for term in model.cogging],
-                       float).reshape(-1, 3)
-    return Physics(nominal_vector(model), cogging, stages, handles(functions),
-                   np.array(bounds, np.int64), np.array(owner, np.int64), parameters, delay,
-                   time_constant)
+    return replace(physics, nominal=nominal, parameters=parameters, delay=delay,
+                   time_constant=time_constant)
 
 
 @compiled

@@ -20,7 +20,9 @@ from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import CLEAN_EXCESS, select, Selection
+from engb_core.diagnose.side_by_side import processors
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
+from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.model import Model
@@ -36,7 +38,8 @@ MOVES = 100
 
 
 def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Recording] = (),
-             progress: Callable[[str], None] | None = None) -> Diagnosis:
+             progress: Callable[[str], None] | None = None, threads: int | None = None,
+             ) -> Diagnosis:
     """Compare a model with recordings and say what physics it leaves out.
 
     Args:
@@ -44,25 +47,26 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         model: the nominal model.
         holdout: judged only; without any, a part of the recordings is kept out of every fit.
         progress: is told what is being done, a line each.
+        threads: that fit side by side (None: one for each processor); the result is the same.
 
     Raises:
         InputError: too little motion to judge a model by.
     """
     started = time.perf_counter()
     tell = progress or (lambda text: None)
+    threads = processors() if threads is None else threads
     tell('reading the motion')
     problem: Problem = problem_of(recordings, model, holdout)
-    if judged_wide(problem):
-        problem = replace(problem, settled=(RESONANCE,))
-    outcome = _judged(problem, tell)
+    settled = replace(problem, settled=(RESONANCE,)) if judged_wide(problem) else problem
+    outcome = _judged(settled, tell, threads)
     tell('listening for a resonance above the band')
     resonance = resonance_beside(problem, outcome.corrected)
     if resonance is not None:
         tell('judging what is left beside the resonance')
-        beyond = replace(problem, model=replace(
-            model, effects=(*model.effects, resonance.setting)))
+        beyond = with_resonance(problem, resonance.setting, threads)
         # A file that was refitted around the resonance has wrong numbers beside it.
-        outcome = _beside(resonance, _judged(beyond, tell, not refitted(outcome.fitter)))
+        outcome = _beside(resonance, _judged(
+            beyond, tell, threads, not refitted(outcome.fitter)))
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), problem.split(outcome.mismatch)
     if resonance is not None and all(
@@ -107,8 +111,9 @@ class _Outcome:
     corrected: Model
 
 
-def _judged(problem: Problem, tell: Callable[[str], None], name_numbers: bool = True) -> _Outcome:
-    fitter = Fitter(problem)
+def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
+            name_numbers: bool = True) -> _Outcome:
+    fitter = Fitter(problem, threads)
     tell('refitting the nominal numbers')
     nominal = fitter.nominal()
     selection = select(search(fitter, tell))

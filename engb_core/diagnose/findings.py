@@ -118,13 +118,12 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
         taken *= min(1.0, total / (total + before))
     findings = []
     for finding in numbers:
-        # What a refit left as it was is wrong, whatever else is missing.
-        known = max(known, KEPT) if finding.kept else known
         effect = get_effect(finding.effect)
         parameter = effect.parameters[0]
         std = _deviation(fitter, finding)
         findings.append(EffectFinding(
-            effect=effect.id, probability=known,
+            # What a refit left as it was is wrong, whatever else is missing.
+            effect=effect.id, probability=max(known, KEPT) if finding.kept else known,
             parameters={parameter.name: ParameterEstimate(finding.value, std, parameter.unit)},
             share=min(1.0, taken * finding.matters / total), alternatives=(),
             statement=effect.statement({parameter.name: finding.value})))

@@ -16,7 +16,6 @@ from engb_core.diagnose.fit_steps import (
     derivative_step,
     largest_step,
     nominal_value,
-    weak_prior,
 )
 from engb_core.diagnose.fitted import bare, Fit, StartColumns
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
@@ -35,13 +34,16 @@ MISSED_PART = 0.3
 RUGGED_STARTS = 4
 FIRST_MOVES = 20
 FURTHER_MOVES = 50
+# Part of the cost that the first moves must have taken away to be worth further ones.
+HOPE = 0.02
 
 
 class Fitter:
-    """Fits hypotheses to one problem."""
+    """Fits hypotheses to one problem, independent ones by so many threads."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, threads: int = 1) -> None:
         self.problem = problem
+        self.threads = threads
         self.measured = problem.measured
         self.sigma = problem.sigma
         self.spread = self.sigma
@@ -50,7 +52,6 @@ class Fitter:
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
         self._base: dict[tuple[NominalNumber, ...], Fit] = {}
         self._starts: dict[tuple, list[StartColumns]] = {}
-        self._priors: dict[tuple, tuple[Array, Array]] = {}
         # Where a model misses by far more than the noise, values of little noise must not
         # outweigh all others: what is missed weighs on every value alike.
         # The file's own residual first: noise alone would let a few quiet values rule the refit.
@@ -87,17 +88,12 @@ class Fitter:
         numbers = self.numbers if numbers is None else numbers
         if numbers not in self._base:
             hypothesis = self.hypothesis((), numbers)
-            vector = hypothesis.start_of_numbers()
-            if numbers:
-                self._shared[numbers] = self._columns(hypothesis, vector, range(len(numbers)))
-                fit = self._iterate(hypothesis, vector, 4)
-                self._shared[numbers] = self._columns(hypothesis, fit.vector,
-                                                      range(len(numbers)))
-                fit = self._iterate(hypothesis, fit.vector, 4)
-            else:
-                self._shared[numbers] = np.zeros((self.measured.size, 0))
-                fit = self.evaluate(hypothesis, vector)
-            self._base[numbers] = fit
+            fit = self.evaluate(hypothesis, hypothesis.start_of_numbers())
+            shared = np.zeros((self.measured.size, 0))
+            for _ in range(2 if numbers else 0):
+                shared = self.number_columns(fit)
+                fit = self._iterate(hypothesis, fit.vector, 4, shared=shared)
+            self._shared[numbers], self._base[numbers] = shared, fit
         return self._base[numbers]
 
     # -- fitting ---------------------------------------------------------------------------------
@@ -152,6 +148,8 @@ class Fitter:
             return best
         best = min((search_around(self, entry, FIRST_MOVES) for entry in fits),
                    key=lambda entry: entry.cost)
+        if best.cost > (1.0 - HOPE) * start.cost:
+            return best
         return search_around(self, best, FURTHER_MOVES)
 
     def refit(self, fit: Fit, numbers: tuple[NominalNumber, ...], rounds: int = 6) -> Fit:
@@ -166,13 +164,7 @@ class Fitter:
 
     def refine(self, fit: Fit, rounds: int = 6) -> Fit:
         """Iterate on with derivatives of the nominal numbers taken at the fit itself."""
-        numbers = fit.hypothesis.numbers
-        saved = self._shared[numbers]
-        self._shared[numbers] = self.number_columns(fit)
-        try:
-            return self._iterate(fit.hypothesis, fit.vector, rounds, 1e-5)
-        finally:
-            self._shared[numbers] = saved
+        return self._iterate(fit.hypothesis, fit.vector, rounds, 1e-5, self.number_columns(fit))
 
     def nominal(self) -> Fit:
         """Return the model file as it stands (only the sampling delay is found)."""
@@ -206,32 +198,13 @@ class Fitter:
         scaled = (residual / self.spread)[self.fitted]
         if not np.isfinite(scaled).all():
             return np.inf
-        centre, spread = self.prior(hypothesis)
+        centre, spread = hypothesis.prior
         return float(scaled @ scaled + np.sum(((vector - centre) / spread) ** 2))
-
-    def prior(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
-        """Return centre and standard deviation of what is believed beforehand, (size,) each."""
-        key = (hypothesis.numbers, tuple((variant.effect.id, variant.constants)
-                                         for variant in hypothesis.variants))
-        if key not in self._priors:
-            self._priors[key] = self._prior_of(hypothesis)
-        return self._priors[key]
-
-    def _prior_of(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
-        numbers = hypothesis.numbers
-        centre = list(hypothesis.start_of_numbers())
-        spread = [number.spread for number in numbers]
-        for entry in range(hypothesis.size - len(numbers)):
-            parameter = hypothesis.parameter(entry)
-            middle, width = weak_prior(parameter)
-            centre.append(middle)
-            spread.append(width)
-        return np.array(centre), np.array(spread)
 
     def _columns(self, hypothesis: Hypothesis, vector: Array, places: range | list[int],
                  reference: Array | None = None) -> Array:
-        low, high = hypothesis.bounds()
-        _, spread = self.prior(hypothesis)
+        low, high = hypothesis.bounds
+        _, spread = hypothesis.prior
         if reference is None:
             reference = self.predict(hypothesis, vector)
         columns = np.empty((reference.size, len(places)))
@@ -280,7 +253,7 @@ class Fitter:
             elif parameter.name == 'phase' and sizes is not None and sizes.size == 2:
                 value = np.arctan2(sizes[1], sizes[0])
             added.append(np.log(value) if parameter.logarithmic else float(value))
-        low, high = hypothesis.bounds()
+        low, high = hypothesis.bounds
         return np.clip(np.concatenate([start.vector, added]), low, high)
 
     def _least_squares(self, base: Fit, design: Array) -> tuple[Array, float]:
@@ -295,7 +268,7 @@ class Fitter:
         ridge = np.zeros(design.shape[1])
         pull = np.zeros(design.shape[1])
         if count:
-            centre, spread = self.prior(base.hypothesis)
+            centre, spread = base.hypothesis.prior
             ridge[:count] = 1.0 / (spread[:count] * norm[:count]) ** 2
             pull[:count] = (centre[:count] - base.vector[:count]) / spread[:count] ** 2 \
                 / norm[:count]
@@ -311,9 +284,10 @@ class Fitter:
                      if number.name == DELAY), None)
 
     def _iterate(self, hypothesis: Hypothesis, vector: Array, rounds: int,
-                 tolerance: float = 3e-3) -> Fit:
-        low, high = hypothesis.bounds()
-        centre, spread = self.prior(hypothesis)
+                 tolerance: float = 3e-3, shared: Array | None = None) -> Fit:
+        shared = self._shared[hypothesis.numbers] if shared is None else shared
+        low, high = hypothesis.bounds
+        centre, spread = hypothesis.prior
         count = len(hypothesis.numbers)
         rows = self.fitted
         weight = 1.0 / self.spread[rows]
@@ -331,7 +305,7 @@ class Fitter:
             if effects is None:
                 effects = self._columns(hypothesis, best.vector,
                                         list(range(count, hypothesis.size)), best.predicted)
-                design = np.concatenate([self._shared[hypothesis.numbers], effects], axis=1)
+                design = np.concatenate([shared, effects], axis=1)
                 scaled = design[rows] * weight[:, None]
                 gram = scaled.T @ scaled + np.diag(1.0 / spread ** 2)
                 if held is not None:

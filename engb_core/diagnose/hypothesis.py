@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 import itertools
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.fit_steps import weak_prior
 from engb_core.diagnose.nominal import DELAY, NominalNumber, with_numbers
 from engb_core.effects.base import Effect, Parameter, Scene
 from engb_core.model import EffectSetting, Model
-from engb_core.plant import effects_of, Physics, physics_of
+from engb_core.plant import effects_of, Physics, physics_of, with_values
 
 __all__ = ['Hypothesis', 'Variant', 'variants_of']
 
@@ -97,6 +99,8 @@ class Hypothesis:
                     places.append((index, place, -1))
         object.__setattr__(self, '_places', tuple(places))
         object.__setattr__(self, '_given', tuple(effects_of(self.model)))
+        # What does not depend on the vector is made once, when first asked for.
+        object.__setattr__(self, '_made', None)
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -122,15 +126,21 @@ class Hypothesis:
         return np.array([_inward(vector[number.place], number.logarithmic)
                          for number in self.numbers])
 
+    @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """Return lower and upper bounds of the vector."""
-        low = [_inward(number.low, number.logarithmic) for number in self.numbers]
-        high = [_inward(number.high, number.logarithmic) for number in self.numbers]
-        for entry in range(len(self._places)):
-            parameter = self.parameter(entry)
-            low.append(_inward(parameter.low, parameter.logarithmic))
-            high.append(_inward(parameter.high, parameter.logarithmic))
-        return np.array(low), np.array(high)
+        """Lower and upper bounds of the vector, (size,) each."""
+        limits = [*self.numbers, *map(self.parameter, range(len(self._places)))]
+        return (np.array([_inward(entry.low, entry.logarithmic) for entry in limits]),
+                np.array([_inward(entry.high, entry.logarithmic) for entry in limits]))
+
+    @cached_property
+    def prior(self) -> tuple[Array, Array]:
+        """Centre and standard deviation of what is believed of the vector beforehand, (size,)
+        each."""
+        known = [weak_prior(self.parameter(entry)) for entry in range(len(self._places))]
+        return (np.array([*self.start_of_numbers(), *(centre for centre, _ in known)]),
+                np.array([*(number.spread for number in self.numbers),
+                          *(width for _, width in known)]))
 
     def values(self, vector: Array, variant: int, run: int) -> list[float]:
         """Return the parameters and constants of one effect for one run, in the effect's order."""
@@ -152,11 +162,13 @@ class Hypothesis:
         effects = [(variant.effect, self.values(vector, index, run))
                    for index, variant in enumerate(self.variants)]
         # What the file holds already acts in every hypothesis.
-        made = physics_of(self.model, (*self._given, *effects))
-        nominal = made.nominal
+        effects = [*self._given, *effects]
+        if self._made is None:
+            object.__setattr__(self, '_made', physics_of(self.model, effects))
+        nominal = self._made.nominal.copy()
         for place, number in enumerate(self.numbers):
             nominal[number.place] = _outward(vector[place], number.logarithmic)
-        return replace(made, nominal=nominal)
+        return with_values(self._made, nominal, effects)
 
     def corrected(self, vector: Array, run: int = 0) -> Model:
         """Return the model file with the fitted numbers and effects filled in."""

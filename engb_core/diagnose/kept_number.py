@@ -61,7 +61,7 @@ def _left(base: Fit, file: Fit, free: list[int]) -> float:
     columns = base.jacobian[:, free]
     norm = np.sqrt(np.einsum('ij,ij->j', columns, columns)) + 1e-30
     start = base.hypothesis.start_of_numbers()[free]
-    low, high = (np.minimum(bound, 1e12)[free] for bound in base.hypothesis.bounds())
+    low, high = (np.minimum(bound, 1e12)[free] for bound in base.hypothesis.bounds)
     room = 1e-9
     solution = lsq_linear(columns / norm, residual,
                           bounds=((low - start) * norm - room, (high - start) * norm + room)).x

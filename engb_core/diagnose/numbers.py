@@ -16,6 +16,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.kept_number import kept_number
 from engb_core.diagnose.nominal import DELAY, NominalNumber
+from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['BESIDE', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED', 'level',
            'number_place', 'refitted', 'wrong_numbers']
@@ -89,9 +90,12 @@ def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
             variant.effect.number_only for variant in variants):
         return []
     floor = level(explained, fitter)
-    rises = {number.name: level(fitter.refit(
-                 explained, tuple(other for other in numbers if other is not number)), fitter)
-             - floor for number in numbers if number.name in _BY_NUMBER}
+    asked = [number for number in numbers if number.name in _BY_NUMBER]
+    held = side_by_side(lambda number: fitter.refit(
+        explained, tuple(other for other in numbers if other is not number)),
+        asked, fitter.threads)
+    rises = {number.name: level(fit, fitter) - floor
+             for number, fit in zip(asked, held, strict=True)}
     least = max(INSISTED, INSISTED_PART * max(level(fitter.nominal(), fitter) - 1.0, 0.0))
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least

@@ -51,7 +51,7 @@ class Explanation:
         vector = self.fit.vector
         settings: tuple = ()
         if self.table is not None:
-            vector = np.clip(vector + self.table.numbers, *self.fit.hypothesis.bounds())
+            vector = np.clip(vector + self.table.numbers, *self.fit.hypothesis.bounds)
             settings = (self.table.table.setting(self.table.values),)
         model = self.fit.hypothesis.corrected(vector)
         if not settings:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.side_by_side import OwnSamples
 from engb_core.effects.base import Scene
 from engb_core.errors import InputError
 from engb_core.filtering import (
@@ -49,7 +50,7 @@ class Run:
 
     recording: Recording
     motion: Motion
-    samples: Array
+    own: OwnSamples
     comparison: Comparison
     measured: Array
     noise: Array
@@ -57,6 +58,11 @@ class Run:
     rate: Array
     fitted: NDArray[np.bool_]
     held_out: bool
+
+    @property
+    def samples(self) -> Array:
+        """The motion's samples (n, SAMPLE_SIZE), this thread's own."""
+        return self.own.table
 
     def predicted(self, physics: Physics) -> Array:
         """Return the filtered effort (m,) that `physics` says this motion needs."""
@@ -178,5 +184,6 @@ def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,
     smooth = filtered(motion.effort, comparison.taps)
     rate = np.abs(np.gradient(smooth, motion.step))[comparison.grid]
     timing = max(TIMING, TIMING_OF_SAMPLE * motion.recorded_step)
-    return Run(recording, motion, motion.samples(), comparison, comparison(motion.effort), noise,
-               np.hypot(noise, timing * rate), rate, fitted, held_out)
+    return Run(recording, motion, OwnSamples(motion.samples()), comparison,
+               comparison(motion.effort), noise, np.hypot(noise, timing * rate), rate, fitted,
+               held_out)

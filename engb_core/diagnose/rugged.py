@@ -32,12 +32,12 @@ def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:
     """Return the best fit found around `fit` by so many random moves (always the same ones)."""
     hypothesis = fit.hypothesis
     count = len(hypothesis.numbers)
-    low, high = hypothesis.bounds()
+    low, high = hypothesis.bounds
     owners = [hypothesis.variants[owner].effect for owner, _, _ in hypothesis.places]
     moved = [count + entry for entry, effect in enumerate(owners) if effect.rugged]
     scale = np.array([MOVE_OF_LOGARITHM if hypothesis.parameter(place - count).logarithmic
                       else MOVE_OF_RANGE * (high[place] - low[place]) for place in moved])
-    centre, spread = (part[:count] for part in fitter.prior(hypothesis))
+    centre, spread = (part[:count] for part in hypothesis.prior)
     rows = fitter.fitted
     columns = (fitter.number_columns(fit) / fitter.spread[:, None])[rows]
     inverse = np.linalg.inv(columns.T @ columns + np.diag(1.0 / spread ** 2))

@@ -10,9 +10,10 @@ import numpy as np
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
+from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.effects.base import Effect
-from engb_core.effects.catalogue import catalogue
+from engb_core.effects.catalogue import catalogue, get_effect
 
 __all__ = ['Search', 'extend', 'load_free', 'load_held', 'load_moved', 'physics_effects', 'search']
 
@@ -82,53 +83,90 @@ def physics_effects(fitter: Fitter) -> list[Effect]:
 
 
 def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Search:
-    """Fit every effect alone, then the promising ones in pairs, then in threes."""
+    """Fit every effect alone, then the promising ones in pairs."""
     base = fitter.base()
     result = Search(fitter, base)
     effects = physics_effects(fitter)
     tell = progress or (lambda text: None)
-    for number, effect in enumerate(effects):
-        tell(f'fitting {number + 1} of {len(effects)}: {effect.title}')
-        for fit in _with_effect(fitter, base, effect):
+    singles = side_by_side(lambda effect: _with_effect(fitter, base, effect), effects,
+                           fitter.threads)
+    for number, (effect, fits) in enumerate(zip(effects, singles, strict=True)):
+        tell(f'fitted {number + 1} of {len(effects)}: {effect.title}')
+        for fit in fits:
             result.add(fit)
     tell('refining the leading effects')
-    for fit in result.of_size(1)[:REFINED]:
-        result.add(fitter.refine(fit))
-    for first in result.of_size(1)[:FOLLOWED]:
-        tell(f'pairs with {first.hypothesis.variants[0].effect.title}')
-        for fit in _companions(fitter, first, effects, result):
-            result.add(fit)
-    for fit in result.of_size(2)[:REFINED]:
-        result.add(fitter.refine(fit))
+    for fit in side_by_side(fitter.refine, result.of_size(1)[:REFINED], fitter.threads):
+        result.add(fit)
+    tell('choosing pairs')
+    pairs = _companions(result, result.of_size(1)[:FOLLOWED], effects)
+    for number, fit in enumerate(side_by_side(_fitted_pair(fitter), pairs, fitter.threads)):
+        tell(f'fitted {number + 1} of {len(pairs)} pairs: {" and ".join(fit.hypothesis.ids)}')
+        result.add(fit)
+    for fit in side_by_side(fitter.refine, result.of_size(2)[:REFINED], fitter.threads):
+        result.add(fit)
     return result
 
 
-def extend(result: Search, fit: Fit) -> Fit | None:
-    """Return the best fit with one effect more than `fit`, or None where none is left."""
-    effects = physics_effects(result.fitter)
-    found = list(_companions(result.fitter, fit, effects, result))
-    for entry in found:
-        result.add(result.fitter.refine(entry))
-    return min(found, key=lambda entry: entry.cost) if found else None
+def extend(result: Search, fit: Fit) -> None:
+    """Fit the most promising sets with one effect more than `fit`."""
+    fitter = result.fitter
+    further = _companions(result, [fit], physics_effects(fitter))
+    found = side_by_side(_fitted_pair(fitter), further, fitter.threads)
+    for entry in side_by_side(fitter.refine, found, fitter.threads):
+        result.add(entry)
 
 
-def _companions(fitter: Fitter, start: Fit, effects: list[Effect], result: Search):
-    ids = start.hypothesis.ids
-    screened = []
-    for effect in effects:
-        if effect.id in ids or any(effect.id in other.effect.contains
-                                   for other in start.hypothesis.variants):
-            continue
-        if any(entry in ids for entry in effect.contains):
-            continue
-        if tuple(sorted((*ids, effect.id))) in result.fits:
-            continue
-        for variant, starts in _variants_and_starts(fitter, start, effect):
-            costs, _ = fitter.screen(start, starts)
-            place = int(np.argmin(costs))
-            screened.append((costs[place], len(screened), variant, starts[place]))
-    for _, _, variant, chosen in sorted(screened)[:COMPANIONS]:
-        yield fitter.fit(variant, start, [chosen], rounds=5)
+def _fitted_pair(fitter: Fitter) -> Callable[[_Companion], Fit]:
+    return lambda entry: fitter.fit(entry.variant, entry.first, [entry.start], rounds=5)
+
+
+@dataclass(frozen=True)
+class _Companion:
+    """An effect that may stand beside a fit, where its fit starts, and the cost expected."""
+
+    cost: float
+    first: Fit
+    variant: Variant
+    start: StartColumns
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        return tuple(sorted((*self.first.hypothesis.ids, self.variant.effect.id)))
+
+
+def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> list[_Companion]:
+    """Return the most promising companions of each of the fits; no set of effects that is fitted
+    already, or that an earlier one of them leads to."""
+    def screened(case: tuple[Fit, Effect]) -> list[_Companion]:
+        return _screened(result.fitter, *case)
+
+    cases = [(first, effect) for first in firsts for effect in effects
+             if _goes_with(effect, first)]
+    found = [entry for part in side_by_side(screened, cases, result.fitter.threads)
+             for entry in part]
+    taken, chosen = set(result.fits), []
+    for first in firsts:
+        best = sorted((entry for entry in found
+                       if entry.first is first and entry.key not in taken),
+                      key=lambda entry: entry.cost)[:COMPANIONS]
+        taken |= {entry.key for entry in best}
+        chosen += best
+    return chosen
+
+
+def _goes_with(effect: Effect, first: Fit) -> bool:
+    ids = first.hypothesis.ids
+    return not (effect.id in ids or any(entry in ids for entry in effect.contains)
+                or any(effect.id in other.effect.contains for other in first.hypothesis.variants))
+
+
+def _screened(fitter: Fitter, first: Fit, effect: Effect) -> list[_Companion]:
+    found = []
+    for variant, starts in _variants_and_starts(fitter, first, effect):
+        costs, _ = fitter.screen(first, starts)
+        place = int(np.argmin(costs))
+        found.append(_Companion(costs[place], first, variant, starts[place]))
+    return found
 
 
 def _with_effect(fitter: Fitter, start: Fit, effect: Effect) -> list[Fit]:
@@ -158,7 +196,9 @@ def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
     numbers = load_free(fitter)
     if len(numbers) == len(fitter.numbers):
         return []
-    held = [fitter.refit(fit, numbers) for fit in result.alike(fits)] + load_moved(result, None)
+    fitter.base(numbers)
+    held = [*side_by_side(lambda fit: fitter.refit(fit, numbers), result.alike(fits),
+                          fitter.threads), *load_moved(result, None)]
     best: dict[tuple[str, ...], Fit] = {}
     for fit in held:
         if fit.hypothesis.ids not in best or fit.cost < best[fit.hypothesis.ids].cost:
@@ -176,13 +216,12 @@ def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
     fitter = result.fitter
     numbers = load_free(fitter)
     start = fitter.base(numbers) if fit is None else fitter.refit(fit, numbers)
-    found = []
-    for effect_id in _MOVE_THE_LOAD:
-        effect = catalogue()[effect_id]
-        if effect_id in start.hypothesis.ids or (
-                effect.applies is not None and not effect.applies(fitter.problem.scene)):
-            continue
-        for variant in variants_of(effect, fitter.problem.scene):
-            # A contact has a kink: derivatives from elsewhere lead astray.
-            found.append(fitter.refine(fitter.fit(variant, start, rounds=8, keep=2), 12))
-    return found
+    effects = [effect for effect in map(get_effect, _MOVE_THE_LOAD)
+               if effect.id not in start.hypothesis.ids
+               and (effect.applies is None or effect.applies(fitter.problem.scene))]
+    variants = [variant for effect in effects
+                for variant in variants_of(effect, fitter.problem.scene)]
+    # A contact has a kink: derivatives from elsewhere lead astray.
+    return list(side_by_side(
+        lambda variant: fitter.refine(fitter.fit(variant, start, rounds=8, keep=2), 12),
+        variants, fitter.threads))

@@ -162,7 +162,8 @@ def _with_load_held(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
     others = [fit for fit in result.of_size(max(size, 1))
               if fit.hypothesis.ids != chosen.hypothesis.ids]
     if size == 0:
-        return chosen, others
+        # Nothing is worth a name beside a free load curve, which may have taken it in.
+        return _by_numbers(result, excess(fitter.nominal(), fitter))
     near = excess(chosen, fitter) * 1.5 + 0.3
     close = [chosen, *(fit for fit in others if excess(fit, fitter) < near)]
     limit = level(chosen, fitter) + max(HELD_LOSS, 0.3 * excess(chosen, fitter))

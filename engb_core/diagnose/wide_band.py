@@ -24,7 +24,7 @@ from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import MOST_OF_RATE
 
-__all__ = ['RESONANCE', 'Resonance', 'judged_wide', 'resonance_beside']
+__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside']
 
 RESONANCE = 'drivetrain_resonance'
 RIVAL = 'backlash'
@@ -42,6 +42,8 @@ LEAST_SHARE = 0.18
 LEAST_FRACTION, MOST_FRACTION = 0.15, 0.7
 # Above this part of the band a resonance at its damping's bound smooths noise.
 DAMPED_BELOW = 0.6
+# Above the band one is believed up to here if it takes away this part of the excess.
+ABOVE, WHOLE = 1.2, 0.85
 # How sure a resonance is whose damping was found, and one whose damping stands at its bound.
 FOUND, BOUND = 0.95, 0.85
 
@@ -87,7 +89,7 @@ def resonance_beside(problem: Problem, corrected: Model) -> Resonance | None:
     fit = _fitted(fitter, RESONANCE)
     gain = before - level(fit, fitter)
     share = gain / (before - 1.0)
-    if gain < LEAST_GAIN or share < LEAST_SHARE or not _rings(fit, bandwidth):
+    if gain < LEAST_GAIN or share < LEAST_SHARE or not _rings(fit, bandwidth, share):
         return None
     if before - level(_fitted(fitter, RIVAL), fitter) > gain:
         return None
@@ -95,9 +97,16 @@ def resonance_beside(problem: Problem, corrected: Model) -> Resonance | None:
 
 
 def _fitted(fitter: Fitter, effect_id: str) -> Fit:
-    fits = [fitter.refine(fitter.fit(variant, rounds=8, keep=4))
-            for variant in variants_of(catalogue()[effect_id], fitter.problem.scene)]
-    return min(fits, key=lambda fit: fit.cost)
+    """Return the best fit of the effect's variants; each further one starts where the best so far
+    has come to."""
+    best: Fit | None = None
+    for variant in variants_of(catalogue()[effect_id], fitter.problem.scene):
+        starts = None if best is None else fitter.starts(
+            variant, [best.hypothesis.named(best.vector, 0)])
+        fit = fitter.refine(fitter.fit(variant, starts=starts, rounds=8, keep=4))
+        if best is None or fit.cost < best.cost:
+            best = fit
+    return best
 
 
 def _found(values: dict[str, float]) -> bool:
@@ -106,9 +115,9 @@ def _found(values: dict[str, float]) -> bool:
     return values['damping_ratio'] < 0.97 * damping.high
 
 
-def _rings(fit: Fit, bandwidth: float) -> bool:
+def _rings(fit: Fit, bandwidth: float, share: float) -> bool:
     values = fit.hypothesis.named(fit.vector, 0)
-    highest = bandwidth if _found(values) else DAMPED_BELOW * bandwidth
+    highest = bandwidth * (DAMPED_BELOW if not _found(values) else ABOVE if share > WHOLE else 1.0)
     return (LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION
             and values['frequency'] < highest)
 

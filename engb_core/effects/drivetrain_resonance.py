@@ -10,6 +10,7 @@ from engb_core.effects.base import (
     Effect,
     INERTIA,
     LEVEL,
+    LOAD,
     Parameter,
     TIME,
     TIME_STEP,
@@ -18,11 +19,19 @@ from engb_core.effects.base import (
 
 
 @effect_function
+def _shift(parameters, state, sample):
+    # Where the load is by now, if it goes on as it did in the last step.
+    if parameters[4] == 0.0 or sample[TIME] <= 0.0:
+        return 0.0
+    return state[0] + sample[TIME_STEP] * state[1]
+
+
+@effect_function
 def _torque(parameters, state, sample):
     # state: 0 twist e of the inertia beyond, 1 its rate, 2 and 3 the last acceleration and
-    # velocity of the motor. With the motor's motion given, e is a damped oscillator driven by
-    # it; solved in steps short enough for its period, so that long samples (inverse dynamics)
-    # and short ones (simulation) agree.
+    # velocity of the motor, 4 the last load. With the motor's motion given, e is a damped
+    # oscillator driven by it; solved in steps short enough for its period, so that long samples
+    # (inverse dynamics) and short ones (simulation) agree.
     fraction = parameters[0]
     inertia = fraction * sample[INERTIA]
     if inertia <= 0.0:
@@ -30,11 +39,12 @@ def _torque(parameters, state, sample):
     locked = 2.0 * math.pi * parameters[1] * math.sqrt(1.0 - fraction)
     decay = 2.0 * parameters[2] * locked
     friction = parameters[3] * sample[LEVEL]
+    load = parameters[4] * sample[LOAD]
     acceleration = sample[ACCELERATION]
     motor = sample[VELOCITY]
     step = sample[TIME_STEP]
     if sample[TIME] <= 0.0:
-        state[0] = -acceleration / locked ** 2
+        state[0] = -(acceleration + load / inertia) / locked ** 2
         state[1] = 0.0
     else:
         parts = int(math.ceil(step * locked / 0.05))
@@ -43,6 +53,7 @@ def _torque(parameters, state, sample):
             share = part / parts
             speed = state[3] + share * (motor - state[3])
             drive = state[2] + share * (acceleration - state[2])
+            drive += (state[4] + share * (load - state[4])) / inertia
             # Damping and dry friction are taken at the end of the step: neither can overshoot.
             rate = (state[1] - short * (drive + locked ** 2 * state[0])) / (1.0 + short * decay)
             rate = slowed_rate(rate, speed, short * friction / inertia)
@@ -50,9 +61,10 @@ def _torque(parameters, state, sample):
             state[0] += short * rate
     state[2] = acceleration
     state[3] = motor
+    state[4] = load
     passed = -inertia * (locked ** 2 * state[0] + decay * state[1])
-    # Rigid, what is beyond is part of inertia and friction; what is added is the difference.
-    return passed - inertia * acceleration - friction * sample[DIRECTION]
+    # Rigid, what is beyond is part of inertia, load and friction; what is added is the rest.
+    return passed - inertia * acceleration - load - friction * sample[DIRECTION]
 
 
 EFFECT = Effect(
@@ -66,12 +78,16 @@ EFFECT = Effect(
         Parameter('damping_ratio', '-', 0.002, 0.3, starts=(0.03, 0.15), logarithmic=True),
         Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.15,), default=0.0),
     ),
-    stages={'torque': _torque},
+    stages={'shift': _shift, 'torque': _torque},
     equation='(1 − ρ)J ω̇ + ρJ (ω̇ + ë) = …, ë + 2ζω_a ė + ω_a² e = −ω̇ − '
-             '(μC/ρJ) sgn(ω + ė), ω_a = ω_r √(1 − ρ)',
+             '(μC/ρJ) sgn(ω + ė) − λ T_L(θ + e)/ρJ, ω_a = ω_r √(1 − ρ)',
     reference='Ellis and Lorenz, IEEE IAS (2000): resonant load control',
     statement=lambda p: (
         f"A compliant drivetrain resonates at {p['frequency']:.1f} Hz with "
         f"{p['inertia_fraction'] * 100:.0f} % of the inertia beyond it."),
     reveals='frequency',
+    constants=(('load_beyond', '-'),),
+    # λ: the load may act on the inertia beyond, and twist the drivetrain, or at the motor. A
+    # drivetrain that hardens is twisted by less than its resonance says.
+    variants=({'load_beyond': 1.0}, {'load_beyond': 0.0}),
 )

@@ -8,10 +8,11 @@ from engb_core.effects.base import DIRECTION, Effect, Parameter, POSITION
 
 @effect_function
 def _torque(parameters, state, sample):
-    distance = (sample[POSITION] - parameters[1]) / parameters[2]
-    if abs(distance) > 20.0:
+    distance = abs(sample[POSITION] - parameters[1]) / parameters[2]
+    if distance > 20.0 or (distance > 6.5 and parameters[3] >= 2.0):
+        # Nothing is left of it here.
         return 0.0
-    bump = parameters[0] * math.exp(-0.5 * abs(distance) ** parameters[3])
+    bump = parameters[0] * math.exp(-0.5 * distance ** parameters[3])
     return bump * sample[DIRECTION] if parameters[4] > 0.5 else bump
 
 

@@ -40,9 +40,9 @@ def number(value: float, digits: int = 3) -> str:
         return '–'
     if value == 0:
         return '0'
-    exponent = math.floor(math.log10(abs(float(f'{value:.{digits - 1}e}'))))
+    mantissa, power = f'{value:.{digits - 1}e}'.split('e')
+    exponent = int(power)
     if exponent < -3 or exponent > 5:
-        mantissa = f'{value / 10.0**exponent:.{digits - 1}f}'
         return f'{_signed(mantissa)}{NARROW}×{NARROW}10{_superscript(exponent)}'
     return _signed(f'{value:.{max(digits - 1 - exponent, 0)}f}')
 
@@ -85,7 +85,7 @@ def estimate(parameter: ParameterEstimate) -> str:
         return f'{quantity(value, parameter.unit, 2)} (not determined)'
     factor, unit = scaled(max(abs(value), std), parameter.unit)
     value, std = value * factor, std * factor
-    if std <= 0 or not math.isfinite(value):
+    if std < 1e-300 or not math.isfinite(value):
         return f'{number(value, 4)}{_unit(unit)}'
     largest = math.floor(math.log10(max(abs(value), std)))
     # Two digits of the deviation where it begins with 1, 2 or 3, else one, as usual in physics.

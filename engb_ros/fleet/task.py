@@ -69,7 +69,8 @@ def _diagnosed(task: dict[str, Any], namespace: str | None) -> dict[str, Any]:
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')
         with computing(recording.name):
-            diagnosis = diagnose([recording], model)
+            # The survey's processes share the machine already.
+            diagnosis = diagnose([recording], model, threads=1)
         report = None
         if task['figures'] is not None:
             from engb_core.report.page import diagnosis_page

@@ -36,7 +36,8 @@ FLOOR = 3e-5
 # An impact in the gap happens within a sample; which part of it belongs to this one and which to
 # the next no inverse can say.
 TOLERANCES = {'backlash': 0.25}
-FLOORS = {'backlash': 1e-4}
+# So with the dry friction beyond a shaft, taken at the end of steps of another length.
+FLOORS = {'backlash': 1e-4, 'drivetrain_resonance': 5e-5}
 
 
 def compared(values: np.ndarray, samples: np.ndarray) -> np.ndarray:

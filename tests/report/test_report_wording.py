@@ -24,7 +24,8 @@ def plain(text: str) -> str:
 
 @pytest.mark.parametrize(('value', 'text'), [
     (0.0, '0'), (21.34, '21.3'), (-0.5, '−0.500'), (9.996, '10.0'), (123456, '123456'),
-    (6.813e-5, '6.81 × 10⁻⁵'), (-1.5e7, '−1.50 × 10⁷'), (float('nan'), '–')])
+    (6.813e-5, '6.81 × 10⁻⁵'), (-1.5e7, '−1.50 × 10⁷'), (float('nan'), '–'),
+    (5e-324, '4.94 × 10⁻³²⁴')])
 def test_number(value, text):
     assert plain(number(value)) == text
 

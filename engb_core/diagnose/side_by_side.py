@@ -1,0 +1,50 @@
+"""Independent fits side by side: compiled code releases the interpreter while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+import os
+import threading
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ['OwnSamples', 'processors', 'side_by_side']
+
+Item, Result = TypeVar('Item'), TypeVar('Result')
+
+
+# More threads than that wait for the interpreter more than they compute.
+MOST_THREADS = 8
+
+
+def processors() -> int:
+    """Return how many processors this process may use, or can."""
+    allowed = (len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity')
+               else os.cpu_count() or 1)
+    return min(allowed, MOST_THREADS)
+
+
+def side_by_side(work: Callable[[Item], Result], items: Iterable[Item], threads: int,
+                 ) -> Iterator[Result]:
+    """Yield `work(item)` of every item in order, computed by so many threads."""
+    items = list(items)
+    if threads < 2 or len(items) < 2:
+        yield from map(work, items)
+        return
+    pool = ThreadPoolExecutor(min(threads, len(items)))
+    try:
+        yield from pool.map(work, items)
+    finally:
+        # Who is interrupted does not wait for what nobody will read.
+        pool.shutdown(cancel_futures=True)
+
+
+class OwnSamples(threading.local):
+    """A motion's samples (n, SAMPLE_SIZE), a copy for each thread: the torque balance writes its
+    stages into them."""
+
+    def __init__(self, samples: NDArray[np.float64]) -> None:
+        self.table = samples.copy()
