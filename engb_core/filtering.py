@@ -78,16 +78,19 @@ def slowest_speed(motions: Sequence[Motion], saturation_velocity: float, speed: 
     return max(by_counts, by_model, 0.002 * speed, 1e-9)
 
 
-def judgeable(motion: Motion, slowest: float) -> NDArray[np.bool_]:
+def judgeable(motion: Motion, slowest: float, before_stop: float = 0.0) -> NDArray[np.bool_]:
     """Return where a model of motion can be held against the samples (n,): not at standstill,
-    below `slowest` [rad/s], nor in gaps."""
+    below `slowest` [rad/s], nor `before_stop` [s] earlier, nor in gaps."""
     standing = np.abs(motion.velocity) < slowest
     # The smoothing of position reaches a few milliseconds into the motion beside a stop.
     margin = 2 * int(round(0.004 / motion.step)) + 1
-    return ~maximum_filter1d(standing | ~motion.known, margin)
+    bad = maximum_filter1d(standing | ~motion.known, margin)
+    half = int(np.ceil(0.5 * before_stop / motion.step))
+    # A window whose origin is moved to its first sample looks ahead.
+    return ~maximum_filter1d(bad, 2 * half + 1, origin=-half)
 
 
-def comparison_of(motion: Motion, bandwidth: float, slowest: float,
+def comparison_of(motion: Motion, bandwidth: float, slowest: float, before_stop: float = 0.0,
                   least_weight: float = 0.35) -> Comparison:
     """Make the filter for one motion.
 
@@ -95,11 +98,12 @@ def comparison_of(motion: Motion, bandwidth: float, slowest: float,
         motion: the run.
         bandwidth: −3 dB [Hz].
         slowest: speed below which the shaft counts as standing [rad/s].
+        before_stop: how long before each stop nothing can be judged [s].
         least_weight: part of the window that must be judgeable for a value to be kept.
     """
     bandwidth = min(bandwidth, 0.2 / motion.step)
     taps = gaussian_kernel(bandwidth, motion.step)
-    weight = judgeable(motion, slowest).astype(float)
+    weight = judgeable(motion, slowest, before_stop).astype(float)
     stride = max(1, int(round(1.0 / (2.5 * bandwidth) / motion.step)))
     grid = np.arange(0, motion.time.size, stride, dtype=np.int64)
     ones = np.ones(grid.size)

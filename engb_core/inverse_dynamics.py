@@ -39,13 +39,28 @@ def _later(values, samples, out):
         out[row] = values[whole] + (place - whole) * (values[whole + 1] - values[whole])
 
 
-def effort_of_motion(samples: Array, step: float, physics: Physics) -> Array:
+@kernel
+def _held(values, moving):
+    """Let each value at standstill be the last one of the motion before."""
+    last = np.nan
+    for row in range(values.size):
+        if moving[row]:
+            last = values[row]
+        elif last == last:
+            values[row] = last
+
+
+def effort_of_motion(samples: Array, step: float, physics: Physics,
+                     moving: NDArray[np.bool_] | None = None) -> Array:
     """Return the effort (n,) [N·m] that a motion needs.
 
     Args:
         samples: (n, SAMPLE_SIZE) from `Motion.samples`; the columns of the stages are filled in.
         step: [s] between samples.
         physics: model and effects.
+        moving: (n,) where the motion tells the torque (None: everywhere). Where torque comes late,
+            effort before a stop is that of an instant when the shaft stands already, and friction
+            takes up what it likes: then it is taken to go on as it was.
     """
     effort = np.empty(samples.shape[0])
     state = physics.fresh_state()
@@ -53,6 +68,8 @@ def effort_of_motion(samples: Array, step: float, physics: Physics) -> Array:
             physics.parameters, state, samples, effort)
     if physics.stages['actuation']:
         effort = _inverse_actuation(samples, physics, state, effort)
+    if moving is not None and (physics.delay > 0.0 or physics.time_constant > 0.0):
+        _held(effort, moving)
     if physics.time_constant != 0.0:
         effort += physics.time_constant * np.gradient(effort, step)
     delay = physics.delay + physics.nominal[N_DELAY]

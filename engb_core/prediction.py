@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from engb_core.effects.catalogue import get_effect
-from engb_core.filtering import comparison_of
+from engb_core.filtering import comparison_of, slowest_speed
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import Motion, motion_of
@@ -41,7 +41,10 @@ def predict_effort(recording: Recording, model: Model) -> Array:
     """
     motion = motion_of(recording, BANDWIDTH)
     model = find_phases(motion, model)
-    effort = effort_of_motion(motion.samples(), motion.step, physics_of(model))
+    speed = float(np.quantile(np.abs(motion.velocity), 0.995))
+    moving = np.abs(motion.velocity) >= slowest_speed(
+        [motion], model.friction.saturation_velocity, speed)
+    effort = effort_of_motion(motion.samples(), motion.step, physics_of(model), moving)
     return np.interp(recording.time, motion.time, effort)
 
 

@@ -25,6 +25,7 @@ from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
+from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.plant import physics_of
 from engb_core.recording import Recording
@@ -33,6 +34,9 @@ __all__ = ['diagnose']
 
 # A name that is surer to be wrong than this is not given.
 LEAST_PROBABILITY = 0.05
+# A lag from here on [s] has efforts before a stop belong to a shaft that stands; for how long, as
+# a multiple of the lag.
+SHORTEST_LAG, LATE = 1e-3, 1.5
 # Random moves around the chosen fit, where its cost is rugged.
 MOVES = 100
 
@@ -56,9 +60,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     tell = progress or (lambda text: None)
     threads = processors() if threads is None else threads
     tell('reading the motion')
-    problem: Problem = problem_of(recordings, model, holdout)
-    settled = replace(problem, settled=(RESONANCE,)) if judged_wide(problem) else problem
-    outcome = _judged(settled, tell, threads)
+    problem, outcome = _without_stops(recordings, model, holdout, tell, threads)
     tell('listening for a resonance above the band')
     resonance = resonance_beside(problem, outcome.corrected)
     if resonance is not None:
@@ -93,6 +95,28 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         evidence=evidence_of(problem, outcome.fitter, outcome.chosen, selection,
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started))
+
+
+def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Sequence[Recording],
+                   tell: Callable[[str], None], threads: int) -> tuple[Problem, _Outcome]:
+    """Return the problem and what is said of it; where torque was found to come late, once more
+    without what comes too late before a stop."""
+    def judged(before_stop: float) -> tuple[Problem, _Outcome]:
+        problem = problem_of(recordings, model, holdout, before_stop=before_stop)
+        settled = replace(problem, settled=(RESONANCE,)) if judged_wide(problem) else problem
+        return problem, _judged(settled, tell, threads)
+
+    problem, outcome = judged(0.0)
+    lag = sum(entry.parameters.get('lag', 0.0) for entry in outcome.corrected.effects)
+    if lag < SHORTEST_LAG:
+        return problem, outcome
+    tell('judging once more without what comes too late before a stop')
+    try:
+        again = judged(LATE * lag)
+    except InputError:
+        return problem, outcome
+    still = any('lag' in entry.parameters for entry in again[1].corrected.effects)
+    return again if still else (problem, outcome)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 TOLD = 0.02
 # How sure a named effect can be beside a leading one without a name.
 COMPANION = 0.45
+# How sure a wrong number is beside what has no name.
+NUMBER_BESIDE = 0.7
 # How sure it is, at least, that a number is wrong which a refit of the others didn't move.
 KEPT = 0.85
 
@@ -113,7 +115,7 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     known = something_known(taken, after, before)
     if explanation.table is not None or any(variant.effect.unnamed
                                             for variant in chosen.hypothesis.variants):
-        known *= COMPANION
+        known *= NUMBER_BESIDE
     if chosen.hypothesis.variants:
         taken *= min(1.0, total / (total + before))
     findings = []

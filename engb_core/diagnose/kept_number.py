@@ -28,8 +28,11 @@ def kept_number(fitter: Fitter) -> str | None:
     the load curve), or None where no single one explains how the file misses.
 
     The question is put in plain torque, as a refit would put it, and answered linearly. It can
-    only be put to the file itself, without effects that were settled before.
+    only be put to the file itself, without effects that were settled before, and to all that a
+    refit would see.
     """
+    if fitter.problem.before_stop > 0.0:
+        return None
     given = {entry.effect for entry in fitter.problem.model.effects}
     if given & set(fitter.problem.settled):
         return None

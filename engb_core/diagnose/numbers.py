@@ -28,6 +28,8 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
 # and the part of the file's whole excess that it must be.
 INSISTED = 0.25
 INSISTED_PART = 0.05
+# Beside effects the whole is no more than this multiple of the excess that refitted numbers leave.
+BESIDE_EFFECTS = 4.0
 # Where no one or two numbers make the file fit, a further one is named if the data insist on it
 # nearly as much as on the first: the others of a refitted file moved along with what is wrong.
 SECOND = 0.75
@@ -96,10 +98,19 @@ def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         asked, fitter.threads)
     rises = {number.name: level(fit, fitter) - floor
              for number, fit in zip(asked, held, strict=True)}
-    least = max(INSISTED, INSISTED_PART * max(level(fitter.nominal(), fitter) - 1.0, 0.0))
+    least = max(INSISTED, INSISTED_PART * _whole(fitter, explained))
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least
             and (finding := _named(fitter, explained, name, rises[name])) is not None]
+
+
+def _whole(fitter: Fitter, explained: Fit) -> float:
+    """Return the excess that a number's part is measured by: the file's, but beside effects not
+    much more than theirs, since a file that was not refitted may miss by any amount."""
+    file = max(level(fitter.nominal(), fitter) - 1.0, 0.0)
+    if not explained.hypothesis.variants:
+        return file
+    return min(file, BESIDE_EFFECTS * max(level(fitter.base(), fitter) - 1.0, 0.0))
 
 
 def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],

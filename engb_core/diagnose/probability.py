@@ -22,6 +22,8 @@ TEMPER = 6.0
 UNNAMED = 0.15
 # So is physics that happens to look like one wrong number.
 PHYSICS_FOR_NUMBER = 0.2
+# An effect that contains the chosen one would have shown more than that.
+CONTAINING = 0.1
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -47,12 +49,15 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
 
 
 def _prior(fit: Fit, chosen: Fit) -> float:
-    """Return how much rarer a rival is beforehand: without a name, or physics where one wrong
-    number of the chosen fit says it all."""
+    """Return how much rarer a rival is beforehand: without a name, physics where one wrong number
+    of the chosen fit says it all, or an effect that contains a chosen one and is no better."""
     prior = UNNAMED ** sum(variant.effect.unnamed for variant in fit.hypothesis.variants)
     number = all(variant.effect.number_only for variant in chosen.hypothesis.variants)
     if number and not all(variant.effect.number_only for variant in fit.hypothesis.variants):
         prior *= PHYSICS_FOR_NUMBER
+    contained = {entry for variant in fit.hypothesis.variants for entry in variant.effect.contains}
+    if contained & set(chosen.hypothesis.ids):
+        prior *= CONTAINING
     return prior
 
 

@@ -73,7 +73,8 @@ class Run:
 class Problem:
     """Recordings, the model they are held against, and what they can show.
 
-    `settled` are effects that are decided elsewhere and not looked for.
+    `settled` are effects that are decided elsewhere and not looked for; `before_stop` [s] is how
+    long before each stop nothing is judged.
     """
 
     runs: tuple[Run, ...]
@@ -81,6 +82,7 @@ class Problem:
     model: Model
     scene: Scene
     noise_floor: float
+    before_stop: float = 0.0
     settled: tuple[str, ...] = ()
 
     @property
@@ -108,7 +110,7 @@ class Problem:
 
 def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence[Recording] = (),
                bandwidth: float = BANDWIDTH,
-               motion_bandwidth: float = MOTION_BANDWIDTH) -> Problem:
+               motion_bandwidth: float = MOTION_BANDWIDTH, before_stop: float = 0.0) -> Problem:
     """Prepare recordings for diagnosis.
 
     Args:
@@ -117,6 +119,8 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
         held_out: what is only judged.
         bandwidth: of the comparison [Hz].
         motion_bandwidth: of the smoothing of position and effort [Hz].
+        before_stop: how long before each stop nothing is judged [s]: where torque comes late,
+            effort is that of a shaft which stands already.
 
     Raises:
         InputError: no recording, or too little motion to judge a model by.
@@ -127,9 +131,10 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     others = [motion_of(recording, motion_bandwidth) for recording in held_out]
     scene = _scene(recordings, motions, model)
     slowest = slowest_speed(motions, model.friction.saturation_velocity, scene.speed)
-    runs = tuple(_run(recording, motion, bandwidth, slowest, bool(held_out), False)
+    runs = tuple(_run(recording, motion, bandwidth, slowest, before_stop,
+                      bool(held_out), False)
                  for recording, motion in zip(recordings, motions, strict=True))
-    judged = tuple(_run(recording, motion, bandwidth, slowest, True, True)
+    judged = tuple(_run(recording, motion, bandwidth, slowest, before_stop, True, True)
                    for recording, motion in zip(held_out, others, strict=True))
     points = sum(int(run.fitted.sum()) for run in runs)
     if points < LEAST_POINTS:
@@ -137,7 +142,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
             f'{recordings[0].name}: too little motion to judge a model by ({points} filtered '
             f'values above {slowest:.3g} rad/s, {LEAST_POINTS} are needed); record strokes')
     floor = float(np.sqrt(np.mean(np.concatenate([run.noise for run in runs]) ** 2)))
-    return Problem(runs, judged, model, scene, floor)
+    return Problem(runs, judged, model, scene, floor, before_stop)
 
 
 def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Model) -> Scene:
@@ -166,8 +171,8 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
 
 
 def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,
-         fit_all: bool, held_out: bool) -> Run:
-    comparison = comparison_of(motion, bandwidth, slowest)
+         before_stop: float, fit_all: bool, held_out: bool) -> Run:
+    comparison = comparison_of(motion, bandwidth, slowest, before_stop)
     noise = noise_of(recording.effort)
     time = motion.time[comparison.grid]
     fitted = np.ones(time.size, bool)

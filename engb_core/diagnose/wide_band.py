@@ -45,7 +45,7 @@ DAMPED_BELOW = 0.6
 # Above the band one is believed up to here if it takes away this part of the excess.
 ABOVE, WHOLE = 1.2, 0.85
 # How sure a resonance is whose damping was found, and one whose damping stands at its bound.
-FOUND, BOUND = 0.95, 0.85
+FOUND, BOUND = 0.95, 0.9
 
 
 @dataclass(frozen=True)
