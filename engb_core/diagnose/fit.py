@@ -15,10 +15,10 @@ from engb_core.diagnose.fit_steps import (
     bounded_step,
     derivative_step,
     largest_step,
-    nominal_value,
 )
 from engb_core.diagnose.fitted import bare, Fit, StartColumns
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
+from engb_core.diagnose.linear_start import added, start_columns, start_vector
 from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
 from engb_core.diagnose.rugged import search_around
@@ -106,7 +106,7 @@ class Fitter:
             base = self.base()
             hypothesis = self.hypothesis((variant,))
             self._starts[key] = [
-                StartColumns(setting, self._start_columns(hypothesis, base, setting))
+                StartColumns(setting, start_columns(self, hypothesis, base, setting))
                 for setting in (variant.starts() if settings is None else settings)]
         return self._starts[key]
 
@@ -119,7 +119,7 @@ class Fitter:
         costs, sizes = [], []
         for start in starts:
             design = np.concatenate([shared, start.columns], axis=1)
-            solution, cost = self._least_squares(fit, design)
+            solution, cost = added(self, fit, design)
             costs.append(cost)
             sizes.append(solution[shared.shape[1]:])
         return costs, sizes
@@ -140,7 +140,7 @@ class Fitter:
         costs, sizes = self.screen(start, starts)
         hypothesis = Hypothesis(start.hypothesis.model, start.hypothesis.numbers,
                                 (*start.hypothesis.variants, variant), len(self.problem.runs))
-        fits = [self._iterate(hypothesis, self._start_vector(
+        fits = [self._iterate(hypothesis, start_vector(
                     hypothesis, start, starts[place].setting, sizes[place]), rounds)
                 for place in np.argsort(costs)[:RUGGED_STARTS if variant.effect.rugged else keep]]
         best = min(fits, key=lambda entry: entry.cost)
@@ -219,63 +219,6 @@ class Fitter:
             columns[:, column] = (self.predict(hypothesis, moved) - reference) / step
         return columns
 
-    def _start_columns(self, hypothesis: Hypothesis, base: Fit, setting: dict[str, float],
-                       ) -> Array:
-        sizing = hypothesis.variants[-1].sizing
-        vector = self._start_vector(hypothesis, base, setting, None)
-        if sizing.none is None or sizing.logarithmic:
-            # Sized by itself: its whole change, as if it could be scaled.
-            return (self.predict(hypothesis, vector) - base.predicted)[:, None]
-        unit = sizing.starts[0] - sizing.none
-        columns = [(self.predict(hypothesis, vector) - base.predicted) / unit]
-        phases = _places_of(hypothesis, 'phase')
-        if phases:
-            vector[phases] += 0.5 * np.pi
-            columns.append((self.predict(hypothesis, vector) - base.predicted) / unit)
-        return np.stack(columns, axis=1)
-
-    def _start_vector(self, hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
-                      sizes: Array | None) -> Array:
-        """Return the vector where the last effect stands at `setting`; `sizes` scale it."""
-        last = len(hypothesis.variants) - 1
-        sizing = hypothesis.variants[last].sizing
-        entries = [entry for entry, place in enumerate(hypothesis.places) if place[0] == last]
-        added = []
-        for entry in entries:
-            parameter = hypothesis.parameter(entry)
-            default = 0.0 if parameter.name == 'phase' else \
-                parameter.starts[0] if parameter.starts else 0.0
-            value = setting.get(parameter.name, default)
-            if parameter is sizing and parameter.none is None:
-                value = nominal_value(self.problem.model, parameter.name)
-            elif parameter is sizing and sizes is not None and not parameter.logarithmic:
-                value = parameter.none + (np.hypot(*sizes) if sizes.size == 2 else sizes[0])
-            elif parameter.name == 'phase' and sizes is not None and sizes.size == 2:
-                value = np.arctan2(sizes[1], sizes[0])
-            added.append(np.log(value) if parameter.logarithmic else float(value))
-        low, high = hypothesis.bounds
-        return np.clip(np.concatenate([start.vector, added]), low, high)
-
-    def _least_squares(self, base: Fit, design: Array) -> tuple[Array, float]:
-        rows = self.fitted
-        scaled = design[rows] / self.spread[rows, None]
-        target = (base.residual / self.spread)[rows]
-        norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled))
-        norm[norm == 0.0] = 1.0
-        scaled = scaled / norm
-        gram = scaled.T @ scaled
-        count = len(base.hypothesis.numbers)
-        ridge = np.zeros(design.shape[1])
-        pull = np.zeros(design.shape[1])
-        if count:
-            centre, spread = base.hypothesis.prior
-            ridge[:count] = 1.0 / (spread[:count] * norm[:count]) ** 2
-            pull[:count] = (centre[:count] - base.vector[:count]) / spread[:count] ** 2 \
-                / norm[:count]
-        right = scaled.T @ target + pull
-        solution = np.linalg.solve(gram + np.diag(ridge + 1e-12), right)
-        return solution / norm, float(target @ target - solution @ right)
-
     def _delay_held(self, hypothesis: Hypothesis) -> int | None:
         """Return the place of the sampling delay where a lag is looked for: one of both."""
         if not any(variant.effect.lead for variant in hypothesis.variants):
@@ -330,9 +273,3 @@ class Fitter:
                 if damping > 1e5:
                     break
         return best
-
-
-def _places_of(hypothesis: Hypothesis, name: str) -> list[int]:
-    count = len(hypothesis.numbers)
-    return [count + entry for entry in range(hypothesis.size - count)
-            if hypothesis.parameter(entry).name == name]

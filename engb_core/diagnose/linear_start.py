@@ -1,0 +1,90 @@
+"""What an effect that is added to a fit is worth, and how large it is, by linear least squares."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fit_steps import nominal_value
+from engb_core.diagnose.fitted import Fit
+from engb_core.diagnose.hypothesis import Hypothesis
+
+if TYPE_CHECKING:
+    from engb_core.diagnose.fit import Fitter
+
+__all__ = ['added', 'start_columns', 'start_vector']
+
+Array = NDArray[np.float64]
+
+
+def start_vector(hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
+                 sizes: Array | None) -> Array:
+    """Return the vector of `hypothesis`, one effect more than `start`, where that effect stands at
+    `setting`; `sizes` scale it."""
+    last = len(hypothesis.variants) - 1
+    sizing = hypothesis.variants[last].sizing
+    entries = [entry for entry, place in enumerate(hypothesis.places) if place[0] == last]
+    added = []
+    for entry in entries:
+        parameter = hypothesis.parameter(entry)
+        default = 0.0 if parameter.name == 'phase' else \
+            parameter.starts[0] if parameter.starts else 0.0
+        value = setting.get(parameter.name, default)
+        if parameter is sizing and parameter.none is None:
+            value = nominal_value(hypothesis.model, parameter.name)
+        elif parameter is sizing and sizes is not None and not parameter.logarithmic:
+            value = parameter.none + (np.hypot(*sizes) if sizes.size == 2 else sizes[0])
+        elif parameter.name == 'phase' and sizes is not None and sizes.size == 2:
+            value = np.arctan2(sizes[1], sizes[0])
+        added.append(np.log(value) if parameter.logarithmic else float(value))
+    low, high = hypothesis.bounds
+    return np.clip(np.concatenate([start.vector, added]), low, high)
+
+
+def start_columns(fitter: Fitter, hypothesis: Hypothesis, base: Fit, setting: dict[str, float],
+                  ) -> Array:
+    """Return how the last effect at `setting` changes the filtered effort, per unit of its size:
+    (m, 1), or (m, 2) where a phase is free, at phase 0 and a quarter turn on."""
+    sizing = hypothesis.variants[-1].sizing
+    vector = start_vector(hypothesis, base, setting, None)
+    if sizing.none is None or sizing.logarithmic:
+        # Sized by itself: its whole change, as if it could be scaled.
+        return (fitter.predict(hypothesis, vector) - base.predicted)[:, None]
+    unit = sizing.starts[0] - sizing.none
+    columns = [(fitter.predict(hypothesis, vector) - base.predicted) / unit]
+    phases = _places_of(hypothesis, 'phase')
+    if phases:
+        vector[phases] += 0.5 * np.pi
+        columns.append((fitter.predict(hypothesis, vector) - base.predicted) / unit)
+    return np.stack(columns, axis=1)
+
+
+def added(fitter: Fitter, base: Fit, design: Array) -> tuple[Array, float]:
+    """Return sizes (k,) and cost when the columns of `design` (m, k) are added to a fit: those of
+    its numbers, held by their priors, and what comes new."""
+    rows = fitter.fitted
+    scaled = design[rows] / fitter.spread[rows, None]
+    target = (base.residual / fitter.spread)[rows]
+    norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled))
+    norm[norm == 0.0] = 1.0
+    scaled = scaled / norm
+    gram = scaled.T @ scaled
+    count = len(base.hypothesis.numbers)
+    ridge = np.zeros(design.shape[1])
+    pull = np.zeros(design.shape[1])
+    if count:
+        centre, spread = base.hypothesis.prior
+        ridge[:count] = 1.0 / (spread[:count] * norm[:count]) ** 2
+        pull[:count] = (centre[:count] - base.vector[:count]) / spread[:count] ** 2 \
+            / norm[:count]
+    right = scaled.T @ target + pull
+    solution = np.linalg.solve(gram + np.diag(ridge + 1e-12), right)
+    return solution / norm, float(target @ target - solution @ right)
+
+
+def _places_of(hypothesis: Hypothesis, name: str) -> list[int]:
+    count = len(hypothesis.numbers)
+    return [count + entry for entry in range(hypothesis.size - count)
+            if hypothesis.parameter(entry).name == name]
