@@ -34,6 +34,10 @@ MISSED_PART = 0.3
 RUGGED_STARTS = 4
 FIRST_MOVES = 20
 FURTHER_MOVES = 50
+# Parts of what linear least squares say that a fit may begin at.
+PARTS = (1.0, 0.5, 0.25, 0.1)
+# Damping at which no step is small enough.
+STUCK = 1e5
 # Part of the cost that the first moves must have taken away to be worth further ones.
 HOPE = 0.02
 
@@ -92,7 +96,7 @@ class Fitter:
             shared = np.zeros((self.measured.size, 0))
             for _ in range(2 if numbers else 0):
                 shared = self.number_columns(fit)
-                fit = self._iterate(hypothesis, fit.vector, 4, shared=shared)
+                fit = self._iterate(fit, 4, shared=shared)
             self._shared[numbers], self._base[numbers] = shared, fit
         return self._base[numbers]
 
@@ -140,8 +144,8 @@ class Fitter:
         costs, sizes = self.screen(start, starts)
         hypothesis = Hypothesis(start.hypothesis.model, start.hypothesis.numbers,
                                 (*start.hypothesis.variants, variant), len(self.problem.runs))
-        fits = [self._iterate(hypothesis, start_vector(
-                    hypothesis, start, starts[place].setting, sizes[place]), rounds)
+        fits = [self._iterate(self._begun(hypothesis, start, starts[place].setting,
+                                          sizes[place]), rounds)
                 for place in np.argsort(costs)[:RUGGED_STARTS if variant.effect.rugged else keep]]
         best = min(fits, key=lambda entry: entry.cost)
         if not variant.effect.rugged:
@@ -160,11 +164,11 @@ class Fitter:
                         strict=False))
         vector = np.concatenate([[kept[number.name] for number in numbers],
                                  fit.vector[len(fit.hypothesis.numbers):]])
-        return self._iterate(hypothesis, vector, rounds)
+        return self._iterate(self.evaluate(hypothesis, vector), rounds)
 
     def refine(self, fit: Fit, rounds: int = 6) -> Fit:
         """Iterate on with derivatives of the nominal numbers taken at the fit itself."""
-        return self._iterate(fit.hypothesis, fit.vector, rounds, 1e-5, self.number_columns(fit))
+        return self._iterate(fit, rounds, 1e-5, self.number_columns(fit))
 
     def nominal(self) -> Fit:
         """Return the model file as it stands (only the sampling delay is found)."""
@@ -172,7 +176,7 @@ class Fitter:
 
     def without(self, fit: Fit, variant: int, rounds: int = 5) -> Fit:
         """Return the fit with one effect taken away and all the rest fitted anew."""
-        return self._iterate(*bare(fit, {variant}), rounds)
+        return self._iterate(self.evaluate(*bare(fit, {variant})), rounds)
 
     def number_columns(self, fit: Fit) -> Array:
         """Return the derivatives by the nominal numbers at a fit, (m, count)."""
@@ -226,8 +230,23 @@ class Fitter:
         return next((place for place, number in enumerate(hypothesis.numbers)
                      if number.name == DELAY), None)
 
-    def _iterate(self, hypothesis: Hypothesis, vector: Array, rounds: int,
-                 tolerance: float = 3e-3, shared: Array | None = None) -> Fit:
+    def _begun(self, hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
+               sizes: Array) -> Fit:
+        """Return where a fit with one effect more begins: at what linear least squares say, or
+        nearer to none where that is beyond the linear and worse than without the effect."""
+        best: Fit | None = None
+        for part in PARTS:
+            begun = self.evaluate(hypothesis, start_vector(hypothesis, start, setting,
+                                                           part * sizes))
+            if best is None or begun.cost < best.cost:
+                best = begun
+            if best.cost < start.cost:
+                break
+        return best
+
+    def _iterate(self, begin: Fit, rounds: int, tolerance: float = 3e-3,
+                 shared: Array | None = None) -> Fit:
+        hypothesis = begin.hypothesis
         shared = self._shared[hypothesis.numbers] if shared is None else shared
         low, high = hypothesis.bounds
         centre, spread = hypothesis.prior
@@ -235,16 +254,17 @@ class Fitter:
         rows = self.fitted
         weight = 1.0 / self.spread[rows]
         held = self._delay_held(hypothesis)
+        vector = np.clip(begin.vector, low, high)
         if held is not None:
-            vector = vector.copy()
             vector[held] = 0.0
-        best = self.evaluate(hypothesis, np.clip(vector, low, high))
+        best = begin if np.array_equal(vector, begin.vector) else self.evaluate(
+            hypothesis, vector)
         damping = 1e-4
         largest = np.array([(-np.inf, np.inf)] * count
                            + [largest_step(hypothesis.parameter(place - count))
                               for place in range(count, hypothesis.size)]).T.reshape(2, -1)
-        effects = None
-        for _ in range(rounds):
+        effects, done = None, 0
+        while done < rounds and damping <= STUCK:
             if effects is None:
                 effects = self._columns(hypothesis, best.vector,
                                         list(range(count, hypothesis.size)), best.predicted)
@@ -263,13 +283,9 @@ class Fitter:
             step = bounded_step(gram + damping * np.diag(np.diag(gram)), right, least, most)
             trial = self.evaluate(hypothesis, np.clip(best.vector + step, low, high))
             if trial.cost < best.cost:
-                done = best.cost - trial.cost < tolerance * best.cost
+                done = rounds if best.cost - trial.cost < tolerance * best.cost else done + 1
                 best, effects = trial, None
                 damping = max(damping * 0.2, 1e-6)
-                if done:
-                    break
             else:
                 damping *= 20.0
-                if damping > 1e5:
-                    break
         return best

@@ -32,6 +32,11 @@ class Variant:
     def sizing(self) -> Parameter:
         return self.effect.parameters[0]
 
+    @property
+    def scalable(self) -> bool:
+        """Whether the effect acts in proportion to its size, which least squares can find."""
+        return self.sizing.none is not None and not self.sizing.logarithmic
+
     def starts(self) -> list[dict[str, float]]:
         """Return where a fit may start: every combination of the parameters' starts, each as
         name → value. A size that acts in proportion is found by least squares instead."""

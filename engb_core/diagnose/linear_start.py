@@ -49,7 +49,7 @@ def start_columns(fitter: Fitter, hypothesis: Hypothesis, base: Fit, setting: di
     (m, 1), or (m, 2) where a phase is free, at phase 0 and a quarter turn on."""
     sizing = hypothesis.variants[-1].sizing
     vector = start_vector(hypothesis, base, setting, None)
-    if sizing.none is None or sizing.logarithmic:
+    if not hypothesis.variants[-1].scalable:
         # Sized by itself: its whole change, as if it could be scaled.
         return (fitter.predict(hypothesis, vector) - base.predicted)[:, None]
     unit = sizing.starts[0] - sizing.none

@@ -20,6 +20,8 @@ __all__ = ['Search', 'extend', 'load_free', 'load_held', 'load_moved', 'physics_
 # Singles that are built upon, and companions that are fitted for each of them.
 FOLLOWED = 5
 COMPANIONS = 5
+# Variants of one effect among the companions of one.
+ALIKE = 2
 _MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
 # Singles and pairs that are iterated on with derivatives at the fit itself.
 REFINED = 5
@@ -146,9 +148,13 @@ def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> lis
              for entry in part]
     taken, chosen = set(result.fits), []
     for first in firsts:
-        best = sorted((entry for entry in found
-                       if entry.first is first and entry.key not in taken),
-                      key=lambda entry: entry.cost)[:COMPANIONS]
+        best: list[_Companion] = []
+        for entry in sorted((entry for entry in found
+                             if entry.first is first and entry.key not in taken),
+                            key=lambda entry: entry.cost):
+            alike = sum(other.key == entry.key for other in best)
+            if alike < ALIKE and len(best) < COMPANIONS:
+                best.append(entry)
         taken |= {entry.key for entry in best}
         chosen += best
     return chosen
