@@ -240,7 +240,7 @@ class Fitter:
                                                            part * sizes))
             if best is None or begun.cost < best.cost:
                 best = begun
-            if best.cost < start.cost:
+            if best.cost < start.cost or not hypothesis.variants[-1].scalable:
                 break
         return best
 

@@ -37,6 +37,14 @@ class Variant:
         """Whether the effect acts in proportion to its size, which least squares can find."""
         return self.sizing.none is not None and not self.sizing.logarithmic
 
+    def reaches(self, sizes: Array) -> bool:
+        """Whether sizes (1,), or (2,) with a phase, found by least squares are on this side of
+        none: friction that falls with speed can't be had from an effect by which it only rises."""
+        if not self.scalable or sizes.size != 1:
+            return True
+        sizing = self.sizing
+        return min(max(sizing.none + sizes[0], sizing.low), sizing.high) != sizing.none
+
     def starts(self) -> list[dict[str, float]]:
         """Return where a fit may start: every combination of the parameters' starts, each as
         name → value. A size that acts in proportion is found by least squares instead."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
@@ -169,9 +167,11 @@ def _goes_with(effect: Effect, first: Fit) -> bool:
 def _screened(fitter: Fitter, first: Fit, effect: Effect) -> list[_Companion]:
     found = []
     for variant, starts in _variants_and_starts(fitter, first, effect):
-        costs, _ = fitter.screen(first, starts)
-        place = int(np.argmin(costs))
-        found.append(_Companion(costs[place], first, variant, starts[place]))
+        costs, sizes = fitter.screen(first, starts)
+        possible = [place for place in range(len(starts)) if variant.reaches(sizes[place])]
+        if possible:
+            place = min(possible, key=lambda place: costs[place])
+            found.append(_Companion(costs[place], first, variant, starts[place]))
     return found
 
 
