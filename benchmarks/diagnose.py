@@ -27,8 +27,11 @@ from engb_core.diagnose.engine import diagnose
 TARGET_SECONDS, TARGET_MEMORY = 5.0, 1024.0
 # What the engine says at the start of a phase, and what the phase is called here.
 PHASES = {'reading': 'motion', 'refitting': 'numbers', 'fitting': 'singles',
-          'pairs': 'pairs', 'refining': 'refining', 'asking': 'flexible',
-          'telling': 'experiment and numbers', 'simulating': 'loops'}
+          'choosing': 'pairs', 'refining': 'refining', 'asking': 'flexible',
+          'telling': 'wrong numbers', 'listening': 'resonance and experiment',
+          'judging': 'second round', 'simulating': 'loops'}
+# What is told of progress within a phase.
+WITHIN = ('fitted',)
 
 
 class Phases:
@@ -40,6 +43,8 @@ class Phases:
 
     def __call__(self, text: str) -> None:
         """Begin the phase of `text`."""
+        if text.split()[0] in WITHIN:
+            return
         now = time.process_time()
         if self._name:
             self.seconds[self._name] = self.seconds.get(self._name, 0.0) + now - self._since

@@ -88,6 +88,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
     result = Search(fitter, base)
     effects = physics_effects(fitter)
     tell = progress or (lambda text: None)
+    tell('fitting every effect alone')
     singles = side_by_side(lambda effect: _with_effect(fitter, base, effect), effects,
                            fitter.threads)
     for number, (effect, fits) in enumerate(zip(effects, singles, strict=True)):
