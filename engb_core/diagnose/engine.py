@@ -34,6 +34,9 @@ __all__ = ['diagnose']
 
 # A name that is surer to be wrong than this is not given.
 LEAST_PROBABILITY = 0.05
+# Mean square on what no fit has seen, as a part of a plainer model's, from which on a model is
+# clearly better.
+HELPS = 0.9
 # A lag from here on [s] has efforts before a stop belong to a shaft that stands; for how long, as
 # a multiple of the lag.
 SHORTEST_LAG, LATE = 1e-3, 1.5
@@ -193,13 +196,15 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
 
 def _that_helps(problem: Problem, corrected: tuple[Model, ...], otherwise: tuple[Model, ...],
                 ) -> Model:
-    """Return the first of the models that no later one beats on what no fit has seen.
+    """Return the first of the models that is clearly better than every later, plainer one on what
+    no fit has seen.
 
-    A description that explains the stretches it was fitted to, and no others, is worse than none.
+    A description that explains the stretches it was fitted to, and no others, is worse than none;
+    and the next recording moves in other ways than what was kept of this one.
     """
     candidates = (*corrected, *otherwise)
     errors = [unseen_effort(problem, candidate) for candidate in candidates]
     for place, candidate in enumerate(candidates[:-1]):
-        if errors[place] <= min(errors[place + 1:]):
+        if errors[place] <= HELPS * min(errors[place + 1:]):
             return candidate
     return candidates[-1]
