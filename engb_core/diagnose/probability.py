@@ -23,7 +23,7 @@ UNNAMED = 0.15
 # So is physics that happens to look like one wrong number.
 PHYSICS_FOR_NUMBER = 0.2
 # An effect that contains the chosen one would have shown more than that.
-CONTAINING = 0.1
+CONTAINING = 0.05
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:

@@ -84,5 +84,5 @@ EFFECT = Effect(
     variants=tuple({'sense': sense, 'elements': elements}
                    for sense in (1.0, -1.0) for elements in (0.0, 1.0)),
     # A loop of the second sense gives energy; a friction that ages at rest can look like it.
-    credence=lambda p: 1.0 if p['sense'] > 0 else 0.85,
+    credence=lambda p: 1.0 if p['sense'] > 0 else 0.95,
 )
