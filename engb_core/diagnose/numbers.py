@@ -18,8 +18,8 @@ from engb_core.diagnose.kept_number import kept_number
 from engb_core.diagnose.nominal import DELAY, NominalNumber
 from engb_core.diagnose.side_by_side import side_by_side
 
-__all__ = ['BESIDE', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED', 'level',
-           'number_place', 'refitted', 'wrong_numbers']
+__all__ = ['BESIDE', 'BESIDE_EFFECTS', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED',
+           'level', 'number_place', 'refitted', 'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
@@ -29,7 +29,7 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
 INSISTED = 0.25
 INSISTED_PART = 0.05
 # Beside effects the whole is no more than this multiple of the excess that refitted numbers leave.
-BESIDE_EFFECTS = 4.0
+BESIDE_EFFECTS = 2.0
 # Where no one or two numbers make the file fit, a further one is named if the data insist on it
 # nearly as much as on the first: the others of a refitted file moved along with what is wrong.
 SECOND = 0.75

@@ -15,7 +15,7 @@ import numpy as np
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.kept_number import kept_number, LOAD
-from engb_core.diagnose.numbers import INSISTED, INSISTED_PART, level, REFITTED
+from engb_core.diagnose.numbers import BESIDE_EFFECTS, INSISTED, INSISTED_PART, level, REFITTED
 from engb_core.diagnose.search import extend, load_free, load_held, load_moved, Search
 from engb_core.diagnose.wide_band import RESONANCE
 
@@ -49,7 +49,8 @@ NUMBER_BONUS = 0.08
 NAMELESS_PRICE = 0.2
 # A further effect may raise the plain mean square by this factor at most.
 HARM = 1.02
-# Beside effects a moved load curve must matter as much as this part of what the file loses.
+# Beside effects a moved load curve must matter as much as this part of what the file loses, or of
+# what refitted numbers leave (numbers.py).
 BESIDE_LOAD = 0.2
 # Held by a refit of the file, it must raise the mean square by this part.
 KEPT_RISE = 0.45
@@ -183,7 +184,8 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
         return chosen
     moved = load_moved(result, chosen)
     rise = level(fitter.refit(chosen, load_free(fitter)), fitter) - level(chosen, fitter)
-    least = KEPT_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * (nominal - before)
+    lost = min(nominal - before, BESIDE_EFFECTS * before)
+    least = KEPT_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
     if not moved or rise < max(INSISTED, least):
         return chosen
     best = min(moved, key=lambda fit: price(fit, fitter))
