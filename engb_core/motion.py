@@ -72,6 +72,11 @@ class Motion:
     bandwidth: float
     recorded_step: float
 
+    @property
+    def speed(self) -> float:
+        """How fast the motion goes, but for a few outliers [rad/s]."""
+        return float(np.quantile(np.abs(self.velocity), 0.995))
+
     def samples(self) -> Array:
         """Return what the torque balance reads, (n, SAMPLE_SIZE), as effects/base.py orders it;
         the columns of its stages are still empty."""

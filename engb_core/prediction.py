@@ -41,9 +41,8 @@ def predict_effort(recording: Recording, model: Model) -> Array:
     """
     motion = motion_of(recording, BANDWIDTH)
     model = find_phases(motion, model)
-    speed = float(np.quantile(np.abs(motion.velocity), 0.995))
     moving = np.abs(motion.velocity) >= slowest_speed(
-        [motion], model.friction.saturation_velocity, speed)
+        [motion], model.friction.saturation_velocity, motion.speed)
     effort = effort_of_motion(motion.samples(), motion.step, physics_of(model), moving)
     return np.interp(recording.time, motion.time, effort)
 
@@ -59,8 +58,7 @@ def find_phases(motion: Motion, model: Model) -> Model:
 
 
 def _with_phase(motion: Motion, model: Model, index: int, setting: EffectSetting) -> Model:
-    slowest = 0.003 * float(np.quantile(np.abs(motion.velocity), 0.995))
-    comparison = comparison_of(motion, _PHASE_BANDWIDTH, slowest)
+    comparison = comparison_of(motion, _PHASE_BANDWIDTH, 0.003 * motion.speed)
     if comparison.grid.size < 10:
         return model
     samples, measured = motion.samples(), comparison(motion.effort)

@@ -11,11 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.fit_steps import (
-    bounded_step,
-    derivative_step,
-    largest_step,
-)
+from engb_core.diagnose.fit_steps import bounded_step, derivative_step, largest_step
 from engb_core.diagnose.fitted import bare, Fit, StartColumns
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
@@ -263,8 +259,8 @@ class Fitter:
         largest = np.array([(-np.inf, np.inf)] * count
                            + [largest_step(hypothesis.parameter(place - count))
                               for place in range(count, hypothesis.size)]).T.reshape(2, -1)
-        effects, done = None, 0
-        while done < rounds and damping <= STUCK:
+        effects, steps, done = None, 0, False
+        while not done and steps < rounds and damping <= STUCK:
             if effects is None:
                 effects = self._columns(hypothesis, best.vector,
                                         list(range(count, hypothesis.size)), best.predicted)
@@ -283,8 +279,8 @@ class Fitter:
             step = bounded_step(gram + damping * np.diag(np.diag(gram)), right, least, most)
             trial = self.evaluate(hypothesis, np.clip(best.vector + step, low, high))
             if trial.cost < best.cost:
-                done = rounds if best.cost - trial.cost < tolerance * best.cost else done + 1
-                best, effects = trial, None
+                done = best.cost - trial.cost < tolerance * best.cost
+                best, effects, steps = trial, None, steps + 1
                 damping = max(damping * 0.2, 1e-6)
             else:
                 damping *= 20.0

@@ -112,8 +112,6 @@ class Hypothesis:
                     places.append((index, place, -1))
         object.__setattr__(self, '_places', tuple(places))
         object.__setattr__(self, '_given', tuple(effects_of(self.model)))
-        # What does not depend on the vector is made once, when first asked for.
-        object.__setattr__(self, '_made', None)
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -170,14 +168,18 @@ class Hypothesis:
         return dict(zip(self.variants[variant].effect.names,
                         self.values(vector, variant, run), strict=True))
 
+    @cached_property
+    def _made(self) -> Physics:
+        """The physics as far as it does not depend on the vector."""
+        return physics_of(self.model, [*self._given, *(
+            (variant.effect, [0.0] * len(variant.effect.names)) for variant in self.variants)])
+
     def physics(self, vector: Array, run: int) -> Physics:
         """Return the physics of one run at `vector`."""
         effects = [(variant.effect, self.values(vector, index, run))
                    for index, variant in enumerate(self.variants)]
         # What the file holds already acts in every hypothesis.
         effects = [*self._given, *effects]
-        if self._made is None:
-            object.__setattr__(self, '_made', physics_of(self.model, effects))
         nominal = self._made.nominal.copy()
         for place, number in enumerate(self.numbers):
             nominal[number.place] = _outward(vector[place], number.logarithmic)

@@ -155,8 +155,8 @@ def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool
     place = number_place(explained.hypothesis.numbers, finding.effect)
     name = explained.hypothesis.numbers[place].name
     base = fitter.base()
-    moved = next(value for number, value in zip(base.hypothesis.numbers, base.vector,
-                                                   strict=True) if number.name == name)
+    moved = next(value for number, value in zip(base.hypothesis.numbers, base.vector, strict=True)
+                 if number.name == name)
     file = explained.hypothesis.start_of_numbers()[place]
     return abs(file - moved) < 0.5 * abs(file - explained.vector[place])
 

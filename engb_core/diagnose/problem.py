@@ -164,7 +164,7 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         largest_effort=max(float(np.max(np.abs(recording.effort)))
                            for recording in recordings),
         largest_load=float(load),
-        speed=max(float(np.quantile(np.abs(motion.velocity), 0.995)) for motion in motions),
+        speed=max(motion.speed for motion in motions),
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type)

@@ -25,10 +25,11 @@ _MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
 REFINED = 5
 
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
-# is fitted elsewhere (flexible.py).
+# is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
+# without one moves along θ by its own coefficients.
 _NOT_SEARCHED = {'unexplained_surface', 'inertia_error', 'viscous_friction_error',
                  'coulomb_friction_error', 'load_stiffness_error', 'load_dependent_friction',
-                 'sampling_delay'}
+                 'sampling_delay', 'contact_shift'}
 
 
 @dataclass
@@ -72,12 +73,6 @@ def physics_effects(fitter: Fitter) -> list[Effect]:
             continue
         if effect.applies is not None and not effect.applies(scene):
             continue
-        if effect.id == 'contact_shift' and any(
-                number.name == 'contact_angle' for number in fitter.numbers):
-            continue
-        if effect.id == 'contact_shift':
-            # A polynomial in θ without a contact moves along θ by its own coefficients.
-            continue
         found.append(effect)
     return found
 
@@ -100,7 +95,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
         result.add(fit)
     tell('choosing pairs')
     pairs = _companions(result, result.of_size(1)[:FOLLOWED], effects)
-    for number, fit in enumerate(side_by_side(_fitted_pair(fitter), pairs, fitter.threads)):
+    for number, fit in enumerate(side_by_side(_fitted_beside(fitter), pairs, fitter.threads)):
         tell(f'fitted {number + 1} of {len(pairs)} pairs: {" and ".join(fit.hypothesis.ids)}')
         result.add(fit)
     for fit in side_by_side(fitter.refine, result.of_size(2)[:REFINED], fitter.threads):
@@ -112,12 +107,12 @@ def extend(result: Search, fit: Fit) -> None:
     """Fit the most promising sets with one effect more than `fit`."""
     fitter = result.fitter
     further = _companions(result, [fit], physics_effects(fitter))
-    found = side_by_side(_fitted_pair(fitter), further, fitter.threads)
+    found = side_by_side(_fitted_beside(fitter), further, fitter.threads)
     for entry in side_by_side(fitter.refine, found, fitter.threads):
         result.add(entry)
 
 
-def _fitted_pair(fitter: Fitter) -> Callable[[_Companion], Fit]:
+def _fitted_beside(fitter: Fitter) -> Callable[[_Companion], Fit]:
     return lambda entry: fitter.fit(entry.variant, entry.first, [entry.start], rounds=5)
 
 

@@ -20,7 +20,7 @@ from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Problem, problem_of, Run
 from engb_core.diagnose.uncertainty import estimates
-from engb_core.effects.catalogue import catalogue, get_effect
+from engb_core.effects.catalogue import get_effect
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import MOST_OF_RATE
 
@@ -100,7 +100,7 @@ def _fitted(fitter: Fitter, effect_id: str) -> Fit:
     """Return the best fit of the effect's variants; each further one starts where the best so far
     has come to."""
     best: Fit | None = None
-    for variant in variants_of(catalogue()[effect_id], fitter.problem.scene):
+    for variant in variants_of(get_effect(effect_id), fitter.problem.scene):
         starts = None if best is None else fitter.starts(
             variant, [best.hypothesis.named(best.vector, 0)])
         fit = fitter.refine(fitter.fit(variant, starts=starts, rounds=8, keep=4))
