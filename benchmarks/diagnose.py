@@ -28,8 +28,8 @@ TARGET_SECONDS, TARGET_MEMORY = 5.0, 1024.0
 # What the engine says at the start of a phase, and what the phase is called here.
 PHASES = {'reading': 'motion', 'refitting': 'numbers', 'fitting': 'singles',
           'choosing': 'pairs', 'refining': 'refining', 'asking': 'flexible',
-          'telling': 'wrong numbers', 'listening': 'resonance and experiment',
-          'judging': 'second round', 'simulating': 'loops'}
+          'telling': 'wrong numbers', 'listening': 'resonance',
+          'judging': 'second round', 'simulating': 'experiment and loops'}
 # What is told of progress within a phase.
 WITHIN = ('fitted',)
 

@@ -11,7 +11,7 @@ with which it is simulated afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 import math
 
@@ -69,6 +69,7 @@ class Physics:
         bounds: (7,) where each stage begins in `functions`; the last entry is their number.
         owner: (k,) which effect a function belongs to.
         parameters: (effects, PARAMETER_SIZE) parameters and constants.
+        leads: (effect, its row in `parameters`) of those by which torque comes late.
         delay, time_constant: [s] by which torque comes after measured effort, for the inverse
             dynamics to undo.
     """
@@ -80,6 +81,7 @@ class Physics:
     bounds: NDArray[np.int64]
     owner: NDArray[np.int64]
     parameters: Array
+    leads: tuple[tuple[Effect, int], ...]
     delay: float
     time_constant: float
 
@@ -220,27 +222,24 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
                          'leave some out')
     cogging = np.array([[term.order, term.amplitude, term.phase] for term in model.cogging],
                        float).reshape(-1, 3)
-    made = Physics(nominal_vector(model), cogging, stages, handles(functions),
-                   np.array(bounds, np.int64), np.array(owner, np.int64), np.empty(0), 0.0, 0.0)
-    return with_values(made, made.nominal, chosen)
-
-
-def with_values(physics: Physics, nominal: Array,
-                effects: Sequence[tuple[Effect, Sequence[float]]]) -> Physics:
-    """Return the same physics with other numbers.
-
-    Args:
-        physics: made of the same effects in the same order.
-        nominal: (NOMINAL_SIZE,) nominal numbers.
-        effects: (effect, values in the order of its `names`).
-    """
-    parameters = np.zeros((max(len(effects), 1), PARAMETER_SIZE))
-    delay = time_constant = 0.0
-    for index, (effect, values) in enumerate(effects):
+    parameters = np.zeros((max(len(chosen), 1), PARAMETER_SIZE))
+    leads = []
+    for index, (effect, values) in enumerate(chosen):
         parameters[index, :len(values)] = values
         if effect.lead is not None:
-            lead = effect.lead(dict(zip(effect.names, values, strict=True)))
-            delay, time_constant = delay + lead[0], time_constant + lead[1]
+            leads.append((effect, index))
+    made = Physics(nominal_vector(model), cogging, stages, handles(functions),
+                   np.array(bounds, np.int64), np.array(owner, np.int64), parameters,
+                   tuple(leads), 0.0, 0.0)
+    return with_values(made, made.nominal, parameters)
+
+
+def with_values(physics: Physics, nominal: Array, parameters: Array) -> Physics:
+    """Return the same physics with other numbers, `nominal` and `parameters` as there."""
+    delay = time_constant = 0.0
+    for effect, index in physics.leads:
+        lead = effect.lead(dict(zip(effect.names, parameters[index].tolist(), strict=False)))
+        delay, time_constant = delay + lead[0], time_constant + lead[1]
     return replace(physics, nominal=nominal, parameters=parameters, delay=delay,
                    time_constant=time_constant)
 

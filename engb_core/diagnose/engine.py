@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 import time
 
 import numpy as np
@@ -20,7 +21,7 @@ from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import CLEAN_EXCESS, select, Selection
-from engb_core.diagnose.side_by_side import processors
+from engb_core.diagnose.side_by_side import processors, side_by_side
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import verdict_of
@@ -65,7 +66,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     tell('reading the motion')
     problem, outcome = _without_stops(recordings, model, holdout, tell, threads)
     tell('listening for a resonance above the band')
-    resonance = resonance_beside(problem, outcome.corrected)
+    resonance = resonance_beside(problem, outcome.corrected, threads)
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = with_resonance(problem, resonance.setting, threads)
@@ -83,13 +84,14 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         located = [entry for run, part in zip(runs, parts, strict=True)
                    for entry in intervals(run, part)]
         where = zones(runs, parts, outcome.corrected)
-    proposal = next_experiment(outcome.fitter, explanation.fit, findings, selection.rivals)
+    tell('simulating the loop')
+    proposal, loops = side_by_side(lambda work: work(), (
+        partial(next_experiment, outcome.fitter, explanation.fit, findings, selection.rivals),
+        partial(simulated_loops, problem, outcome.corrected)), threads)
     unexplained = outcome.unexplained
     if model.joint.type == 'prismatic':
         findings = [finding_of_slider(finding) for finding in findings]
         unexplained = unexplained_of_slider(unexplained)
-    tell('simulating the loop')
-    loops = simulated_loops(problem, outcome.corrected)
     return Diagnosis(
         verdict=outcome.verdict, effects=tuple(findings), time=tuple(located),
         where=tuple(where), unexplained=unexplained,

@@ -2,22 +2,26 @@
 
 The nominal numbers are refitted in every hypothesis, since a model file may have been refitted
 on the very recording and so hide the effect; they are held by what the file says only where the
-data say nothing. Their derivatives hardly depend on the effect: they are computed once and shared
-(a quasi-Newton step; the last step before an answer is given computes them anew).
+data say nothing. Their derivatives hardly depend on the effect: they are computed once and shared;
+the last steps before an answer is given (`Fitter.refine`) compute them anew.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.fit_steps import bounded_step, derivative_step, largest_step
+from engb_core.diagnose.descent import descended
+from engb_core.diagnose.fit_steps import derivative_step
 from engb_core.diagnose.fitted import bare, Fit, StartColumns
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
 from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
 from engb_core.diagnose.rugged import search_around
+from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['Fit', 'Fitter', 'StartColumns']
 
@@ -30,10 +34,10 @@ MISSED_PART = 0.3
 RUGGED_STARTS = 4
 FIRST_MOVES = 20
 FURTHER_MOVES = 50
+# After so many rounds from a further start it must be no worse than this multiple of the best.
+FIRST_ROUNDS, PROMISING = 2, 1.1
 # Parts of what linear least squares say that a fit may begin at.
 PARTS = (1.0, 0.5, 0.25, 0.1)
-# Damping at which no step is small enough.
-STUCK = 1e5
 # Part of the cost that the first moves must have taken away to be worth further ones.
 HOPE = 0.02
 
@@ -140,9 +144,14 @@ class Fitter:
         costs, sizes = self.screen(start, starts)
         hypothesis = Hypothesis(start.hypothesis.model, start.hypothesis.numbers,
                                 (*start.hypothesis.variants, variant), len(self.problem.runs))
-        fits = [self._iterate(self._begun(hypothesis, start, starts[place].setting,
-                                          sizes[place]), rounds)
-                for place in np.argsort(costs)[:RUGGED_STARTS if variant.effect.rugged else keep]]
+        fits: list[Fit] = []
+        for place in np.argsort(costs)[:RUGGED_STARTS if variant.effect.rugged else keep]:
+            begun = self._begun(hypothesis, start, starts[place].setting, sizes[place])
+            if fits and not variant.effect.rugged:
+                begun = self._iterate(begun, FIRST_ROUNDS)
+                if begun.cost > PROMISING * fits[0].cost:
+                    continue
+            fits.append(self._iterate(begun, rounds))
         best = min(fits, key=lambda entry: entry.cost)
         if not variant.effect.rugged:
             return best
@@ -176,14 +185,11 @@ class Fitter:
 
     def number_columns(self, fit: Fit) -> Array:
         """Return the derivatives by the nominal numbers at a fit, (m, count)."""
-        return self._columns(fit.hypothesis, fit.vector, range(len(fit.hypothesis.numbers)),
-                             fit.predicted)
+        return self.columns(fit, range(len(fit.hypothesis.numbers)))
 
     def finish(self, fit: Fit) -> Fit:
         """Return the fit with all derivatives at its end."""
-        columns = self._columns(fit.hypothesis, fit.vector, range(fit.hypothesis.size),
-                                fit.predicted)
-        return Fit(fit.hypothesis, fit.vector, fit.predicted, fit.residual, fit.cost, columns)
+        return replace(fit, jacobian=self.columns(fit, range(fit.hypothesis.size)))
 
     # -- inside ----------------------------------------------------------------------------------
 
@@ -201,14 +207,12 @@ class Fitter:
         centre, spread = hypothesis.prior
         return float(scaled @ scaled + np.sum(((vector - centre) / spread) ** 2))
 
-    def _columns(self, hypothesis: Hypothesis, vector: Array, places: range | list[int],
-                 reference: Array | None = None) -> Array:
-        low, high = hypothesis.bounds
-        _, spread = hypothesis.prior
-        if reference is None:
-            reference = self.predict(hypothesis, vector)
-        columns = np.empty((reference.size, len(places)))
-        for column, place in enumerate(places):
+    def columns(self, fit: Fit, places: range) -> Array:
+        """Return the derivatives by some entries of the fit's vector, (m, count)."""
+        hypothesis, vector = fit.hypothesis, fit.vector
+        high, spread = hypothesis.bounds[1], hypothesis.prior[1]
+
+        def column(place: int) -> Array:
             step = 1e-4 * min(spread[place], 1e6) if place < len(hypothesis.numbers) else \
                 derivative_step(hypothesis.parameter(place - len(hypothesis.numbers)),
                                 vector[place])
@@ -216,15 +220,10 @@ class Fitter:
                 step = -step
             moved = vector.copy()
             moved[place] += step
-            columns[:, column] = (self.predict(hypothesis, moved) - reference) / step
-        return columns
+            return (self.predict(hypothesis, moved) - fit.predicted) / step
 
-    def _delay_held(self, hypothesis: Hypothesis) -> int | None:
-        """Return the place of the sampling delay where a lag is looked for: one of both."""
-        if not any(variant.effect.lead for variant in hypothesis.variants):
-            return None
-        return next((place for place, number in enumerate(hypothesis.numbers)
-                     if number.name == DELAY), None)
+        found = list(side_by_side(column, places, self.threads))
+        return np.stack(found, axis=1) if found else np.zeros((fit.predicted.size, 0))
 
     def _begun(self, hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
                sizes: Array) -> Fit:
@@ -242,46 +241,5 @@ class Fitter:
 
     def _iterate(self, begin: Fit, rounds: int, tolerance: float = 3e-3,
                  shared: Array | None = None) -> Fit:
-        hypothesis = begin.hypothesis
-        shared = self._shared[hypothesis.numbers] if shared is None else shared
-        low, high = hypothesis.bounds
-        centre, spread = hypothesis.prior
-        count = len(hypothesis.numbers)
-        rows = self.fitted
-        weight = 1.0 / self.spread[rows]
-        held = self._delay_held(hypothesis)
-        vector = np.clip(begin.vector, low, high)
-        if held is not None:
-            vector[held] = 0.0
-        best = begin if np.array_equal(vector, begin.vector) else self.evaluate(
-            hypothesis, vector)
-        damping = 1e-4
-        largest = np.array([(-np.inf, np.inf)] * count
-                           + [largest_step(hypothesis.parameter(place - count))
-                              for place in range(count, hypothesis.size)]).T.reshape(2, -1)
-        effects, steps, done = None, 0, False
-        while not done and steps < rounds and damping <= STUCK:
-            if effects is None:
-                effects = self._columns(hypothesis, best.vector,
-                                        list(range(count, hypothesis.size)), best.predicted)
-                design = np.concatenate([shared, effects], axis=1)
-                scaled = design[rows] * weight[:, None]
-                gram = scaled.T @ scaled + np.diag(1.0 / spread ** 2)
-                if held is not None:
-                    gram[held] = gram[:, held] = 0.0
-                    gram[held, held] = 1.0
-            right = scaled.T @ (best.residual[rows] * weight) \
-                + (centre - best.vector) / spread ** 2
-            if held is not None:
-                right[held] = 0.0
-            least = np.maximum(low - best.vector, largest[0])
-            most = np.minimum(high - best.vector, largest[1])
-            step = bounded_step(gram + damping * np.diag(np.diag(gram)), right, least, most)
-            trial = self.evaluate(hypothesis, np.clip(best.vector + step, low, high))
-            if trial.cost < best.cost:
-                done = best.cost - trial.cost < tolerance * best.cost
-                best, effects, steps = trial, None, steps + 1
-                damping = max(damping * 0.2, 1e-6)
-            else:
-                damping *= 20.0
-        return best
+        shared = self._shared[begin.hypothesis.numbers] if shared is None else shared
+        return descended(self, begin, shared, rounds, tolerance)

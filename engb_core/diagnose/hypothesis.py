@@ -170,20 +170,30 @@ class Hypothesis:
 
     @cached_property
     def _made(self) -> Physics:
-        """The physics as far as it does not depend on the vector."""
+        """The physics as far as it does not depend on the vector; what the file holds already
+        acts in every hypothesis."""
         return physics_of(self.model, [*self._given, *(
-            (variant.effect, [0.0] * len(variant.effect.names)) for variant in self.variants)])
+            (variant.effect, [0.0] * len(variant.effect.parameters) + list(variant.constants))
+            for variant in self.variants)])
+
+    @cached_property
+    def _logarithms(self) -> NDArray[np.bool_]:
+        """Which entries of the vector are logarithms, (size,)."""
+        return np.array([entry.logarithmic for entry in (
+            *self.numbers, *map(self.parameter, range(len(self._places))))], bool)
 
     def physics(self, vector: Array, run: int) -> Physics:
         """Return the physics of one run at `vector`."""
-        effects = [(variant.effect, self.values(vector, index, run))
-                   for index, variant in enumerate(self.variants)]
-        # What the file holds already acts in every hypothesis.
-        effects = [*self._given, *effects]
-        nominal = self._made.nominal.copy()
-        for place, number in enumerate(self.numbers):
-            nominal[number.place] = _outward(vector[place], number.logarithmic)
-        return with_values(self._made, nominal, effects)
+        values = vector.copy()
+        values[self._logarithms] = np.exp(vector[self._logarithms])
+        nominal, parameters = self._made.nominal.copy(), self._made.parameters.copy()
+        for number, value in zip(self.numbers, values, strict=False):
+            nominal[number.place] = value
+        for value, (owner, place, which) in zip(values[len(self.numbers):], self._places,
+                                                strict=True):
+            if which in (-1, run):
+                parameters[len(self._given) + owner, place] = value
+        return with_values(self._made, nominal, parameters)
 
     def corrected(self, vector: Array, run: int = 0) -> Model:
         """Return the model file with the fitted numbers and effects filled in."""

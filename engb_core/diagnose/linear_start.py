@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.fit_steps import nominal_value
 from engb_core.diagnose.fitted import Fit
 from engb_core.diagnose.hypothesis import Hypothesis
+from engb_core.diagnose.normal_equations import normal_equations
 
 if TYPE_CHECKING:
     from engb_core.diagnose.fit import Fitter
@@ -64,13 +65,12 @@ def start_columns(fitter: Fitter, hypothesis: Hypothesis, base: Fit, setting: di
 def added(fitter: Fitter, base: Fit, design: Array) -> tuple[Array, float]:
     """Return sizes (k,) and cost when the columns of `design` (m, k) are added to a fit: those of
     its numbers, held by their priors, and what comes new."""
-    rows = fitter.fitted
-    scaled = design[rows] / fitter.spread[rows, None]
-    target = (base.residual / fitter.spread)[rows]
-    norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled))
+    target = np.where(fitter.fitted, base.residual / fitter.spread, 0.0)
+    gram, right = normal_equations(design, base.residual,
+                                   np.where(fitter.fitted, 1.0 / fitter.spread, 0.0))
+    norm = np.sqrt(np.diag(gram))
     norm[norm == 0.0] = 1.0
-    scaled = scaled / norm
-    gram = scaled.T @ scaled
+    gram /= np.outer(norm, norm)
     count = len(base.hypothesis.numbers)
     ridge = np.zeros(design.shape[1])
     pull = np.zeros(design.shape[1])
@@ -79,7 +79,7 @@ def added(fitter: Fitter, base: Fit, design: Array) -> tuple[Array, float]:
         ridge[:count] = 1.0 / (spread[:count] * norm[:count]) ** 2
         pull[:count] = (centre[:count] - base.vector[:count]) / spread[:count] ** 2 \
             / norm[:count]
-    right = scaled.T @ target + pull
+    right = right / norm + pull
     solution = np.linalg.solve(gram + np.diag(ridge + 1e-12), right)
     return solution / norm, float(target @ target - solution @ right)
 

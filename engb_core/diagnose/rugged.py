@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engb_core.diagnose.normal_equations import normal_equations
+
 if TYPE_CHECKING:
     from engb_core.diagnose.fit import Fit, Fitter
 
@@ -38,15 +40,17 @@ def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:
     scale = np.array([MOVE_OF_LOGARITHM if hypothesis.parameter(place - count).logarithmic
                       else MOVE_OF_RANGE * (high[place] - low[place]) for place in moved])
     centre, spread = (part[:count] for part in hypothesis.prior)
-    rows = fitter.fitted
-    columns = (fitter.number_columns(fit) / fitter.spread[:, None])[rows]
-    inverse = np.linalg.inv(columns.T @ columns + np.diag(1.0 / spread ** 2))
+    weight = np.where(fitter.fitted, 1.0 / fitter.spread, 0.0)
+    columns = fitter.number_columns(fit)
+    gram, _ = normal_equations(columns, fit.residual, weight)
+    inverse = np.linalg.inv(gram + np.diag(1.0 / spread ** 2))
+    columns *= weight[:, None] ** 2
 
     def settled(place: np.ndarray) -> tuple[float, np.ndarray]:
         """Return cost and vector with the nominal numbers brought to their linear optimum."""
         trial = fitter.evaluate(hypothesis, place)
-        target = (trial.residual / fitter.spread)[rows]
-        right = columns.T @ target + (centre - place[:count]) / spread ** 2
+        right = np.einsum('ij,i->j', columns, trial.residual) \
+            + (centre - place[:count]) / spread ** 2
         step = inverse @ right
         better = place.copy()
         better[:count] = np.clip(place[:count] + step, low[:count], high[:count])

@@ -15,9 +15,9 @@ from engb_core.effects.catalogue import catalogue, get_effect
 
 __all__ = ['Search', 'extend', 'load_free', 'load_held', 'load_moved', 'physics_effects', 'search']
 
-# Singles that are built upon, and companions that are fitted for each of them.
-FOLLOWED = 5
-COMPANIONS = 5
+# Companions that are fitted for the best singles, best first: of two effects the greater one
+# nearly always fits best alone.
+COMPANIONS = (8, 4, 3)
 # Variants of one effect among the companions of one.
 ALIKE = 2
 _MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
@@ -94,7 +94,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
     for fit in side_by_side(fitter.refine, result.of_size(1)[:REFINED], fitter.threads):
         result.add(fit)
     tell('choosing pairs')
-    pairs = _companions(result, result.of_size(1)[:FOLLOWED], effects)
+    pairs = _companions(result, result.of_size(1)[:len(COMPANIONS)], effects)
     for number, fit in enumerate(side_by_side(_fitted_beside(fitter), pairs, fitter.threads)):
         tell(f'fitted {number + 1} of {len(pairs)} pairs: {" and ".join(fit.hypothesis.ids)}')
         result.add(fit)
@@ -141,13 +141,13 @@ def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> lis
     found = [entry for part in side_by_side(screened, cases, result.fitter.threads)
              for entry in part]
     taken, chosen = set(result.fits), []
-    for first in firsts:
+    for first, most in zip(firsts, COMPANIONS, strict=False):
         best: list[_Companion] = []
         for entry in sorted((entry for entry in found
                              if entry.first is first and entry.key not in taken),
                             key=lambda entry: entry.cost):
             alike = sum(other.key == entry.key for other in best)
-            if alike < ALIKE and len(best) < COMPANIONS:
+            if alike < ALIKE and len(best) < most:
                 best.append(entry)
         taken |= {entry.key for entry in best}
         chosen += best

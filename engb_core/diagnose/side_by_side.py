@@ -18,6 +18,8 @@ Item, Result = TypeVar('Item'), TypeVar('Result')
 
 # More threads than that wait for the interpreter more than they compute.
 MOST_THREADS = 8
+# What each thread knows of itself.
+_HERE = threading.local()
 
 
 def processors() -> int:
@@ -29,17 +31,22 @@ def processors() -> int:
 
 def side_by_side(work: Callable[[Item], Result], items: Iterable[Item], threads: int,
                  ) -> Iterator[Result]:
-    """Yield `work(item)` of every item in order, computed by so many threads."""
+    """Yield `work(item)` of every item in order, computed by so many threads; work that is itself
+    done side by side does its own one after another."""
     items = list(items)
-    if threads < 2 or len(items) < 2:
+    if threads < 2 or len(items) < 2 or getattr(_HERE, 'busy', False):
         yield from map(work, items)
         return
-    pool = ThreadPoolExecutor(min(threads, len(items)))
+    pool = ThreadPoolExecutor(min(threads, len(items)), initializer=_begin)
     try:
         yield from pool.map(work, items)
     finally:
         # Who is interrupted does not wait for what nobody will read.
         pool.shutdown(cancel_futures=True)
+
+
+def _begin() -> None:
+    _HERE.busy = True
 
 
 class OwnSamples(threading.local):

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.normal_equations import normal_equations
 
 __all__ = ['estimates', 'vector_deviations']
 
@@ -17,14 +18,12 @@ def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     (autocorrelation) rather than the noise's. The prior's part is left out: an entry that only
     the prior holds gets a large deviation.
     """
-    jacobian = fit.jacobian
-    rows = fitter.fitted
-    scaled = jacobian[rows] / fitter.spread[rows, None]
-    norm = np.sqrt(np.einsum('ij,ij->j', scaled, scaled))
+    gram, _ = normal_equations(fit.jacobian, fit.residual,
+                               np.where(fitter.fitted, 1.0 / fitter.spread, 0.0))
+    norm = np.sqrt(np.diag(gram))
     norm[norm == 0.0] = 1e-300
-    gram = (scaled / norm).T @ (scaled / norm)
-    inverse = np.linalg.pinv(gram, rcond=1e-10, hermitian=True)
-    residual = (fit.residual / fitter.spread)[rows]
+    inverse = np.linalg.pinv(gram / norm / norm[:, None], rcond=1e-10, hermitian=True)
+    residual = (fit.residual / fitter.spread)[fitter.fitted]
     return np.sqrt(np.maximum(np.diag(inverse), 0.0) * _inflation(residual)) / norm
 
 

@@ -72,7 +72,7 @@ def _bandwidth(problem: Problem) -> float:
     return min(BAND, OF_MOTION * MOST_OF_RATE / problem.scene.sampling)
 
 
-def resonance_beside(problem: Problem, corrected: Model) -> Resonance | None:
+def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Resonance | None:
     """Return the resonance that the recordings show beside what `corrected` holds, if any."""
     if not judged_wide(problem):
         return None
@@ -82,7 +82,7 @@ def resonance_beside(problem: Problem, corrected: Model) -> Resonance | None:
     wide = problem_of([run.recording for run in problem.runs],
                       replace(corrected, effects=given), bandwidth=bandwidth,
                       motion_bandwidth=2.0 * bandwidth)
-    fitter = Fitter(wide)
+    fitter = Fitter(wide, threads)
     before = level(fitter.base(), fitter)
     if before - 1.0 < LEAST_EXCESS:
         return None
