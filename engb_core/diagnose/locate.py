@@ -17,8 +17,9 @@ Array = NDArray[np.float64]
 
 # Together the reported intervals hold this part of the mismatch's energy.
 HELD = 0.90
-SMOOTHING = 0.06     # s
-BRIDGED = 0.18       # s
+# A low-pass of the comparison's own width; shorter pauses in between are no pauses.
+SMOOTHING = 0.025    # s
+BRIDGED = 0.2        # s
 BINS = 24
 
 
@@ -66,13 +67,10 @@ def intervals(run: Run, mismatch: Array) -> list[Interval]:
     time = run.motion.time[run.comparison.grid]
     step = float(np.median(np.diff(time)))
     grid = np.round((time - time[0]) / step).astype(int)
+    # What can't be judged, at standstill, holds nothing.
     energy = np.zeros(grid[-1] + 1)
-    known = np.zeros(grid[-1] + 1)
     energy[grid] = mismatch ** 2
-    known[grid] = 1.0
-    width = SMOOTHING / step
-    smooth = gaussian_filter1d(energy, width) / np.maximum(gaussian_filter1d(known, width), 0.05)
-    smooth = np.where(known > 0, smooth, 0.0)
+    smooth = gaussian_filter1d(energy, SMOOTHING / step)
     total = smooth.sum()
     if total <= 0.0:
         return []
