@@ -33,6 +33,10 @@ BANDWIDTH = 20.0
 KEPT_OUT = 0.2
 STRETCHES = 4
 LEAST_POINTS = 40
+# Parts of the highest speed and load from which shaft or disc move, and the pad is in contact.
+MOVES, IN_CONTACT = 0.02, 0.1
+# Every so many samples the load's slope is taken, over this part of the stroke on both sides.
+EVERY, WAY = 20, 1e-3
 # Stamps, holds and read-out make position and effort differ in time by an unknown part of a
 # sample: where effort changes fast, that is the larger part of what can't be known.
 TIMING = 4e-4
@@ -165,9 +169,36 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
                            for recording in recordings),
         largest_load=float(load),
         speed=max(motion.speed for motion in motions),
+        moving_speed=float(np.concatenate([_moving(np.abs(motion.velocity), motion.speed)
+                                           for motion in motions]).mean()),
+        load_slope=_load_slope(motions, nominal, float(load)),
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type)
+
+
+def _moving(speed: Array, fastest: float) -> Array:
+    """Return the speeds of a shaft that moves; all, if none does."""
+    moving = speed > MOVES * fastest
+    return speed[moving] if moving.any() else speed
+
+
+def _load_slope(motions: Sequence[Motion], nominal: Array, largest: float) -> float:
+    """Return the root mean square of the load's slope in contact [N·m/rad], while the disc turns
+    where there is one; 0 without contact."""
+    squares = []
+    way = WAY * max(float(np.ptp(motion.position)) for motion in motions)
+    for motion in motions:
+        rows = slice(None, None, EVERY)
+        position = motion.position[rows]
+        if motion.has_disc:
+            turning = np.abs(motion.disc_speed[rows])
+            position = position[turning > MOVES * turning.max()]
+        for angle in position:
+            if load_torque(nominal, angle) > IN_CONTACT * largest:
+                ahead, behind = (load_torque(nominal, angle + side) for side in (way, -way))
+                squares.append(((ahead - behind) / (2.0 * way)) ** 2)
+    return float(np.sqrt(np.mean(squares))) if squares else 0.0
 
 
 def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,

@@ -16,19 +16,21 @@ from engb_core.effects.base import (
 
 @effect_function
 def _level(parameters, state, sample):
-    if parameters[2] == 1.0:
+    if parameters[3] == 1.0:
         return sample[LEVEL]
     loaded = sample[LOAD_GAIN] * abs(sample[LOAD])
     whole = sample[COULOMB] + loaded
     share = loaded / whole if whole > 0.0 else 0.0
     # Of the two parts' asymmetries, asymmetry is the mean.
     uneven = 2.0 * parameters[0] * (1.0 + (parameters[1] - 1.0) * share) / (1.0 + parameters[1])
+    speed = abs(sample[VELOCITY])
+    uneven *= 1.0 + parameters[2] * (speed - parameters[4]) / (speed + parameters[4])
     return sample[LEVEL] * (1.0 + uneven * sample[DIRECTION])
 
 
 @effect_function
 def _drag(parameters, state, sample):
-    if parameters[2] == 0.0:
+    if parameters[3] == 0.0:
         return 0.0
     return parameters[0] * sample[VISCOUS] * abs(sample[VELOCITY])
 
@@ -45,13 +47,16 @@ EFFECT = Effect(
     id='asymmetric_friction',
     title='Asymmetric friction',
     parameters=(Parameter('asymmetry', '-', -0.95, 0.95, none=0.0, starts=(0.1,), form=0.05),
-                Parameter('of_load_friction', '-', 0.5, 2.0, starts=(1.0,), logarithmic=True)),
+                Parameter('of_load_friction', '-', 0.5, 2.0, starts=(1.0,), logarithmic=True),
+                Parameter('growth', '-', -1.0, 1.0, starts=(0.0,))),
     stages={'level': _level, 'torque': _drag},
     equation='F(ω) = F (1 + asymmetry · sgn ω), of the dry part, the drag, or both; '
-             'the part ∝ load by of_load_friction times as much',
+             'the part ∝ load by of_load_friction times as much; of the dry part by '
+             '1 + growth · (|ω| − ω_mean)/(|ω| + ω_mean)',
     reference='Armstrong-Hélouvry et al., Automatica 30 (1994) 1083',
     statement=_statement,
     reveals='velocity',
-    constants=(('of_drag', '-'),),
-    variants=({'of_drag': 0.0}, {'of_drag': 1.0}, {'of_drag': 2.0}),
+    constants=(('of_drag', '-'), ('mean_speed', 'rad/s')),
+    set_constants=lambda scene: {'mean_speed': max(scene.moving_speed, 1e-9)},
+    variants=({'of_drag': 0.0}, {'of_drag': 1.0}),
 )

@@ -69,7 +69,11 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Scene:
-    """What a recording can tell an effect before any fit: ranges, for constants and relevance."""
+    """What a recording can tell an effect before any fit: ranges, for constants and relevance.
+
+    `speed` is the fastest and `moving_speed` the mean one while the shaft moves; `load_slope` the
+    root mean square of the load's slope in contact, while the disc turns where there is one.
+    """
 
     duration: float
     largest_effort: float
@@ -80,6 +84,8 @@ class Scene:
     disc_speed_range: tuple[float, float] | None
     temperature_range: tuple[float, float] | None
     joint_type: str = 'revolute'
+    moving_speed: float = 10.0
+    load_slope: float = 0.02
 
 
 @dataclass(frozen=True)
