@@ -172,10 +172,10 @@ def default_value(effect: Effect, name: str) -> float | None:
     constants = {'duration': 60.0, 'largest_effort': 0.5, 'peak_load': 0.35, 'sense': 1.0,
                  'reach': 30.0, 'elements': 0.0, 'reference_load': 0.17,
                  'only_turning': 0.0, 'by_heat': 0.0, 'one_sided': 0.0, 'standstill': 0.1,
-                 'displacement': 0.0, 'reference_slope': 0.02, 'mean_speed': 10.0,
-                 'by_temperature': 0.0, 'of_drag': 0.0, 'speed_from': 0.0, 'speed_to': 90.0,
-                 'temperature_from': 20.0, 'temperature_to': 400.0, 'inertia_fraction': 0.25,
-                 'load_beyond': 0.0}
+                 'displacement': 0.0, 'reference_slope': 0.02, 'load_power': 2.0,
+                 'mean_speed': 10.0, 'by_temperature': 0.0, 'of_drag': 0.0,
+                 'speed_from': 0.0, 'speed_to': 90.0, 'temperature_from': 20.0,
+                 'temperature_to': 400.0, 'inertia_fraction': 0.25, 'load_beyond': 0.0}
     return constants.get(name)
 
 

@@ -35,6 +35,8 @@ STRETCHES = 4
 LEAST_POINTS = 40
 # Parts of the highest speed and load from which shaft or disc move, and the pad is in contact.
 MOVES, IN_CONTACT = 0.02, 0.1
+# Powers of travel that a load goes with.
+POWERS = (1.0, 4.0)
 # Every so many samples the load's slope is taken, over this part of the stroke on both sides.
 EVERY, WAY = 20, 1e-3
 # Stamps, holds and read-out make position and effort differ in time by an unknown part of a
@@ -172,6 +174,7 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         moving_speed=float(np.concatenate([_moving(np.abs(motion.velocity), motion.speed)
                                            for motion in motions]).mean()),
         load_slope=_load_slope(motions, nominal, float(load)),
+        load_power=_load_power(nominal, low, high),
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type)
@@ -199,6 +202,14 @@ def _load_slope(motions: Sequence[Motion], nominal: Array, largest: float) -> fl
                 ahead, behind = (load_torque(nominal, angle + side) for side in (way, -way))
                 squares.append(((ahead - behind) / (2.0 * way)) ** 2)
     return float(np.sqrt(np.mean(squares))) if squares else 0.0
+
+
+def _load_power(nominal: Array, low: float, high: float) -> float:
+    """Return the power of travel that the load roughly goes with, by its value at half the way."""
+    half, whole = (load_torque(nominal, low + part * (high - low)) for part in (0.5, 1.0))
+    if half <= 0.0 or whole <= half:
+        return POWERS[1] if whole > 0.0 >= half else POWERS[0]
+    return float(np.clip(np.log2(whole / half), *POWERS))
 
 
 def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,

@@ -13,6 +13,9 @@ from engb_core.effects.base import (
     VISCOUS,
 )
 
+# Growth with speed that the statement mentions.
+TOLD = 0.2
+
 
 @effect_function
 def _level(parameters, state, sample):
@@ -40,7 +43,11 @@ def _statement(p):
         p.get('of_drag', 0.0), 'Friction, viscous drag included,')
     more, less = ('applying', 'releasing') if p['asymmetry'] > 0 else ('releasing', 'applying')
     excess = abs(2 * p['asymmetry'] / (1 - abs(p['asymmetry']))) * 100
-    return f'{what} is {excess:.0f} % higher while {more} than while {less}, at every load.'
+    growth = p.get('growth', 0.0) if p.get('of_drag', 0.0) != 1.0 else 0.0
+    with_speed = '' if abs(growth) < TOLD else (
+        f", the {'more' if growth > 0 else 'less'} the faster it turns")
+    return (f'{what} is {excess:.0f} % higher while {more} than while {less}, at every '
+            f'load{with_speed}.')
 
 
 EFFECT = Effect(
@@ -48,7 +55,8 @@ EFFECT = Effect(
     title='Asymmetric friction',
     parameters=(Parameter('asymmetry', '-', -0.95, 0.95, none=0.0, starts=(0.1,), form=0.05),
                 Parameter('of_load_friction', '-', 0.5, 2.0, starts=(1.0,), logarithmic=True),
-                Parameter('growth', '-', -1.0, 1.0, starts=(0.0,))),
+                Parameter('growth', '-', -1.0, 1.0, starts=(0.0, 0.8),
+                          default=0.0)),
     stages={'level': _level, 'torque': _drag},
     equation='F(ω) = F (1 + asymmetry · sgn ω), of the dry part, the drag, or both; '
              'the part ∝ load by of_load_friction times as much; of the dry part by '

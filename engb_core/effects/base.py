@@ -72,7 +72,8 @@ class Scene:
     """What a recording can tell an effect before any fit: ranges, for constants and relevance.
 
     `speed` is the fastest and `moving_speed` the mean one while the shaft moves; `load_slope` the
-    root mean square of the load's slope in contact, while the disc turns where there is one.
+    root mean square of the load's slope in contact, while the disc turns where there is one;
+    the load goes roughly with travel^`load_power`.
     """
 
     duration: float
@@ -86,6 +87,7 @@ class Scene:
     joint_type: str = 'revolute'
     moving_speed: float = 10.0
     load_slope: float = 0.02
+    load_power: float = 2.0
 
 
 @dataclass(frozen=True)

@@ -18,41 +18,70 @@ _FIRST, _WIDEST = 2, 1.8
 
 
 @compiled
+def _opening(parameters, ahead, back):
+    """Return half the difference of the memory between applying, `ahead` [rad] from rest, and
+    releasing, `back` [rad] from the top."""
+    if parameters[6] > 0.5:
+        widest = _WIDEST * parameters[1]
+        return (built_up(2.0 * ahead, widest, 1.0) + 2.0 * built_up(back, widest, 1.0) - 1.0) / 2.0
+    top = 2.0 - math.exp(-(ahead + back) / parameters[1])
+    return 1.0 - 0.5 * (math.exp(-ahead / parameters[1]) + top * math.exp(-back / parameters[1]))
+
+
+@compiled
 def _widest(parameters):
-    """Return the half width of a full loop over ratio·T_peak: it closes at its turning points,
-    and tapers with the load (here ∝ angle²)."""
+    """Return how wide the slow loop from rest to the top and back opens at most, over twice what
+    the memory could do at the top; the load goes with travel^load_power."""
+    power = parameters[7]
     widest = 0.0
     for step in range(1, 60):
-        back = step / 60.0
-        way = back * parameters[5]
-        if parameters[6] > 0.5:
-            done = built_up(way, _WIDEST * parameters[1], 1.0)
+        part = step / 60.0
+        opening = _opening(parameters, part * parameters[5], (1.0 - part) * parameters[5])
+        if parameters[4] < 0.0:
+            weight = power * part ** (power - 1.0)
         else:
-            done = 1.0 - math.exp(-way / parameters[1])
-        widest = max(widest, (1.0 - back) ** (2.0 * parameters[2]) * done)
+            weight = part ** (power * parameters[2])
+        widest = max(widest, weight * opening)
     return max(widest, 0.05)
+
+
+@compiled
+def _remembered(parameters, state, distances):
+    """Move the memory by so many memory distances; return it, at most ±ratio/c."""
+    if parameters[6] > 0.5:
+        state[0] = moved_elements(state, _FIRST, distances, 1.0, 1.0)
+    else:
+        target = 1.0 if distances > 0.0 else -1.0
+        state[0] = target + (state[0] - target) * math.exp(-abs(distances))
+    if state[1] == 0.0:
+        state[1] = _widest(parameters)
+    return state[0] * parameters[0] / state[1]
+
+
+@effect_function
+def _shift(parameters, state, sample):
+    if parameters[4] > 0.0:
+        return 0.0
+    # Play in the way to the pad: what presses it comes after the shaft, in contact or not.
+    return -parameters[5] * _remembered(
+        parameters, state, sample[VELOCITY] * sample[TIME_STEP] / parameters[1])
 
 
 @effect_function
 def _load(parameters, state, sample):
     load = sample[LOAD]
-    peak = parameters[3]
-    way = sample[VELOCITY] * sample[TIME_STEP]
+    if parameters[4] < 0.0:
+        return load
     if load <= 0.0:
         # Out of contact the pad has no memory.
         for index in range(ELEMENTS):
             state[_FIRST + index] = 0.0
         state[0] = 0.0
         return load
-    if parameters[6] > 0.5:
-        state[0] = moved_elements(state, _FIRST, way, parameters[1], 1.0)
-    else:
-        target = 1.0 if way > 0.0 else -1.0
-        state[0] = target + (state[0] - target) * math.exp(-abs(way) / parameters[1])
-    if state[1] == 0.0:
-        state[1] = _widest(parameters)
+    peak = parameters[3]
     weight = (min(load, peak) / peak) ** parameters[2]
-    return load + parameters[4] * parameters[0] / state[1] * peak * weight * state[0]
+    return load + peak * weight * _remembered(
+        parameters, state, sample[VELOCITY] * sample[TIME_STEP] / parameters[1])
 
 
 EFFECT = Effect(
@@ -64,8 +93,9 @@ EFFECT = Effect(
                   logarithmic=True),
         Parameter('load_exponent', '-', 0.0, 2.0, starts=(0.3, 1.0)),
     ),
-    stages={'load': _load},
-    equation='T_L = T_L(θ) ± ratio/c·T_peak·(T_L/T_peak)^γ·z, dz/dθ = (1 − z sgn ω)/distance',
+    stages={'shift': _shift, 'load': _load},
+    equation='T_L = T_L(θ) + ratio/c·T_peak·(T_L/T_peak)^γ·z, or T_L(θ − ratio/c′·reach·z); '
+             'dz/dθ = (1 − z sgn ω)/distance',
     reference='Bouc (1967), Wen (1976); Coleman and Hodgdon, Int. J. Eng. Sci. 24 (1986) 897',
     statement=lambda p: (
         "The caliper's load lies on a loop: half its width is "
@@ -74,10 +104,11 @@ EFFECT = Effect(
         + (' It is higher while releasing: the load follows late.' if p['sense'] < 0 else '')),
     reveals='since_reversal',
     constants=(('peak_load', 'N·m'), ('sense', '-'), ('reach', 'rad'),
-               ('elements', '-')),
+               ('elements', '-'), ('load_power', '-')),
     set_constants=lambda scene: {
         'peak_load': max(scene.largest_load, 1e-9),
-        'reach': max(scene.position_range[1] - scene.position_range[0], 1e-9)},
+        'reach': max(scene.position_range[1] - scene.position_range[0], 1e-9),
+        'load_power': scene.load_power},
     applies=lambda scene: scene.largest_load > 0,
     # A caliper's friction makes applying the harder way; play in the load path the easier one.
     # The memory forgets, or consists of elements that each keep their turning point.

@@ -3,21 +3,33 @@
 import math
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import DISC_SPEED, Effect, LOAD, Parameter
+from engb_core.effects.base import DISC_SPEED, Effect, LOAD, Parameter, TIME, TIME_STEP
 
 
 @effect_function
 def _load(parameters, state, sample):
-    turning = math.tanh(sample[DISC_SPEED] / 0.5)
-    return sample[LOAD] * (1.0 + (parameters[0] - 1.0) * turning)
+    # state: 0 how much of the pad's friction acts, −1 to 1
+    turning = math.tanh(sample[DISC_SPEED] / parameters[1])
+    if sample[TIME] <= 0.0:
+        state[0] = turning
+    state[0] += (turning - state[0]) * (1.0 - math.exp(-sample[TIME_STEP] / parameters[2]))
+    return sample[LOAD] * (1.0 + (parameters[0] - 1.0) * state[0])
 
 
 EFFECT = Effect(
     id='self_energizing',
     title='Self-energizing',
-    parameters=(Parameter('load_ratio', '-', 0.05, 3.0, none=1.0, starts=(0.8,), form=0.04),),
+    parameters=(
+        Parameter('load_ratio', '-', 0.05, 3.0, none=1.0, starts=(0.8,), form=0.04),
+        # From here on the disc turns; and the time in which its friction builds up.
+        Parameter('turning_speed', 'rad/s', 0.1, 20.0, starts=(0.5, 3.0), logarithmic=True,
+                  default=0.5),
+        Parameter('build_up', 's', 1e-3, 1.0, starts=(0.005, 0.1), logarithmic=True,
+                  default=1e-3),
+    ),
     stages={'load': _load},
-    equation='T_L = P · T_L(θ) while the disc turns, P = 1 − μ r/d',
+    equation='T_L = (1 + (P − 1) z) · T_L(θ), z → tanh(ω_disc/turning_speed) within build_up, '
+             'P = 1 − μ r/d',
     reference='chapter 5, equations (43), (44) corrected',
     statement=lambda p: ('While the disc turns the load torque is '
                          f"{p['load_ratio']:.3f} times that with the disc standing "
