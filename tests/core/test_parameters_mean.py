@@ -1,0 +1,115 @@
+"""What a parameter is said to be is what the torque does: measured on the effect itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.effects.base import (
+    DISC_ANGLE,
+    DISC_SPEED,
+    PAD_TEMPERATURE,
+    POSITION,
+    SAMPLE_SIZE,
+    TIME,
+    TIME_STEP,
+    VELOCITY,
+)
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.model import EffectSetting, Friction, LoadTorque, Model, Motor
+from engb_core.plant import physics_of
+
+STEP, TOP = 1e-3, 20.0
+LOAD = LoadTorque(coefficients=(0.0, 2e-3, 2e-4, 1e-5))
+# Nothing but the load resists.
+BARE = Model(motor=Motor(inertia=1e-12, viscous_friction=0.0), load_torque=LOAD,
+             friction=Friction(0.0, 0.0, 1e-6))
+
+
+def effort(model, position, **columns):
+    """Return the effort (n,) that a motion (n,) needs, with columns of the sample as given."""
+    samples = np.zeros((position.size, SAMPLE_SIZE))
+    samples[:, TIME_STEP], samples[:, TIME] = STEP, STEP * np.arange(position.size)
+    samples[:, POSITION], samples[:, VELOCITY] = position, np.gradient(position, STEP)
+    for name, values in columns.items():
+        samples[:, {'disc_speed': DISC_SPEED, 'disc_angle': DISC_ANGLE,
+                    'temperature': PAD_TEMPERATURE}[name]] = values
+    return effort_of_motion(samples, STEP, physics_of(model))
+
+
+def with_effect(effect, model=BARE, **parameters):
+    return replace(model, effects=(EffectSetting(effect, parameters),))
+
+
+@pytest.mark.parametrize('sense', [1.0, -1.0], ids=['friction', 'play'])
+@pytest.mark.parametrize('elements', [0.0, 1.0], ids=['forgets', 'elements'])
+@pytest.mark.parametrize('distance', [0.7, 4.0])
+def test_hysteresis_ratio_is_half_the_widest_opening(sense, elements, distance):
+    up = np.linspace(0.0, TOP, 4000)
+    peak = float(effort(BARE, up)[-1])
+    power = float(np.log2(peak / effort(BARE, up)[2000]))
+    torque = effort(with_effect(
+        'load_hysteresis', hysteresis_ratio=0.05, memory_distance=distance, load_exponent=0.5,
+        peak_load=peak, sense=sense, reach=TOP, elements=elements, load_power=power),
+        np.concatenate([up, up[::-1]]))
+    opening = 0.5 * np.abs(torque[:4000] - torque[:3999:-1]).max()
+    assert opening / peak == pytest.approx(0.05, rel=0.08)
+
+
+@pytest.mark.parametrize('bend', [-4.0, 0.0, 3.0])
+@pytest.mark.parametrize('by_temperature', [0.0, 1.0], ids=['speed', 'temperature'])
+def test_ratio_change_is_that_over_the_range(bend, by_temperature):
+    model = with_effect('pad_friction_fade', ratio_change=-0.2, load_ratio=0.8, bend=bend,
+                        by_temperature=by_temperature, speed_from=4.0, speed_to=80.0,
+                        temperature_from=30.0, temperature_to=300.0)
+    at = np.full(2, TOP)
+    # Either way round: a disc that turns backwards helps where it hindered.
+    torque = effort(model, at, disc_speed=np.array([4.0, 80.0]),
+                    temperature=np.array([30.0, 300.0])) / effort(BARE, at)
+    assert torque[1] - torque[0] == pytest.approx(-0.2, abs=1e-6)
+
+
+def test_amplitude_of_a_displacement_is_that_at_the_given_slope():
+    at = np.full(400, 12.0)
+    slope = float(np.diff(effort(BARE, np.array([11.99, 12.01])))[0] / 0.02)
+    turn = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    torque = effort(with_effect('disc_runout', amplitude=0.004, phase=0.3, second_sine=0.0,
+                                second_cosine=0.0, displacement=1.0, reference_slope=slope),
+                    at, disc_angle=turn, disc_speed=30.0)
+    assert np.ptp(torque) / 2.0 == pytest.approx(0.004, rel=0.02)
+
+
+@pytest.mark.parametrize('half_load', [0.01, 0.3, 5.0])
+def test_amplitude_of_a_force_is_that_at_the_reference_load(half_load):
+    at = np.full(400, 12.0)
+    turn = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    torque = effort(with_effect('disc_runout', amplitude=0.004, phase=0.0, second_sine=0.0,
+                                second_cosine=0.0, half_load=half_load,
+                                reference_load=float(effort(BARE, at)[0])),
+                    at, disc_angle=turn, disc_speed=30.0)
+    assert np.ptp(torque) / 2.0 == pytest.approx(0.004, rel=0.02)
+
+
+@pytest.mark.parametrize('growth', [-0.5, 0.0, 0.9])
+def test_asymmetry_is_that_at_the_mean_speed(growth):
+    rubbing = replace(BARE, friction=Friction(0.02, 0.0, 1e-6), load_torque=LoadTorque())
+    model = with_effect('asymmetric_friction', rubbing, asymmetry=0.15, of_load_friction=1.0,
+                        growth=growth, mean_speed=10.0)
+    away = 10.0 * STEP * np.arange(50)
+    there, back = effort(model, away)[25], -effort(model, away[::-1])[25]
+    assert (there - back) / (there + back) == pytest.approx(0.15, rel=1e-3)
+    fast = [effort(model, way)[25] for way in (5.0 * away, 5.0 * away[::-1])]
+    rises = (fast[0] + fast[1]) / (fast[0] - fast[1]) - 0.15
+    assert np.sign(round(rises, 9)) == np.sign(growth)
+
+
+def test_pad_friction_builds_up_in_the_given_time():
+    model = with_effect('self_energizing', load_ratio=0.7, turning_speed=0.5, build_up=0.1)
+    at = np.full(600, TOP)
+    speed = np.where(np.arange(600) < 100, 0.0, 50.0)
+    ratio = effort(model, at, disc_speed=speed) / effort(BARE, at)
+    assert ratio[99] == pytest.approx(1.0)
+    assert ratio[200] == pytest.approx(1.0 - 0.3 * (1.0 - np.exp(-1.0)), abs=0.005)
+    assert ratio[-1] == pytest.approx(0.7, abs=0.005)

@@ -1,0 +1,44 @@
+"""The arithmetic of a fit: sums of products, corrected derivatives, work within work."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.fit_steps import secant
+from engb_core.diagnose.normal_equations import normal_equations
+from engb_core.diagnose.side_by_side import side_by_side
+
+
+def test_normal_equations_are_those_of_weighted_rows():
+    generator = np.random.default_rng(4)
+    design, target = generator.normal(size=(50, 4)), generator.normal(size=50)
+    weight = np.where(generator.random(50) < 0.3, 0.0, generator.random(50))
+    # What is left out may hold anything.
+    design[weight == 0.0] = np.inf
+    target[weight == 0.0] = np.nan
+    gram, right = normal_equations(design, target, weight)
+    rows = weight > 0.0
+    scaled = design[rows] * weight[rows, None]
+    assert gram == pytest.approx(scaled.T @ scaled)
+    assert right == pytest.approx(scaled.T @ (target[rows] * weight[rows]))
+
+
+def test_secant_agrees_with_the_step_and_leaves_other_directions():
+    generator = np.random.default_rng(5)
+    design, change = generator.normal(size=(30, 3)), generator.normal(size=30)
+    step, weight = np.array([0.2, -0.1, 0.0]), np.array([2.0, 5.0, 1.0])
+    corrected = secant(design, step, change, weight)
+    assert corrected @ step == pytest.approx(change)
+    across = np.array([weight[1] * step[1], -weight[0] * step[0], 7.0])
+    assert corrected @ across == pytest.approx(design @ across)
+    assert secant(design, np.zeros(3), change, weight) is design
+
+
+def test_work_within_work_stays_on_its_thread():
+    def outer(_: int) -> set[str]:
+        names = side_by_side(lambda _: threading.current_thread().name, range(4), 4)
+        return {*names, threading.current_thread().name}
+
+    assert all(len(names) == 1 for names in side_by_side(outer, range(3), 3))
+    assert list(side_by_side(lambda item: item * item, range(5), 3)) == [0, 1, 4, 9, 16]
