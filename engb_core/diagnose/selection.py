@@ -150,10 +150,26 @@ def _forward(result: Search, before: float) -> Fit:
         best = _simplest(candidates, fitter)
         if not _worth(chosen, best, fitter, before):
             break
+        if size > 1:
+            chosen = _begun_again(result, chosen, best)
+            if not _worth(chosen, best, fitter, before):
+                break
         chosen = best
         if excess(chosen, fitter) < FURTHER_LEAST:
             break
     return chosen
+
+
+def _begun_again(result: Search, chosen: Fit, larger: Fit) -> Fit:
+    """Return the best fit with one effect less than `larger`, also of those begun where it stands:
+    what seems to need a companion may have been led astray alone."""
+    fitter = result.fitter
+    begun = [fitter.refine(fitter.without(larger, index))
+             for index in range(len(larger.hypothesis.variants))]
+    for fit in begun:
+        result.add(fit)
+    fits = [chosen, *(fit for fit in begun if _harmless(fit, chosen))]
+    return min(fits, key=lambda fit: price(fit, fitter))
 
 
 def _with_load_held(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
@@ -195,6 +211,9 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
 def _by_numbers(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     """Refitted numbers suffice; if it is the load curve that must change, ask what moved it."""
     fitter, base = result.fitter, result.base
+    if kept_number(fitter) not in (None, LOAD):
+        # The load curve moved to make up for the number that a refit of the file held.
+        return base, []
     rise = level(fitter.refit(base, load_free(fitter)), fitter) - level(base, fitter)
     if rise < max(INSISTED, INSISTED_PART * nominal):
         return base, []
