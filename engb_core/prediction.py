@@ -25,8 +25,9 @@ __all__ = ['find_phases', 'predict_effort']
 Array = NDArray[np.float64]
 
 # A prediction is sharp where the motion is: friction turns within milliseconds. Noise that a
-# fit would have to be spared averages out [Hz].
-BANDWIDTH = 160.0
+# fit would have to be spared averages out [Hz]. Whether a load falls through its gap or not may
+# hang on the noise of one sample: there the median of differently smoothed motions is taken.
+BANDWIDTHS = (160.0, 130.0, 105.0)
 # Phases are slow: found where noise is least [Hz].
 _PHASE_BANDWIDTH = 20.0
 # Phases tried before the best is refined: harmonics up to the second make no narrower basin.
@@ -39,7 +40,13 @@ def predict_effort(recording: Recording, model: Model) -> Array:
     Phases that no recording carries over to the next (the disc's, for runout) are first found
     in this recording.
     """
-    motion = motion_of(recording, BANDWIDTH)
+    rugged = any(get_effect(setting.effect).rugged for setting in model.effects)
+    return np.median([_predicted(recording, model, bandwidth)
+                      for bandwidth in (BANDWIDTHS if rugged else BANDWIDTHS[:1])], axis=0)
+
+
+def _predicted(recording: Recording, model: Model, bandwidth: float) -> Array:
+    motion = motion_of(recording, bandwidth)
     model = find_phases(motion, model)
     moving = np.abs(motion.velocity) >= slowest_speed(
         [motion], model.friction.saturation_velocity, motion.speed)
