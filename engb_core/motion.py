@@ -17,18 +17,8 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicHermiteSpline
 from scipy.ndimage import convolve1d, maximum_filter1d
 
-from engb_core.effects.base import (
-    ACCELERATION,
-    DISC_ANGLE,
-    DISC_SPEED,
-    PAD_TEMPERATURE,
-    POSITION,
-    SAMPLE_SIZE,
-    TIME,
-    TIME_STEP,
-    VELOCITY,
-)
 from engb_core.recording import Recording
+from engb_core.sample_table import sample_table
 
 __all__ = ['MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'filtered', 'gaussian_kernel',
            'motion_of']
@@ -80,13 +70,9 @@ class Motion:
     def samples(self) -> Array:
         """Return what the torque balance reads, (n, SAMPLE_SIZE), as effects/base.py orders it;
         the columns of its stages are still empty."""
-        table = np.zeros((self.time.size, SAMPLE_SIZE))
-        table[:, TIME_STEP], table[:, TIME] = self.step, self.time
-        table[:, POSITION], table[:, VELOCITY] = self.position, self.velocity
-        table[:, ACCELERATION] = self.acceleration
-        table[:, DISC_SPEED], table[:, DISC_ANGLE] = self.disc_speed, self.disc_angle
-        table[:, PAD_TEMPERATURE] = self.pad_temperature
-        return table
+        return sample_table(self.step, self.time, self.position, self.velocity,
+                            self.acceleration, self.disc_speed, self.disc_angle,
+                            self.pad_temperature)
 
 
 @lru_cache(maxsize=64)

@@ -18,7 +18,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import call_effect, compiled, EffectFunction, handles, PARAMETER_SIZE
+from engb_core.compiled import (
+    call_effect,
+    compiled,
+    EffectFunction,
+    handles,
+    kernel,
+    PARAMETER_SIZE,
+)
 from engb_core.effects.base import (
     COULOMB,
     DIRECTION,
@@ -41,7 +48,8 @@ from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
 
 __all__ = ['ACTUATION_STAGE', 'MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'effects_of',
-           'load_torque', 'nominal_vector', 'physics_of', 'torque_without_inertia']
+           'load_torque', 'load_torques', 'nominal_vector', 'physics_of',
+           'torque_without_inertia', 'with_values']
 
 Array = NDArray[np.float64]
 
@@ -167,16 +175,7 @@ def default_value(effect: Effect, name: str) -> float | None:
             return parameter.default
         if parameter.name == name and index > 0 and parameter.starts:
             return parameter.starts[len(parameter.starts) // 2]
-    if name.startswith('value_'):
-        return 0.0
-    constants = {'duration': 60.0, 'largest_effort': 0.5, 'peak_load': 0.35, 'sense': 1.0,
-                 'reach': 30.0, 'elements': 0.0, 'reference_load': 0.17,
-                 'only_turning': 0.0, 'by_heat': 0.0, 'one_sided': 0.0, 'standstill': 0.1,
-                 'displacement': 0.0, 'reference_slope': 0.02, 'load_power': 2.0,
-                 'mean_speed': 10.0, 'by_temperature': 0.0, 'of_drag': 0.0,
-                 'speed_from': 0.0, 'speed_to': 90.0, 'temperature_from': 20.0,
-                 'temperature_to': 400.0, 'inertia_fraction': 0.25, 'load_beyond': 0.0}
-    return constants.get(name)
+    return effect.defaults.get(name)
 
 
 def effects_of(model: Model) -> list[tuple[Effect, list[float]]]:
@@ -258,6 +257,19 @@ def load_torque(nominal: Array, position: float) -> float:
     for index in range(int(nominal[N_TERMS]) - 1, -1, -1):
         total = total * travel + nominal[N_TERMS + 1 + index]
     return total
+
+
+@kernel
+def _load_torques(nominal, positions, torques):
+    for row in range(positions.size):
+        torques[row] = load_torque(nominal, positions[row])
+
+
+def load_torques(nominal: Array, positions: Array) -> Array:
+    """Return T_L(θ) of the nominal model at many positions (n,) [N·m]."""
+    torques = np.empty(positions.size)
+    _load_torques(nominal, np.ascontiguousarray(positions), torques)
+    return torques
 
 
 @compiled

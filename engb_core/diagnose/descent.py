@@ -43,7 +43,7 @@ def descended(fitter: Fitter, begin: Fit, shared: Array, rounds: int, tolerance:
     low, high = hypothesis.bounds
     centre, spread = hypothesis.prior
     effects = range(len(hypothesis.numbers), hypothesis.size)
-    weight = np.where(fitter.fitted, 1.0 / fitter.spread, 0.0)
+    weight = fitter.weight
     down, up = _reach(hypothesis)
     held = _delay_held(hypothesis)
     best = _within_bounds(fitter, begin, held)

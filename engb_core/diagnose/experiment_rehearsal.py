@@ -10,21 +10,13 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.experiment_segments import STEP
 from engb_core.diagnose.problem import Problem, problem_of
-from engb_core.effects.base import (
-    ACCELERATION,
-    PAD_TEMPERATURE,
-    POSITION,
-    SAMPLE_SIZE,
-    TIME,
-    TIME_STEP,
-    VELOCITY,
-)
 from engb_core.errors import InputError
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Controller, Model
 from engb_core.motion import motion_of
 from engb_core.plant import physics_of
 from engb_core.recording import Recording, Reference, Signal
+from engb_core.sample_table import sample_table
 from engb_core.simulation import simulate_closed_loop
 
 __all__ = ['default_controller', 'rehearsed']
@@ -92,9 +84,5 @@ def default_controller(problem: Problem, model: Model) -> Controller:
 
 
 def _feedforward(nominal: Model, time: Array, position: Array, velocity: Array) -> Array:
-    samples = np.zeros((time.size, SAMPLE_SIZE))
-    samples[:, TIME_STEP], samples[:, TIME] = STEP, time
-    samples[:, POSITION], samples[:, VELOCITY] = position, velocity
-    samples[:, ACCELERATION] = np.gradient(velocity, STEP)
-    samples[:, PAD_TEMPERATURE] = 20.0
+    samples = sample_table(STEP, time, position, velocity, np.gradient(velocity, STEP))
     return effort_of_motion(samples, STEP, physics_of(nominal, ()))

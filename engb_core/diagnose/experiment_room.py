@@ -11,7 +11,7 @@ from engb_core.diagnose.problem import Problem, Run
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.motion import filtered, gaussian_kernel
-from engb_core.plant import load_torque, nominal_vector
+from engb_core.plant import load_torques, nominal_vector
 
 __all__ = ['Room', 'room_of']
 
@@ -92,7 +92,7 @@ def room_of(problem: Problem, model: Model, slowest: float) -> Room:
     acceleration = max(_acceleration(run) for run in (*problem.runs, *problem.held_out))
     nominal = nominal_vector(model)
     grid = np.linspace(low, high, 400)
-    load = np.abs([load_torque(nominal, float(angle)) for angle in grid])
+    load = np.abs(load_torques(nominal, grid))
     largest = float(load.max())
     if largest < 1e-3 * problem.scene.largest_effort:
         load, largest = np.zeros_like(load), 1.0

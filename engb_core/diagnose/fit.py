@@ -9,6 +9,7 @@ the last steps before an answer is given (`Fitter.refine`) compute them anew.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from engb_core.diagnose.descent import descended
 from engb_core.diagnose.fit_steps import derivative_step
 from engb_core.diagnose.fitted import bare, Fit, StartColumns
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
+from engb_core.diagnose.kept_number import kept_number
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
 from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
@@ -74,6 +76,16 @@ class Fitter:
         return np.sqrt(self.sigma ** 2 + (MISSED_PART * typical) ** 2
                        + (MISSED_PART * late * rate) ** 2)
 
+    @property
+    def weight(self) -> Array:
+        """What multiplies each residual in the cost, (m,): 0 where no fit may look."""
+        return np.where(self.fitted, 1.0 / self.spread, 0.0)
+
+    @cached_property
+    def kept(self) -> str | None:
+        """The number that a refit of the model file held, as `kept_number` finds it."""
+        return kept_number(self)
+
     # -- prediction ------------------------------------------------------------------------------
 
     def hypothesis(self, variants: tuple[Variant, ...] = (),
@@ -86,6 +98,31 @@ class Fitter:
         """Return the filtered effort of all runs, (m,)."""
         return np.concatenate([run.predicted(hypothesis.physics(vector, index))
                                for index, run in enumerate(self.problem.runs)])
+
+    def evaluate(self, hypothesis: Hypothesis, vector: Array) -> Fit:
+        """Return the hypothesis at `vector`, not fitted."""
+        predicted = self.predict(hypothesis, vector)
+        residual = self.measured - predicted
+        return Fit(hypothesis, vector, predicted, residual,
+                   self._cost(hypothesis, vector, residual))
+
+    def columns(self, fit: Fit, places: range) -> Array:
+        """Return the derivatives by some entries of the fit's vector, (m, count)."""
+        hypothesis, vector = fit.hypothesis, fit.vector
+        high, spread = hypothesis.bounds[1], hypothesis.prior[1]
+
+        def column(place: int) -> Array:
+            step = 1e-4 * min(spread[place], 1e6) if place < len(hypothesis.numbers) else \
+                derivative_step(hypothesis.parameter(place - len(hypothesis.numbers)),
+                                vector[place])
+            if vector[place] + step > high[place]:
+                step = -step
+            moved = vector.copy()
+            moved[place] += step
+            return (self.predict(hypothesis, moved) - fit.predicted) / step
+
+        found = list(side_by_side(column, places, self.threads))
+        return np.stack(found, axis=1) if found else np.zeros((fit.predicted.size, 0))
 
     def base(self, numbers: tuple[NominalNumber, ...] | None = None) -> Fit:
         """Return the refit of the nominal numbers alone."""
@@ -193,37 +230,12 @@ class Fitter:
 
     # -- inside ----------------------------------------------------------------------------------
 
-    def evaluate(self, hypothesis: Hypothesis, vector: Array) -> Fit:
-        """Return the hypothesis at `vector`, not fitted."""
-        predicted = self.predict(hypothesis, vector)
-        residual = self.measured - predicted
-        return Fit(hypothesis, vector, predicted, residual,
-                   self._cost(hypothesis, vector, residual))
-
     def _cost(self, hypothesis: Hypothesis, vector: Array, residual: Array) -> float:
         scaled = (residual / self.spread)[self.fitted]
         if not np.isfinite(scaled).all():
             return np.inf
         centre, spread = hypothesis.prior
         return float(scaled @ scaled + np.sum(((vector - centre) / spread) ** 2))
-
-    def columns(self, fit: Fit, places: range) -> Array:
-        """Return the derivatives by some entries of the fit's vector, (m, count)."""
-        hypothesis, vector = fit.hypothesis, fit.vector
-        high, spread = hypothesis.bounds[1], hypothesis.prior[1]
-
-        def column(place: int) -> Array:
-            step = 1e-4 * min(spread[place], 1e6) if place < len(hypothesis.numbers) else \
-                derivative_step(hypothesis.parameter(place - len(hypothesis.numbers)),
-                                vector[place])
-            if vector[place] + step > high[place]:
-                step = -step
-            moved = vector.copy()
-            moved[place] += step
-            return (self.predict(hypothesis, moved) - fit.predicted) / step
-
-        found = list(side_by_side(column, places, self.threads))
-        return np.stack(found, axis=1) if found else np.zeros((fit.predicted.size, 0))
 
     def _begun(self, hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
                sizes: Array) -> Fit:

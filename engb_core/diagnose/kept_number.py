@@ -7,12 +7,16 @@ then that one was held, and the others moved to make up for it.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import DELAY, LOAD_NUMBERS
+
+if TYPE_CHECKING:
+    from engb_core.diagnose.fit import Fit, Fitter
 
 __all__ = ['LOAD', 'kept_number']
 

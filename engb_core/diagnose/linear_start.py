@@ -66,8 +66,7 @@ def added(fitter: Fitter, base: Fit, design: Array) -> tuple[Array, float]:
     """Return sizes (k,) and cost when the columns of `design` (m, k) are added to a fit: those of
     its numbers, held by their priors, and what comes new."""
     target = np.where(fitter.fitted, base.residual / fitter.spread, 0.0)
-    gram, right = normal_equations(design, base.residual,
-                                   np.where(fitter.fitted, 1.0 / fitter.spread, 0.0))
+    gram, right = normal_equations(design, base.residual, fitter.weight)
     norm = np.sqrt(np.diag(gram))
     norm[norm == 0.0] = 1.0
     gram /= np.outer(norm, norm)

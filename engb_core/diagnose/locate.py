@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from engb_core.diagnose.diagnosis import Interval, Zone
 from engb_core.diagnose.problem import Run
 from engb_core.model import Model
-from engb_core.plant import load_torque, nominal_vector
+from engb_core.plant import load_torques, nominal_vector
 
 __all__ = ['coordinates', 'intervals', 'zones']
 
@@ -30,7 +30,7 @@ def coordinates(run: Run, model: Model) -> dict[str, tuple[Array, str]]:
     torque = 'N·m' if model.joint.type == 'revolute' else 'N'
     nominal = nominal_vector(model)
     position = motion.position[grid]
-    load = np.array([load_torque(nominal, value) for value in position])
+    load = load_torques(nominal, position)
     found = {
         'position': (position, angle),
         'velocity': (motion.velocity[grid], f'{angle}/s'),

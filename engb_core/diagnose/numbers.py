@@ -14,7 +14,7 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.kept_number import kept_number, LOAD
+from engb_core.diagnose.kept_number import LOAD
 from engb_core.diagnose.nominal import DELAY, NominalNumber
 from engb_core.diagnose.side_by_side import side_by_side
 
@@ -69,14 +69,13 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     the file was refitted with this one number held: a file that was refitted around missing
     physics has all its numbers moved.
     """
+    if explained.hypothesis.variants and fitter.kept == LOAD:
+        # All others moved to make up for the load curve, which has its own cause.
+        return []
     insisted = _insisted(fitter, explained)
     if not insisted:
         return []
-    held = kept_number(fitter)
-    if held == LOAD and explained.hypothesis.variants:
-        # All others moved to make up for the load curve, which has its own cause.
-        return []
-    kept = _BY_NUMBER.get(held or '')
+    kept = _BY_NUMBER.get(fitter.kept or '')
     insisted = [replace(finding, kept=finding.effect == kept) for finding in insisted]
     return _fewest(fitter, explained, insisted) or [
         finding for finding in insisted if finding.kept]

@@ -21,7 +21,7 @@ from engb_core.filtering import (
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
 from engb_core.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
-from engb_core.plant import load_torque, nominal_vector, Physics
+from engb_core.plant import load_torques, nominal_vector, Physics
 from engb_core.recording import Recording
 
 __all__ = ['Problem', 'Run', 'problem_of']
@@ -155,8 +155,7 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
     low = min(float(motion.position.min()) for motion in motions)
     high = max(float(motion.position.max()) for motion in motions)
     nominal = nominal_vector(model)
-    grid = np.linspace(low, high, 200)
-    load = max(abs(load_torque(nominal, value)) for value in grid)
+    load = float(np.abs(load_torques(nominal, np.linspace(low, high, 200))).max())
     disc = [motion.disc_speed for motion in motions if motion.has_disc]
     warm = [motion.pad_temperature for motion in motions if motion.has_temperature]
 
@@ -169,11 +168,11 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         duration=max(motion.time[-1] for motion in motions),
         largest_effort=max(float(np.max(np.abs(recording.effort)))
                            for recording in recordings),
-        largest_load=float(load),
+        largest_load=load,
         speed=max(motion.speed for motion in motions),
         moving_speed=float(np.concatenate([_moving(np.abs(motion.velocity), motion.speed)
                                            for motion in motions]).mean()),
-        load_slope=_load_slope(motions, nominal, float(load)),
+        load_slope=_load_slope(motions, nominal, load),
         load_power=_load_power(nominal, low, high),
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
@@ -197,16 +196,16 @@ def _load_slope(motions: Sequence[Motion], nominal: Array, largest: float) -> fl
         if motion.has_disc:
             turning = np.abs(motion.disc_speed[rows])
             position = position[turning > MOVES * turning.max()]
-        for angle in position:
-            if load_torque(nominal, angle) > IN_CONTACT * largest:
-                ahead, behind = (load_torque(nominal, angle + side) for side in (way, -way))
-                squares.append(((ahead - behind) / (2.0 * way)) ** 2)
-    return float(np.sqrt(np.mean(squares))) if squares else 0.0
+        position = position[load_torques(nominal, position) > IN_CONTACT * largest]
+        ahead, behind = (load_torques(nominal, position + side) for side in (way, -way))
+        squares.append(((ahead - behind) / (2.0 * way)) ** 2)
+    together = np.concatenate(squares)
+    return float(np.sqrt(np.mean(together))) if together.size else 0.0
 
 
 def _load_power(nominal: Array, low: float, high: float) -> float:
     """Return the power of travel that the load roughly goes with, by its value at half the way."""
-    half, whole = (load_torque(nominal, low + part * (high - low)) for part in (0.5, 1.0))
+    half, whole = load_torques(nominal, np.array([low + 0.5 * (high - low), high]))
     if half <= 0.0 or whole <= half:
         return POWERS[1] if whole > 0.0 >= half else POWERS[0]
     return float(np.clip(np.log2(whole / half), *POWERS))

@@ -40,7 +40,7 @@ def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:
     scale = np.array([MOVE_OF_LOGARITHM if hypothesis.parameter(place - count).logarithmic
                       else MOVE_OF_RANGE * (high[place] - low[place]) for place in moved])
     centre, spread = (part[:count] for part in hypothesis.prior)
-    weight = np.where(fitter.fitted, 1.0 / fitter.spread, 0.0)
+    weight = fitter.weight
     columns = fitter.number_columns(fit)
     gram, _ = normal_equations(columns, fit.residual, weight)
     inverse = np.linalg.inv(gram + np.diag(1.0 / spread ** 2))

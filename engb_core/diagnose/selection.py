@@ -14,7 +14,7 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.kept_number import kept_number, LOAD
+from engb_core.diagnose.kept_number import LOAD
 from engb_core.diagnose.numbers import BESIDE_EFFECTS, INSISTED, INSISTED_PART, level, REFITTED
 from engb_core.diagnose.search import extend, load_free, load_held, load_moved, Search
 from engb_core.diagnose.wide_band import RESONANCE
@@ -148,12 +148,10 @@ def _forward(result: Search, before: float) -> Fit:
         if not candidates:
             break
         best = _simplest(candidates, fitter)
+        if size > 1 and _worth(chosen, best, fitter, before):
+            chosen = _begun_again(result, chosen, best)
         if not _worth(chosen, best, fitter, before):
             break
-        if size > 1:
-            chosen = _begun_again(result, chosen, best)
-            if not _worth(chosen, best, fitter, before):
-                break
         chosen = best
         if excess(chosen, fitter) < FURTHER_LEAST:
             break
@@ -195,7 +193,7 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
     the data insist that the curve is wrong and this one number mends it."""
     fitter = result.fitter
     before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
-    kept = kept_number(fitter) == LOAD
+    kept = fitter.kept == LOAD
     if nominal < REFITTED * before and not kept:
         return chosen
     moved = load_moved(result, chosen)
@@ -211,7 +209,7 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
 def _by_numbers(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     """Refitted numbers suffice; if it is the load curve that must change, ask what moved it."""
     fitter, base = result.fitter, result.base
-    if kept_number(fitter) not in (None, LOAD):
+    if fitter.kept not in (None, LOAD):
         # The load curve moved to make up for the number that a refit of the file held.
         return base, []
     rise = level(fitter.refit(base, load_free(fitter)), fitter) - level(base, fitter)

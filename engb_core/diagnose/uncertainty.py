@@ -18,8 +18,7 @@ def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     (autocorrelation) rather than the noise's. The prior's part is left out: an entry that only
     the prior holds gets a large deviation.
     """
-    gram, _ = normal_equations(fit.jacobian, fit.residual,
-                               np.where(fitter.fitted, 1.0 / fitter.spread, 0.0))
+    gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
     norm = np.sqrt(np.diag(gram))
     norm[norm == 0.0] = 1e-300
     inverse = np.linalg.pinv(gram / norm / norm[:, None], rcond=1e-10, hermitian=True)

@@ -55,8 +55,7 @@ EFFECT = Effect(
     title='Asymmetric friction',
     parameters=(Parameter('asymmetry', '-', -0.95, 0.95, none=0.0, starts=(0.1,), form=0.05),
                 Parameter('of_load_friction', '-', 0.5, 2.0, starts=(1.0,), logarithmic=True),
-                Parameter('growth', '-', -1.0, 1.0, starts=(0.0, 0.8),
-                          default=0.0)),
+                Parameter('growth', '-', -1.0, 1.0, starts=(0.0, 0.8), default=0.0)),
     stages={'level': _level, 'torque': _drag},
     equation='F(ω) = F (1 + asymmetry · sgn ω), of the dry part, the drag, or both; '
              'the part ∝ load by of_load_friction times as much; of the dry part by '
@@ -65,6 +64,7 @@ EFFECT = Effect(
     statement=_statement,
     reveals='velocity',
     constants=(('of_drag', '-'), ('mean_speed', 'rad/s')),
+    defaults={'of_drag': 0.0, 'mean_speed': 10.0},
     set_constants=lambda scene: {'mean_speed': max(scene.moving_speed, 1e-9)},
     variants=({'of_drag': 0.0}, {'of_drag': 1.0}),
 )

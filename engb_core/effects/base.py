@@ -106,6 +106,8 @@ class Effect:
         reveals: coordinate over which the residual shows it best.
         constants: names and units of numbers that are set from the recording, not fitted.
         set_constants: Scene → their values.
+        defaults: what stands for a constant that a model file leaves out; one without must be
+            given.
         applies: whether a recording could show it at all (None: always).
         variants: fixed settings tried in turn, e.g. what a fade depends on.
         lead: (parameters) → (delay, time constant) [s] by which torque comes after measured
@@ -130,6 +132,7 @@ class Effect:
     reveals: str = 'velocity'
     constants: tuple[tuple[str, str], ...] = ()
     set_constants: Callable[[Scene], Mapping[str, float]] | None = None
+    defaults: Mapping[str, float] = field(default_factory=dict)
     applies: Callable[[Scene], bool] | None = None
     variants: tuple[Mapping[str, float], ...] = field(default=({},))
     lead: Callable[[Mapping[str, float]], tuple[float, float]] | None = None

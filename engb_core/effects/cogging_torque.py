@@ -1,22 +1,19 @@
 """Torque that is periodic in the shaft angle, whatever the motor torque."""
 
-import math
-
 from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import Effect, Parameter, POSITION
+from engb_core.harmonics import wave
 
 
 @compiled
-def _wave(parameters, angle):
-    # The second harmonic is given relative to the first: slots are not sinusoidal.
-    turn = parameters[1] * angle + parameters[2]
-    return parameters[0] * (math.sin(turn) + parameters[3] * math.sin(2.0 * turn)
-                            + parameters[4] * math.cos(2.0 * turn))
+def _periodic(parameters, angle):
+    return parameters[0] * wave(parameters[1] * angle + parameters[2], parameters[3],
+                                parameters[4])
 
 
 @effect_function
 def _torque(parameters, state, sample):
-    return _wave(parameters, sample[POSITION])
+    return _periodic(parameters, sample[POSITION])
 
 
 EFFECT = Effect(

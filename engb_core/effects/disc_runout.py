@@ -4,25 +4,24 @@ import math
 
 from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import DISC_ANGLE, DISC_SPEED, Effect, LOAD, Parameter
+from engb_core.harmonics import wave
 
 TURNING = 0.2  # rad/s from which a disc turns: above the noise of its speed
 
 
 @compiled
-def _wave(parameters, sample):
-    turn = sample[DISC_ANGLE] + parameters[1]
-    wave = (math.sin(turn) + parameters[2] * math.sin(2.0 * turn)
-            + parameters[3] * math.cos(2.0 * turn))
+def _modulation(parameters, sample):
+    modulation = wave(sample[DISC_ANGLE] + parameters[1], parameters[2], parameters[3])
     if parameters[6] > 0.5:
-        wave *= abs(math.tanh(sample[DISC_SPEED] / TURNING))
-    return parameters[0] * wave
+        modulation *= abs(math.tanh(sample[DISC_SPEED] / TURNING))
+    return parameters[0] * modulation
 
 
 @effect_function
 def _shift(parameters, state, sample):
     if parameters[5] < 0.5:
         return 0.0
-    return _wave(parameters, sample) / parameters[8]
+    return _modulation(parameters, sample) / parameters[8]
 
 
 @effect_function
@@ -32,7 +31,7 @@ def _load(parameters, state, sample):
         return load
     half = parameters[4] * parameters[7]
     contact = load / (load + half) * (parameters[7] + half) / parameters[7]
-    return load + contact * _wave(parameters, sample)
+    return load + contact * _modulation(parameters, sample)
 
 
 EFFECT = Effect(
@@ -55,6 +54,8 @@ EFFECT = Effect(
     reveals='disc_angle',
     constants=(('displacement', '-'), ('only_turning', '-'), ('reference_load', 'N·m'),
                ('reference_slope', 'N·m/rad')),
+    defaults={'displacement': 0.0, 'only_turning': 0.0, 'reference_load': 0.17,
+              'reference_slope': 0.02},
     # The amplitude is that of a force at the highest load, and the root mean square over the
     # contact where a displacement acts through the load's slope.
     set_constants=lambda scene: {'reference_load': max(scene.largest_load, 1e-9),

@@ -71,7 +71,8 @@ EFFECT = Effect(
     id='drivetrain_resonance',
     title='Drivetrain resonance',
     parameters=(
-        Parameter('inertia_fraction', '-', 0.0, 0.9, none=0.0, starts=(0.25,)),
+        Parameter('inertia_fraction', '-', 0.0, 0.9, none=0.0, starts=(0.25,),
+                  default=0.25),
         Parameter('frequency', 'Hz', 2.0, 100.0,
                   starts=(8.0, 12.0, 17.0, 24.0, 33.0, 46.0, 64.0, 90.0), logarithmic=True,
                   form=0.15),
@@ -87,6 +88,7 @@ EFFECT = Effect(
         f"{p['inertia_fraction'] * 100:.0f} % of the inertia beyond it."),
     reveals='frequency',
     constants=(('load_beyond', '-'),),
+    defaults={'load_beyond': 0.0},
     # λ: the load may act on the inertia beyond, and twist the drivetrain, or at the motor. A
     # drivetrain that hardens is twisted by less than its resonance says.
     variants=({'load_beyond': 1.0}, {'load_beyond': 0.0}),

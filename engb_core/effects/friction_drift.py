@@ -31,5 +31,6 @@ EFFECT = Effect(
         f"to {p['friction_ratio']:.2f} times its value at the start (warm-up)."),
     reveals='time',
     constants=(('duration', 's'),),
+    defaults={'duration': 60.0},
     set_constants=lambda scene: {'duration': scene.duration},
 )

@@ -30,8 +30,8 @@ def _opening(parameters, ahead, back):
 
 @compiled
 def _widest(parameters):
-    """Return how wide the slow loop from rest to the top and back opens at most, over twice what
-    the memory could do at the top; the load goes with travel^load_power."""
+    """Return half the widest opening of the slow loop from rest to the top and back, over what the
+    whole memory does at the top; the load goes with travel^load_power."""
     power = parameters[7]
     widest = 0.0
     for step in range(1, 60):
@@ -105,6 +105,7 @@ EFFECT = Effect(
     reveals='since_reversal',
     constants=(('peak_load', 'N·m'), ('sense', '-'), ('reach', 'rad'),
                ('elements', '-'), ('load_power', '-')),
+    defaults={'peak_load': 0.35, 'sense': 1.0, 'reach': 30.0, 'elements': 0.0, 'load_power': 2.0},
     set_constants=lambda scene: {
         'peak_load': max(scene.largest_load, 1e-9),
         'reach': max(scene.position_range[1] - scene.position_range[0], 1e-9),

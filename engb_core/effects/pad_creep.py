@@ -42,6 +42,7 @@ EFFECT = Effect(
         f"time constant of {p['time_constant']:.2g} s (pad creep)."),
     reveals='time_in_contact',
     constants=(('one_sided', '-'),),
+    defaults={'one_sided': 0.0},
     applies=lambda scene: scene.largest_load > 0,
     variants=({'one_sided': 0.0}, {'one_sided': 1.0}),
 )

@@ -53,6 +53,8 @@ EFFECT = Effect(
     reveals='disc_speed',
     constants=(('by_temperature', '-'), ('speed_from', 'rad/s'), ('speed_to', 'rad/s'),
                ('temperature_from', '°C'), ('temperature_to', '°C')),
+    defaults={'by_temperature': 0.0, 'speed_from': 0.0, 'speed_to': 90.0,
+              'temperature_from': 20.0, 'temperature_to': 400.0},
     set_constants=_ranges,
     applies=lambda scene: bool(scene.disc_speed_range) and scene.largest_load > 0,
     variants=({'by_temperature': 0.0}, {'by_temperature': 1.0}),

@@ -48,6 +48,7 @@ EFFECT = Effect(
     reference='Dahl, AIAA J. 14 (1976) 1675; Canudas de Wit et al., IEEE TAC 40 (1995) 419; '
               'Al-Bender et al., IEEE TAC 50 (2005) 1883',
     constants=(('elements', '-'),),
+    defaults={'elements': 0.0},
     # One state that forgets, or elements that each keep their turning point.
     variants=({'elements': 0.0}, {'elements': 1.0}),
     statement=lambda p: (

@@ -29,5 +29,6 @@ EFFECT = Effect(
         'torque per ampere than at small effort (saturation).'),
     reveals='effort',
     constants=(('largest_effort', 'N·m'),),
+    defaults={'largest_effort': 0.5},
     set_constants=lambda scene: {'largest_effort': scene.largest_effort},
 )

@@ -38,6 +38,7 @@ EFFECT = Effect(
                          + ', load and friction alike; no effect of the library does that.'),
     reveals='time',
     constants=(('duration', 's'), ('largest_effort', 'N·m'), ('by_heat', '-')),
+    defaults={'duration': 60.0, 'largest_effort': 0.5, 'by_heat': 0.0},
     set_constants=lambda scene: {'duration': scene.duration,
                                  'largest_effort': max(scene.largest_effort, 1e-9)},
     variants=({'by_heat': 0.0}, {'by_heat': 1.0}),

@@ -35,6 +35,7 @@ EFFECT = Effect(
                          'library does that.'),
     reveals='since_reversal',
     constants=(('standstill', 'rad/s'),),
+    defaults={'standstill': 0.1},
     set_constants=lambda scene: {'standstill': max(0.002 * scene.speed, 1e-9)},
     unnamed=True,
 )

@@ -62,7 +62,8 @@ def _torque(parameters, state, sample):
 EFFECT = Effect(
     id='unexplained_surface',
     title='Unexplained torque',
-    parameters=tuple(Parameter(f'value_{index:02d}', 'N·m', -1e9, 1e9, none=0.0, starts=(0.0,))
+    parameters=tuple(Parameter(f'value_{index:02d}', 'N·m', -1e9, 1e9, none=0.0, starts=(0.0,),
+                               default=0.0)
                      for index in range(SURFACE_VALUES)),
     stages={'torque': _torque},
     equation='T = table over the coordinates, linear between knots',

@@ -12,26 +12,13 @@ import zlib
 
 import numpy as np
 
-from engb_core.effects.base import (
-    ACCELERATION,
-    DIRECTION,
-    DISC_ANGLE,
-    DISC_SPEED,
-    Effect,
-    PAD_TEMPERATURE,
-    Parameter,
-    POSITION,
-    SAMPLE_SIZE,
-    Scene,
-    TIME,
-    TIME_STEP,
-    VELOCITY,
-)
+from engb_core.effects.base import DIRECTION, Effect, Parameter, POSITION, SAMPLE_SIZE, Scene
 from engb_core.effects.catalogue import catalogue
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
 from engb_core.plant import physics_of
 from engb_core.recording import Recording, Reference, Signal
+from engb_core.sample_table import sample_table
 from engb_core.simulation import simulate_closed_loop
 
 from .bench import strokes
@@ -133,15 +120,12 @@ def looped(model: Model, duration: float = 10.0) -> tuple[np.ndarray, np.ndarray
     integral = np.concatenate([[0.0], np.cumsum(CONTROLLER.integral * error * TICK)[:-1]])
     effort = (push + CONTROLLER.proportional * error + CONTROLLER.derivative * (speed - velocity)
               + integral)
-    samples = np.zeros((time.size - 1, SAMPLE_SIZE))
-    samples[:, TIME_STEP] = TICK
-    samples[1:, TIME] = time[1:-1] + 0.5 * TICK
-    samples[:, POSITION] = 0.5 * (position[1:] + position[:-1])
-    samples[:, VELOCITY] = 0.5 * (velocity[1:] + velocity[:-1])
-    samples[:, ACCELERATION] = np.diff(velocity) / TICK
-    samples[:, DISC_SPEED] = disc[:-1]
-    samples[:, DISC_ANGLE] = (np.cumsum(disc) * TICK)[:-1] - 0.5 * disc[:-1] * TICK
-    samples[:, PAD_TEMPERATURE] = warmth[:-1]
+    middle = time[:-1] + 0.5 * TICK
+    middle[0] = 0.0  # a start at 0 tells the effects to begin anew
+    samples = sample_table(
+        TICK, middle, 0.5 * (position[1:] + position[:-1]), 0.5 * (velocity[1:] + velocity[:-1]),
+        np.diff(velocity) / TICK, disc[:-1],
+        (np.cumsum(disc) * TICK)[:-1] - 0.5 * disc[:-1] * TICK, warmth[:-1])
     return samples, effort[:-1]
 
 

@@ -7,19 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.effects.base import (
-    DISC_ANGLE,
-    DISC_SPEED,
-    PAD_TEMPERATURE,
-    POSITION,
-    SAMPLE_SIZE,
-    TIME,
-    TIME_STEP,
-    VELOCITY,
-)
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model, Motor
 from engb_core.plant import physics_of
+from engb_core.sample_table import sample_table
 
 STEP, TOP = 1e-3, 20.0
 LOAD = LoadTorque(coefficients=(0.0, 2e-3, 2e-4, 1e-5))
@@ -30,12 +21,8 @@ BARE = Model(motor=Motor(inertia=1e-12, viscous_friction=0.0), load_torque=LOAD,
 
 def effort(model, position, **columns):
     """Return the effort (n,) that a motion (n,) needs, with columns of the sample as given."""
-    samples = np.zeros((position.size, SAMPLE_SIZE))
-    samples[:, TIME_STEP], samples[:, TIME] = STEP, STEP * np.arange(position.size)
-    samples[:, POSITION], samples[:, VELOCITY] = position, np.gradient(position, STEP)
-    for name, values in columns.items():
-        samples[:, {'disc_speed': DISC_SPEED, 'disc_angle': DISC_ANGLE,
-                    'temperature': PAD_TEMPERATURE}[name]] = values
+    samples = sample_table(STEP, STEP * np.arange(position.size), position,
+                           np.gradient(position, STEP), 0.0, **columns)
     return effort_of_motion(samples, STEP, physics_of(model))
 
 
@@ -65,9 +52,8 @@ def test_ratio_change_is_that_over_the_range(bend, by_temperature):
                         by_temperature=by_temperature, speed_from=4.0, speed_to=80.0,
                         temperature_from=30.0, temperature_to=300.0)
     at = np.full(2, TOP)
-    # Either way round: a disc that turns backwards helps where it hindered.
     torque = effort(model, at, disc_speed=np.array([4.0, 80.0]),
-                    temperature=np.array([30.0, 300.0])) / effort(BARE, at)
+                    pad_temperature=np.array([30.0, 300.0])) / effort(BARE, at)
     assert torque[1] - torque[0] == pytest.approx(-0.2, abs=1e-6)
 
 
