@@ -22,7 +22,7 @@ from engb_core.diagnose.kept_number import kept_number
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
 from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
-from engb_core.diagnose.rugged import search_around
+from engb_core.diagnose.rugged import begun_at, search_around
 from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['Fit', 'Fitter', 'StartColumns']
@@ -31,9 +31,10 @@ Array = NDArray[np.float64]
 
 # Part of the refitted model's typical residual that is added to the noise in the weights.
 MISSED_PART = 0.3
-# Starts that are followed, and random moves around each and around the best, where the cost is
-# rugged.
-RUGGED_STARTS = 4
+# Where the cost is rugged: starts that are tried, those of them that are followed, and random
+# moves around each and around the best.
+RUGGED_SCREENED = 16
+RUGGED_STARTS = 5
 FIRST_MOVES = 20
 FURTHER_MOVES = 50
 # After so many rounds from a further start it must be no worse than this multiple of the best.
@@ -181,22 +182,19 @@ class Fitter:
         costs, sizes = self.screen(start, starts)
         hypothesis = Hypothesis(start.hypothesis.model, start.hypothesis.numbers,
                                 (*start.hypothesis.variants, variant), len(self.problem.runs))
+        if variant.effect.rugged:
+            screened = [starts[place].setting for place in np.argsort(costs)[:RUGGED_SCREENED]]
+            begun = begun_at(self, start, hypothesis, screened, RUGGED_STARTS)
+            return self._fit_rugged([self._iterate(entry, rounds) for entry in begun], start)
         fits: list[Fit] = []
-        for place in np.argsort(costs)[:RUGGED_STARTS if variant.effect.rugged else keep]:
+        for place in np.argsort(costs)[:keep]:
             begun = self._begun(hypothesis, start, starts[place].setting, sizes[place])
-            if fits and not variant.effect.rugged:
+            if fits:
                 begun = self._iterate(begun, FIRST_ROUNDS)
                 if begun.cost > PROMISING * fits[0].cost:
                     continue
             fits.append(self._iterate(begun, rounds))
-        best = min(fits, key=lambda entry: entry.cost)
-        if not variant.effect.rugged:
-            return best
-        best = min((search_around(self, entry, FIRST_MOVES) for entry in fits),
-                   key=lambda entry: entry.cost)
-        if best.cost > (1.0 - HOPE) * start.cost:
-            return best
-        return search_around(self, best, FURTHER_MOVES)
+        return min(fits, key=lambda entry: entry.cost)
 
     def refit(self, fit: Fit, numbers: tuple[NominalNumber, ...], rounds: int = 6) -> Fit:
         """Fit the same effects with other numbers free; the rest stand as in the model file."""
@@ -250,6 +248,14 @@ class Fitter:
             if best.cost < start.cost or not hypothesis.variants[-1].scalable:
                 break
         return best
+
+    def _fit_rugged(self, fits: list[Fit], start: Fit) -> Fit:
+        """Return the best fit found around any of `fits`, which add a rugged effect to `start`."""
+        best = min((search_around(self, entry, FIRST_MOVES) for entry in fits),
+                   key=lambda entry: entry.cost)
+        if best.cost > (1.0 - HOPE) * start.cost:
+            return best
+        return search_around(self, best, FURTHER_MOVES)
 
     def _iterate(self, begin: Fit, rounds: int, tolerance: float = 3e-3,
                  shared: Array | None = None) -> Fit:

@@ -77,8 +77,10 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         return []
     kept = _BY_NUMBER.get(fitter.kept or '')
     insisted = [replace(finding, kept=finding.effect == kept) for finding in insisted]
-    return _fewest(fitter, explained, insisted) or [
-        finding for finding in insisted if finding.kept]
+    held = [finding for finding in insisted if finding.kept]
+    if explained.hypothesis.variants and held:
+        return held
+    return _fewest(fitter, explained, insisted) or held
 
 
 def number_place(numbers: tuple[NominalNumber, ...], effect: str) -> int:

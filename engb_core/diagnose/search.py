@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
+from engb_core.diagnose.numbers import level
+from engb_core.diagnose.rugged import is_rugged
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.effects.base import Effect
@@ -23,6 +25,12 @@ ALIKE = 2
 _MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
 # Singles and pairs that are iterated on with derivatives at the fit itself.
 REFINED = 5
+# So many pairs are fitted the other way round as well; without a rugged effect only those that
+# lower the leading single's cost to this part of it.
+OTHER_WAY_ROUND = 4
+ASTRAY = 0.8
+# None is where the best pair leaves no more than this of the noise's mean square.
+NOTHING_LEFT = 0.15
 
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
 # is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
@@ -51,6 +59,10 @@ class Search:
                            for variant in fit.hypothesis.variants))
         if key not in self.variants or fit.cost < self.variants[key].cost:
             self.variants[key] = fit
+
+    def alone(self, variant: Variant) -> Fit:
+        """Return the fit of one effect."""
+        return self.variants[((variant.effect.id, variant.constants),)]
 
     def alike(self, fits: list[Fit]) -> list[Fit]:
         """Return all variants of the fits' sets of effects."""
@@ -98,6 +110,8 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
     for number, fit in enumerate(side_by_side(_fitted_beside(fitter), pairs, fitter.threads)):
         tell(f'fitted {number + 1} of {len(pairs)} pairs: {" and ".join(fit.hypothesis.ids)}')
         result.add(fit)
+    for fit in side_by_side(_other_way_round(result), _led_astray(result), fitter.threads):
+        result.add(fit)
     for fit in side_by_side(fitter.refine, result.of_size(2)[:REFINED], fitter.threads):
         result.add(fit)
     return result
@@ -114,6 +128,38 @@ def extend(result: Search, fit: Fit) -> None:
 
 def _fitted_beside(fitter: Fitter) -> Callable[[_Companion], Fit]:
     return lambda entry: fitter.fit(entry.variant, entry.first, [entry.start], rounds=5)
+
+
+def _led_astray(result: Search) -> list[Fit]:
+    """Return the best pairs that grew from the leading single and may stand wrong: alone it took
+    in what it could of its companion, and derivatives need not lead back from there, least of
+    all where the cost has many narrow minima."""
+    leading, pairs = result.of_size(1)[0], result.of_size(2)
+    if not pairs or level(pairs[0], result.fitter) < 1.0 + NOTHING_LEFT:
+        return []
+    lower = leading.cost if is_rugged(leading) else ASTRAY * leading.cost
+    return [fit for fit in pairs if fit.cost < lower
+            and fit.hypothesis.variants[0] == leading.hypothesis.variants[0]
+            and not any(variant.effect.unnamed for variant in fit.hypothesis.variants)
+            ][:OTHER_WAY_ROUND]
+
+
+def _other_way_round(result: Search) -> Callable[[Fit], Fit]:
+    """Return what fits a pair anew, with the effect last that was first."""
+    fitter = result.fitter
+
+    def fitted(pair: Fit) -> Fit:
+        last, first = pair.hypothesis.variants
+        return _with_variant(fitter, result.alone(first), last)
+
+    return fitted
+
+
+def _with_variant(fitter: Fitter, fit: Fit, variant: Variant) -> Fit:
+    """Return the fit with one effect more, wherever that may start."""
+    (starts,) = (starts for other, starts in _variants_and_starts(fitter, fit, variant.effect)
+                 if other.constants == variant.constants)
+    return fitter.fit(variant, fit, starts, rounds=5)
 
 
 @dataclass(frozen=True)
@@ -199,13 +245,26 @@ def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
     if len(numbers) == len(fitter.numbers):
         return []
     fitter.base(numbers)
-    held = [*side_by_side(lambda fit: fitter.refit(fit, numbers), result.alike(fits),
+    held = [*side_by_side(lambda fit: _refitted(result, fit, numbers), result.alike(fits),
                           fitter.threads), *load_moved(result, None)]
     best: dict[tuple[str, ...], Fit] = {}
     for fit in held:
         if fit.hypothesis.ids not in best or fit.cost < best[fit.hypothesis.ids].cost:
             best[fit.hypothesis.ids] = fit
     return list(best.values())
+
+
+def _refitted(result: Search, fit: Fit, numbers: tuple[NominalNumber, ...]) -> Fit:
+    """Return the fit with other numbers free. One with many narrow minima stays where it is, so
+    that a pair with a rugged effect is fitted anew, that effect last."""
+    fitter = result.fitter
+    again = fitter.refit(fit, numbers)
+    rugged = [variant for variant in fit.hypothesis.variants if variant.effect.rugged]
+    others = [variant for variant in fit.hypothesis.variants if not variant.effect.rugged]
+    if len(rugged) != 1 or len(others) != 1:
+        return again
+    alone = fitter.refit(result.alone(others[0]), numbers)
+    return min(again, _with_variant(fitter, alone, rugged[0]), key=lambda entry: entry.cost)
 
 
 def load_free(fitter: Fitter) -> tuple[NominalNumber, ...]:
