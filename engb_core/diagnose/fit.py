@@ -22,7 +22,7 @@ from engb_core.diagnose.kept_number import kept_number
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
 from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
-from engb_core.diagnose.rugged import begun_at, search_around
+from engb_core.diagnose.rugged import best_promised, Promise, promises
 from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['Fit', 'Fitter', 'StartColumns']
@@ -31,18 +31,12 @@ Array = NDArray[np.float64]
 
 # Part of the refitted model's typical residual that is added to the noise in the weights.
 MISSED_PART = 0.3
-# Where the cost is rugged: starts that are tried, those of them that are followed, and random
-# moves around each and around the best.
+# Starts that are tried where the cost is rugged.
 RUGGED_SCREENED = 16
-RUGGED_STARTS = 5
-FIRST_MOVES = 20
-FURTHER_MOVES = 50
 # After so many rounds from a further start it must be no worse than this multiple of the best.
 FIRST_ROUNDS, PROMISING = 2, 1.1
 # Parts of what linear least squares say that a fit may begin at.
 PARTS = (1.0, 0.5, 0.25, 0.1)
-# Part of the cost that the first moves must have taken away to be worth further ones.
-HOPE = 0.02
 
 
 class Fitter:
@@ -134,7 +128,7 @@ class Fitter:
             shared = np.zeros((self.measured.size, 0))
             for _ in range(2 if numbers else 0):
                 shared = self.number_columns(fit)
-                fit = self._iterate(fit, 4, shared=shared)
+                fit = self.iterate(fit, 4, shared=shared)
             self._shared[numbers], self._base[numbers] = shared, fit
         return self._base[numbers]
 
@@ -166,6 +160,14 @@ class Fitter:
             sizes.append(solution[shared.shape[1]:])
         return costs, sizes
 
+    def promised(self, variant: Variant, start: Fit, starts: list[StartColumns],
+                 most: int = RUGGED_SCREENED) -> list[Promise]:
+        """Return what a rugged effect promises when it is added to `start`, the most first, at so
+        many of its starts."""
+        costs, _ = self.screen(start, starts)
+        return promises(self, start, self._with(start, variant),
+                        [starts[place].setting for place in np.argsort(costs)[:most]])
+
     def fit(self, variant: Variant, start: Fit | None = None,
             starts: list[StartColumns] | None = None, rounds: int = 6, keep: int = 1) -> Fit:
         """Fit one more effect on top of `start` (None: the base), all numbers jointly.
@@ -179,22 +181,26 @@ class Fitter:
         """
         start = start or self.base()
         starts = self.starts(variant) if starts is None else starts
-        costs, sizes = self.screen(start, starts)
-        hypothesis = Hypothesis(start.hypothesis.model, start.hypothesis.numbers,
-                                (*start.hypothesis.variants, variant), len(self.problem.runs))
         if variant.effect.rugged:
-            screened = [starts[place].setting for place in np.argsort(costs)[:RUGGED_SCREENED]]
-            begun = begun_at(self, start, hypothesis, screened, RUGGED_STARTS)
-            return self._fit_rugged([self._iterate(entry, rounds) for entry in begun], start)
+            return best_promised(self, start, self.promised(variant, start, starts), rounds)
+        costs, sizes = self.screen(start, starts)
+        hypothesis = self._with(start, variant)
         fits: list[Fit] = []
         for place in np.argsort(costs)[:keep]:
             begun = self._begun(hypothesis, start, starts[place].setting, sizes[place])
             if fits:
-                begun = self._iterate(begun, FIRST_ROUNDS)
+                begun = self.iterate(begun, FIRST_ROUNDS)
                 if begun.cost > PROMISING * fits[0].cost:
                     continue
-            fits.append(self._iterate(begun, rounds))
+            fits.append(self.iterate(begun, rounds))
         return min(fits, key=lambda entry: entry.cost)
+
+    def iterate(self, begin: Fit, rounds: int, tolerance: float = 3e-3,
+                shared: Array | None = None) -> Fit:
+        """Return the fit after so many rounds at most of joint steps by derivatives; `shared` are
+        those of the nominal numbers (None: at the base)."""
+        shared = self._shared[begin.hypothesis.numbers] if shared is None else shared
+        return descended(self, begin, shared, rounds, tolerance)
 
     def refit(self, fit: Fit, numbers: tuple[NominalNumber, ...], rounds: int = 6) -> Fit:
         """Fit the same effects with other numbers free; the rest stand as in the model file."""
@@ -204,11 +210,11 @@ class Fitter:
                         strict=False))
         vector = np.concatenate([[kept[number.name] for number in numbers],
                                  fit.vector[len(fit.hypothesis.numbers):]])
-        return self._iterate(self.evaluate(hypothesis, vector), rounds)
+        return self.iterate(self.evaluate(hypothesis, vector), rounds)
 
     def refine(self, fit: Fit, rounds: int = 6) -> Fit:
         """Iterate on with derivatives of the nominal numbers taken at the fit itself."""
-        return self._iterate(fit, rounds, 1e-5, self.number_columns(fit))
+        return self.iterate(fit, rounds, 1e-5, self.number_columns(fit))
 
     def nominal(self) -> Fit:
         """Return the model file as it stands (only the sampling delay is found)."""
@@ -216,7 +222,7 @@ class Fitter:
 
     def without(self, fit: Fit, variant: int, rounds: int = 5) -> Fit:
         """Return the fit with one effect taken away and all the rest fitted anew."""
-        return self._iterate(self.evaluate(*bare(fit, {variant})), rounds)
+        return self.iterate(self.evaluate(*bare(fit, {variant})), rounds)
 
     def number_columns(self, fit: Fit) -> Array:
         """Return the derivatives by the nominal numbers at a fit, (m, count)."""
@@ -249,15 +255,6 @@ class Fitter:
                 break
         return best
 
-    def _fit_rugged(self, fits: list[Fit], start: Fit) -> Fit:
-        """Return the best fit found around any of `fits`, which add a rugged effect to `start`."""
-        best = min((search_around(self, entry, FIRST_MOVES) for entry in fits),
-                   key=lambda entry: entry.cost)
-        if best.cost > (1.0 - HOPE) * start.cost:
-            return best
-        return search_around(self, best, FURTHER_MOVES)
-
-    def _iterate(self, begin: Fit, rounds: int, tolerance: float = 3e-3,
-                 shared: Array | None = None) -> Fit:
-        shared = self._shared[begin.hypothesis.numbers] if shared is None else shared
-        return descended(self, begin, shared, rounds, tolerance)
+    def _with(self, start: Fit, variant: Variant) -> Hypothesis:
+        return Hypothesis(start.hypothesis.model, start.hypothesis.numbers,
+                          (*start.hypothesis.variants, variant), len(self.problem.runs))

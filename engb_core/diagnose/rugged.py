@@ -7,6 +7,7 @@ least squares; derivatives finish the work.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from engb_core.diagnose.fit import Fit, Fitter
     from engb_core.diagnose.hypothesis import Hypothesis
 
-__all__ = ['begun_at', 'is_rugged', 'search_around']
+__all__ = ['Promise', 'best_promised', 'is_rugged', 'promises', 'search_around']
 
 Array = NDArray[np.float64]
 
@@ -28,11 +29,27 @@ Array = NDArray[np.float64]
 MOVE_OF_LOGARITHM = 0.25
 MOVE_OF_RANGE = 0.1
 SHRINK = 0.97
+# Promising starts that are followed, and random moves around each and around the best.
+FOLLOWED = 5
+FIRST_MOVES = 20
+FURTHER_MOVES = 50
+# Part of the cost that the first moves must have taken away to be worth further ones.
+HOPE = 0.02
 
 
 def is_rugged(fit: Fit) -> bool:
     """Whether any effect of a fit is one of those."""
     return any(variant.effect.rugged for variant in fit.hypothesis.variants)
+
+
+@dataclass(frozen=True)
+class Promise:
+    """The cost that a hypothesis would have with its numbers at their linear optimum, and the
+    vector (size,) that promises it."""
+
+    hypothesis: Hypothesis
+    cost: float
+    vector: Array
 
 
 class _Settling:
@@ -60,12 +77,12 @@ class _Settling:
         return trial.cost - float(right @ step), better
 
 
-def begun_at(fitter: Fitter, start: Fit, hypothesis: Hypothesis, settings: list[dict[str, float]],
-             most: int) -> list[Fit]:
-    """Return the fits with one effect more that promise less than `start`, at least one of them.
+def promises(fitter: Fitter, start: Fit, hypothesis: Hypothesis, settings: list[dict[str, float]],
+             ) -> list[Promise]:
+    """Return what is promised with one effect more than `start`, the least cost first.
 
-    The effect begins at any of `settings`, the numbers as in `start`, or as the model file has
-    them: without the effect they have moved to make up for it, and may never find back.
+    The effect stands at each of `settings`, the numbers begin as in `start`, or as the model file
+    has them: without the effect they have moved to make up for it, and may never find back.
     """
     settled = _Settling(fitter, start, hypothesis)
     numbers = len(hypothesis.numbers)
@@ -73,10 +90,20 @@ def begun_at(fitter: Fitter, start: Fit, hypothesis: Hypothesis, settings: list[
     for setting in settings:
         place = start_vector(hypothesis, start, setting, None)
         as_in_file = np.concatenate([hypothesis.start_of_numbers(), place[numbers:]])
-        begun += [settled(place), settled(as_in_file)]
-    best, *others = sorted(begun, key=lambda entry: entry[0])[:most]
-    promising = [entry for entry in others if entry[0] < start.cost]
-    return [fitter.evaluate(hypothesis, vector) for _, vector in (best, *promising)]
+        begun += [Promise(hypothesis, *settled(entry)) for entry in (place, as_in_file)]
+    return sorted(begun, key=lambda promise: promise.cost)
+
+
+def best_promised(fitter: Fitter, start: Fit, promised: list[Promise], rounds: int) -> Fit:
+    """Return the best fit found from what promises less than `start`, or promises most."""
+    best, *others = promised[:FOLLOWED]
+    fits = [fitter.iterate(fitter.evaluate(promise.hypothesis, promise.vector), rounds)
+            for promise in (best, *(other for other in others if other.cost < start.cost))]
+    found = min((search_around(fitter, entry, FIRST_MOVES) for entry in fits),
+                key=lambda entry: entry.cost)
+    if found.cost > (1.0 - HOPE) * start.cost:
+        return found
+    return search_around(fitter, found, FURTHER_MOVES)
 
 
 def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:

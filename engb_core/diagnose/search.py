@@ -23,6 +23,8 @@ COMPANIONS = (8, 4, 3)
 # Variants of one effect among the companions of one.
 ALIKE = 2
 _MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
+# Starts of a rugged effect that are tried to see whether it may be a companion.
+RUGGED_COMPANION = 6
 # Singles and pairs that are iterated on with derivatives at the fit itself.
 REFINED = 5
 # So many pairs are fitted the other way round as well; without a rugged effect only those that
@@ -31,6 +33,9 @@ OTHER_WAY_ROUND = 4
 ASTRAY = 0.8
 # None is where the best pair leaves no more than this of the noise's mean square.
 NOTHING_LEFT = 0.15
+
+# What a gap's flanks do at the edge of the band is a resonance's, too.
+_ALIKE_AT_THE_EDGE = {'backlash', 'drivetrain_resonance'}
 
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
 # is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
@@ -127,7 +132,7 @@ def extend(result: Search, fit: Fit) -> None:
 
 
 def _fitted_beside(fitter: Fitter) -> Callable[[_Companion], Fit]:
-    return lambda entry: fitter.fit(entry.variant, entry.first, [entry.start], rounds=5)
+    return lambda entry: fitter.fit(entry.variant, entry.first, entry.starts, rounds=5)
 
 
 def _led_astray(result: Search) -> list[Fit]:
@@ -164,12 +169,12 @@ def _with_variant(fitter: Fitter, fit: Fit, variant: Variant) -> Fit:
 
 @dataclass(frozen=True)
 class _Companion:
-    """An effect that may stand beside a fit, where its fit starts, and the cost expected."""
+    """An effect that may stand beside a fit, where its fit may start, and the cost expected."""
 
     cost: float
     first: Fit
     variant: Variant
-    start: StartColumns
+    starts: list[StartColumns]
 
     @property
     def key(self) -> tuple[str, ...]:
@@ -202,6 +207,8 @@ def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> lis
 
 def _goes_with(effect: Effect, first: Fit) -> bool:
     ids = first.hypothesis.ids
+    if {effect.id, *ids} >= _ALIKE_AT_THE_EDGE:
+        return False
     return not (effect.id in ids or any(entry in ids for entry in effect.contains)
                 or any(effect.id in other.effect.contains for other in first.hypothesis.variants))
 
@@ -209,11 +216,15 @@ def _goes_with(effect: Effect, first: Fit) -> bool:
 def _screened(fitter: Fitter, first: Fit, effect: Effect) -> list[_Companion]:
     found = []
     for variant, starts in _variants_and_starts(fitter, first, effect):
+        if variant.effect.rugged:
+            promise = fitter.promised(variant, first, starts, RUGGED_COMPANION)[0]
+            found.append(_Companion(promise.cost, first, variant, starts))
+            continue
         costs, sizes = fitter.screen(first, starts)
         possible = [place for place in range(len(starts)) if variant.reaches(sizes[place])]
         if possible:
             place = min(possible, key=lambda place: costs[place])
-            found.append(_Companion(costs[place], first, variant, starts[place]))
+            found.append(_Companion(costs[place], first, variant, [starts[place]]))
     return found
 
 

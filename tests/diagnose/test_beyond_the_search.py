@@ -5,14 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from engb_core.control.trajectory import Trajectory, TrajectoryBuilder
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.kept_number import kept_number, LOAD
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
+from engb_core.diagnose.search import search
+from engb_core.diagnose.selection import select
 from engb_core.diagnose.wide_band import RESONANCE, resonance_beside
 from engb_core.effects.catalogue import get_effect
-from engb_core.model import EffectSetting, Model
+from engb_core.model import EffectSetting, LoadTorque, Model
 from engb_core.recording import Recording
 
 from .simulated_brake import brake_with, equal_strokes, NOMINAL, recorded
@@ -63,8 +66,8 @@ def test_the_files_own_resonance_is_not_found_again(ringing):
     assert resonance_beside(problem_of([ringing], model), model) is None
 
 
-def refitted(recording: Recording, model: Model, held: str) -> Model:
-    """Return the model file with all numbers but one refitted on the recording."""
+def refitted(recording: Recording, model: Model, held: str | tuple[str, ...]) -> Model:
+    """Return the model file refitted on the recording in all numbers but those that begin so."""
     fitter = Fitter(problem_of([recording], model))
     fit = fitter.base(tuple(number for number in fitter.numbers if not number.name.startswith(
         held)))
@@ -104,3 +107,37 @@ def test_random_moves_lead_out_of_a_narrow_minimum(loose):
     assert found.cost < 0.6 * start.cost
     assert search_around(fitter, start, 80).cost == found.cost
     assert search_around(fitter, found, 5).cost <= found.cost
+
+
+def strokes_and_waves(seed: int) -> Trajectory:
+    generator = np.random.default_rng(seed)
+    builder = TrajectoryBuilder().stop(0.3)
+    while builder.build().duration < 16.0:
+        top = generator.uniform(6.0, 24.0)
+        builder.move(top, 900.0, generator.uniform(8.0, 50.0)).stop(0.2)
+        for _ in range(2):
+            builder.move(top - generator.uniform(1.0, 4.0), 500.0, generator.uniform(4.0, 12.0))
+            builder.move(top, 500.0, generator.uniform(4.0, 12.0))
+        builder.move(generator.uniform(0.0, 2.0), 900.0, generator.uniform(8.0, 50.0)).stop(0.2)
+    return builder.build()
+
+
+@pytest.mark.parametrize(('seed', 'offset', 'gap'), [(1, 0.0036, 0.21), (2, 0.0036, 0.21),
+                                                     (3, -0.003, 0.3), (4, 0.004, 0.15)])
+def test_a_gap_is_told_from_the_offset_beside_it(seed, offset, gap):
+    """A file that was refitted around both: alone the gap takes in what it can of the offset."""
+    model = replace(NOMINAL, load_torque=LoadTorque(
+        coefficients=(0.0, 2.5e-3, 2e-4, 3e-6), contact_angle=5.0))
+    brake = replace(model, effects=(
+        EffectSetting('backlash', {'gap': gap, 'inertia_fraction': 0.43,
+                                   'friction_fraction': 0.66}),
+        EffectSetting('torque_offset', {'offset': offset})))
+    way = strokes_and_waves(seed)
+    recording = recorded(brake, lambda time, _: way.at(time), way.duration, seed=seed, noise=0.002)
+    file = refitted(recording, model, ('p', 'contact_angle'))
+    chosen = select(search(Fitter(problem_of([recording], file), 2))).chosen
+    assert set(chosen.hypothesis.ids) == {'backlash', 'torque_offset'}
+    values = {name: value for index in range(2)
+              for name, value in chosen.hypothesis.named(chosen.vector, index).items()}
+    assert values['offset'] == pytest.approx(offset, rel=0.05)
+    assert values['gap'] == pytest.approx(gap, rel=0.25)
