@@ -9,6 +9,7 @@ one is not believed.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Problem, problem_of, Run
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.catalogue import get_effect
+from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import MOST_OF_RATE
 
@@ -37,6 +39,11 @@ LEAST_BAND = 25.0
 LEAST_EXCESS = 1.0
 LEAST_GAIN = 0.3
 LEAST_SHARE = 0.18
+# A shaft that isn't linear must take away this part of what a linear one leaves.
+BENT_SHARE = 0.4
+# Its best starts that are followed; a linear one takes up with damping what isn't linear.
+BENT_KEPT = 3
+LIGHTLY = 0.03
 # Less of the inertia beyond the shaft is no shaft's resonance; more only smooths what the motor's
 # acceleration holds of noise and timing.
 LEAST_FRACTION, MOST_FRACTION = 0.15, 0.7
@@ -87,9 +94,12 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
     if before - 1.0 < LEAST_EXCESS:
         return None
     fit = _fitted(fitter, RESONANCE)
+    if not _tells(fitter, fit, before):
+        return None
+    fit = _bent(fitter, fit)
     gain = before - level(fit, fitter)
     share = gain / (before - 1.0)
-    if gain < LEAST_GAIN or share < LEAST_SHARE or not _rings(fit, bandwidth, share):
+    if not _rings(fit, bandwidth, share):
         return None
     if before - level(_fitted(fitter, RIVAL), fitter) > gain:
         return None
@@ -106,6 +116,34 @@ def _fitted(fitter: Fitter, effect_id: str) -> Fit:
         fit = fitter.refine(fitter.fit(variant, starts=starts, rounds=8, keep=4))
         if best is None or fit.cost < best.cost:
             best = fit
+    return best
+
+
+def _tells(fitter: Fitter, fit: Fit, before: float) -> bool:
+    """Whether a resonance takes away enough of what was left before it."""
+    gain = before - level(fit, fitter)
+    return gain >= LEAST_GAIN and gain >= LEAST_SHARE * (before - 1.0)
+
+
+def _bent(fitter: Fitter, linear: Fit) -> Fit:
+    """Return the fit with a shaft that isn't linear where that takes away most of what a linear
+    one leaves."""
+    left = level(linear, fitter) - 1.0
+    if left < LEAST_EXCESS:
+        return linear
+    values = linear.hypothesis.named(linear.vector, 0)
+    best, least = linear, (1.0 - BENT_SHARE) * left
+    for effect in NONLINEAR:
+        added = effect.parameters[len(get_effect(RESONANCE).parameters):]
+        settings = [{**values, **dict(zip((entry.name for entry in added), start, strict=True)),
+                     'damping_ratio': damping}
+                    for start in itertools.product(*(entry.starts for entry in added))
+                    for damping in {values['damping_ratio'], LIGHTLY}]
+        for variant in variants_of(effect, fitter.problem.scene):
+            fit = fitter.refine(fitter.fit(variant, starts=fitter.starts(variant, settings),
+                                           rounds=8, keep=BENT_KEPT))
+            if level(fit, fitter) - 1.0 < least:
+                best, least = fit, level(fit, fitter) - 1.0
     return best
 
 

@@ -1,8 +1,10 @@
 """A compliant drivetrain with inertia and friction beyond it."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 import math
 
-from engb_core.compiled import effect_function
+from engb_core.compiled import compiled, effect_function
 from engb_core.dry_friction import slowed_rate
 from engb_core.effects.base import (
     ACCELERATION,
@@ -17,11 +19,28 @@ from engb_core.effects.base import (
     VELOCITY,
 )
 
+# How torque rises with twist.
+LINEAR, HARDENS, SOFT_CENTRE = 0.0, 1.0, 2.0
+# Twist at which a hardening spring is said to be stiffer [rad].
+TWIST = 0.05
+
+
+@compiled
+def _sprung(parameters, twist):
+    """Return the twist of a linear spring that gives as much torque: a strain wave gear or a
+    spline is stiffer the further it is twisted, or soft up to a certain twist."""
+    change, reach = parameters[4], parameters[5]
+    if parameters[7] == HARDENS:
+        return twist * (1.0 + change * (twist / reach) ** 2)
+    if parameters[7] == SOFT_CENTRE:
+        return twist - change * min(max(twist, -reach), reach)
+    return twist
+
 
 @effect_function
 def _shift(parameters, state, sample):
     # Where the load is by now, if it goes on as it did in the last step.
-    if parameters[4] == 0.0 or sample[TIME] <= 0.0:
+    if parameters[6] == 0.0 or sample[TIME] <= 0.0:
         return 0.0
     return state[0] + sample[TIME_STEP] * state[1]
 
@@ -39,7 +58,7 @@ def _torque(parameters, state, sample):
     locked = 2.0 * math.pi * parameters[1] * math.sqrt(1.0 - fraction)
     decay = 2.0 * parameters[2] * locked
     friction = parameters[3] * sample[LEVEL]
-    load = parameters[4] * sample[LOAD]
+    load = parameters[6] * sample[LOAD]
     acceleration = sample[ACCELERATION]
     motor = sample[VELOCITY]
     step = sample[TIME_STEP]
@@ -55,16 +74,29 @@ def _torque(parameters, state, sample):
             drive = state[2] + share * (acceleration - state[2])
             drive += (state[4] + share * (load - state[4])) / inertia
             # Damping and dry friction are taken at the end of the step: neither can overshoot.
-            rate = (state[1] - short * (drive + locked ** 2 * state[0])) / (1.0 + short * decay)
+            rate = (state[1] - short * (drive + locked ** 2 * _sprung(parameters, state[0]))
+                    ) / (1.0 + short * decay)
             rate = slowed_rate(rate, speed, short * friction / inertia)
             state[1] = rate
             state[0] += short * rate
     state[2] = acceleration
     state[3] = motor
     state[4] = load
-    passed = -inertia * (locked ** 2 * state[0] + decay * state[1])
+    passed = -inertia * (locked ** 2 * _sprung(parameters, state[0]) + decay * state[1])
     # Rigid, what is beyond is part of inertia, load and friction; what is added is the rest.
     return passed - inertia * acceleration - load - friction * sample[DIRECTION]
+
+
+def _statement(p: Mapping[str, float]) -> str:
+    text = (f"A compliant drivetrain resonates at {p['frequency']:.1f} Hz with "
+            f"{p['inertia_fraction'] * 100:.0f} % of the inertia beyond it")
+    if p['spring'] == HARDENS:
+        return (f"{text}; twisted by {p['stiffness_twist'] * 1e3:.2g} mrad it gives "
+                f"{p['stiffness_change'] * 100:.2g} % more torque than a linear one.")
+    if p['spring'] == SOFT_CENTRE:
+        return (f"{text}; within ±{p['stiffness_twist'] * 1e3:.2g} mrad it is softer by "
+                f"{p['stiffness_change'] * 100:.0f} %.")
+    return f'{text}.'
 
 
 EFFECT = Effect(
@@ -80,16 +112,37 @@ EFFECT = Effect(
         Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.15,), default=0.0),
     ),
     stages={'shift': _shift, 'torque': _torque},
-    equation='(1 − ρ)J ω̇ + ρJ (ω̇ + ë) = …, ë + 2ζω_a ė + ω_a² e = −ω̇ − '
-             '(μC/ρJ) sgn(ω + ė) − λ T_L(θ + e)/ρJ, ω_a = ω_r √(1 − ρ)',
-    reference='Ellis and Lorenz, IEEE IAS (2000): resonant load control',
-    statement=lambda p: (
-        f"A compliant drivetrain resonates at {p['frequency']:.1f} Hz with "
-        f"{p['inertia_fraction'] * 100:.0f} % of the inertia beyond it."),
+    equation='(1 − ρ)J ω̇ + ρJ (ω̇ + ë) = …, ë + 2ζω_a ė + ω_a² g(e) = −ω̇ − '
+             '(μC/ρJ) sgn(ω + ė) − λ T_L(θ + e)/ρJ, ω_a = ω_r √(1 − ρ); g = e, e (1 + c (e/e_s)²) '
+             '(hardens), or e − c min(|e|, e_s) sgn e (soft centre)',
+    reference='Ellis and Lorenz, IEEE IAS (2000): resonant load control; Taghirad and Bélanger, '
+              'ASME J. Dyn. Syst. 120 (1998): stiffness of harmonic drives',
+    statement=_statement,
     reveals='frequency',
-    constants=(('load_beyond', '-'),),
-    defaults={'load_beyond': 0.0},
-    # λ: the load may act on the inertia beyond, and twist the drivetrain, or at the motor. A
-    # drivetrain that hardens is twisted by less than its resonance says.
+    constants=(('stiffness_change', '-'), ('stiffness_twist', 'rad'), ('load_beyond', '-'),
+               ('spring', '-')),
+    defaults={'stiffness_change': 0.0, 'stiffness_twist': TWIST, 'load_beyond': 0.0,
+              'spring': LINEAR},
+    set_constants=lambda scene: {'stiffness_change': 0.0, 'stiffness_twist': TWIST,
+                                 'spring': LINEAR},
+    # λ: the load may act on the inertia beyond, and twist the drivetrain, or at the motor.
     variants=({'load_beyond': 1.0}, {'load_beyond': 0.0}),
 )
+
+
+def _with_spring(spring: float, *free: Parameter) -> Effect:
+    """Return the effect with one of the springs, the first of its constants fitted as well."""
+    return replace(
+        EFFECT, parameters=(*EFFECT.parameters, *free), constants=EFFECT.constants[len(free):],
+        variants=({'load_beyond': 1.0},),
+        set_constants=lambda scene: {'stiffness_twist': TWIST, 'spring': spring})
+
+
+# Tried where a linear shaft leaves much; its frequency is that of small motion, or beyond the
+# soft centre.
+NONLINEAR = (
+    _with_spring(HARDENS, Parameter('stiffness_change', '-', 0.0, 100.0,
+                                    starts=(0.03, 0.3, 3.0))),
+    _with_spring(SOFT_CENTRE, Parameter('stiffness_change', '-', 0.0, 0.95, starts=(0.4,)),
+                 Parameter('stiffness_twist', 'rad', 1e-4, 1.0, starts=(0.003, 0.01, 0.03, 0.1),
+                           logarithmic=True)))

@@ -15,6 +15,7 @@ from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select
 from engb_core.diagnose.wide_band import RESONANCE, resonance_beside
 from engb_core.effects.catalogue import get_effect
+from engb_core.effects.drivetrain_resonance import HARDENS, LINEAR, SOFT_CENTRE, TWIST
 from engb_core.model import EffectSetting, LoadTorque, Model
 from engb_core.recording import Recording
 
@@ -120,6 +121,26 @@ def strokes_and_waves(seed: int) -> Trajectory:
             builder.move(top, 500.0, generator.uniform(4.0, 12.0))
         builder.move(generator.uniform(0.0, 2.0), 900.0, generator.uniform(8.0, 50.0)).stop(0.2)
     return builder.build()
+
+
+@pytest.mark.parametrize(('spring', 'change', 'twist', 'words'), [
+    (LINEAR, 0.0, TWIST, 'beyond it.'), (HARDENS, 0.3, TWIST, 'more torque'),
+    (SOFT_CENTRE, 0.4, 0.1, 'softer')])
+def test_a_shaft_is_called_linear_if_it_is(spring, change, twist, words):
+    """One frequency stands for another shaft nowhere: a linear one's lies between."""
+    brake = brake_with(RESONANCE, inertia_fraction=0.35, frequency=22.0, damping_ratio=0.04,
+                       friction_fraction=0.15, load_beyond=1.0, spring=spring,
+                       stiffness_change=change, stiffness_twist=twist)
+    way = strokes_and_waves(1)
+    recording = recorded(brake, lambda time, _: way.at(time), way.duration, seed=2, noise=0.002)
+    found = resonance_beside(problem_of([recording], NOMINAL), NOMINAL)
+    values = found.setting.parameters
+    assert values['spring'] == spring
+    assert values['frequency'] == pytest.approx(22.0, rel=0.04)
+    assert values['inertia_fraction'] == pytest.approx(0.35, abs=0.04)
+    assert values['stiffness_change'] == pytest.approx(change, rel=0.3)
+    assert values['stiffness_twist'] == pytest.approx(twist, rel=0.3)
+    assert words in found.finding.statement
 
 
 @pytest.mark.parametrize(('seed', 'offset', 'gap'), [(1, 0.0036, 0.21), (2, 0.0036, 0.21),
