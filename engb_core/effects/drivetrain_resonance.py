@@ -21,8 +21,6 @@ from engb_core.effects.base import (
 
 # How torque rises with twist.
 LINEAR, HARDENS, SOFT_CENTRE = 0.0, 1.0, 2.0
-# Twist at which a hardening spring is said to be stiffer [rad].
-TWIST = 0.05
 
 
 @compiled
@@ -31,9 +29,9 @@ def _sprung(parameters, twist):
     spline is stiffer the further it is twisted, or soft up to a certain twist."""
     change, reach = parameters[4], parameters[5]
     if parameters[7] == HARDENS:
-        return twist * (1.0 + change * (twist / reach) ** 2)
+        return twist + change * (twist - reach * math.atan(twist / reach))
     if parameters[7] == SOFT_CENTRE:
-        return twist - change * min(max(twist, -reach), reach)
+        return twist - change * reach * math.tanh(twist / reach)
     return twist
 
 
@@ -91,10 +89,13 @@ def _statement(p: Mapping[str, float]) -> str:
     text = (f"A compliant drivetrain resonates at {p['frequency']:.1f} Hz with "
             f"{p['inertia_fraction'] * 100:.0f} % of the inertia beyond it")
     if p['spring'] == HARDENS:
-        return (f"{text}; twisted by {p['stiffness_twist'] * 1e3:.2g} mrad it gives "
-                f"{p['stiffness_change'] * 100:.2g} % more torque than a linear one.")
+        change = p['stiffness_change']
+        if change <= 1.5:
+            return f'{text}; it hardens as it is twisted, to {1.0 + change:.1f} times as stiff.'
+        twice = p['stiffness_twist'] / math.sqrt(change - 1.0)
+        return f'{text}; it hardens: twisted by {twice * 1e3:.0f} mrad it is twice as stiff.'
     if p['spring'] == SOFT_CENTRE:
-        return (f"{text}; within ±{p['stiffness_twist'] * 1e3:.2g} mrad it is softer by "
+        return (f"{text}; its centre, some ±{p['stiffness_twist'] * 1e3:.0f} mrad, is softer by "
                 f"{p['stiffness_change'] * 100:.0f} %.")
     return f'{text}.'
 
@@ -113,36 +114,34 @@ EFFECT = Effect(
     ),
     stages={'shift': _shift, 'torque': _torque},
     equation='(1 − ρ)J ω̇ + ρJ (ω̇ + ë) = …, ë + 2ζω_a ė + ω_a² g(e) = −ω̇ − '
-             '(μC/ρJ) sgn(ω + ė) − λ T_L(θ + e)/ρJ, ω_a = ω_r √(1 − ρ); g = e, e (1 + c (e/e_s)²) '
-             '(hardens), or e − c min(|e|, e_s) sgn e (soft centre)',
+             '(μC/ρJ) sgn(ω + ė) − λ T_L(θ + e)/ρJ, ω_a = ω_r √(1 − ρ); g = e, '
+             'e + c (e − e_s atan(e/e_s)) (hardens), or e − c e_s tanh(e/e_s) (soft centre)',
     reference='Ellis and Lorenz, IEEE IAS (2000): resonant load control; Taghirad and Bélanger, '
               'ASME J. Dyn. Syst. 120 (1998): stiffness of harmonic drives',
     statement=_statement,
     reveals='frequency',
     constants=(('stiffness_change', '-'), ('stiffness_twist', 'rad'), ('load_beyond', '-'),
                ('spring', '-')),
-    defaults={'stiffness_change': 0.0, 'stiffness_twist': TWIST, 'load_beyond': 0.0,
+    defaults={'stiffness_change': 0.0, 'stiffness_twist': 1.0, 'load_beyond': 0.0,
               'spring': LINEAR},
-    set_constants=lambda scene: {'stiffness_change': 0.0, 'stiffness_twist': TWIST,
+    set_constants=lambda scene: {'stiffness_change': 0.0, 'stiffness_twist': 1.0,
                                  'spring': LINEAR},
     # λ: the load may act on the inertia beyond, and twist the drivetrain, or at the motor.
     variants=({'load_beyond': 1.0}, {'load_beyond': 0.0}),
 )
 
 
-def _with_spring(spring: float, *free: Parameter) -> Effect:
-    """Return the effect with one of the springs, the first of its constants fitted as well."""
+def _with_spring(spring: float, change: Parameter) -> Effect:
+    """Return the effect with one of the springs, whose numbers are fitted as well."""
+    added = (change, Parameter('stiffness_twist', 'rad', 1e-4, 2.0, logarithmic=True,
+                                starts=(0.003, 0.01, 0.03, 0.1, 0.3)))
     return replace(
-        EFFECT, parameters=(*EFFECT.parameters, *free), constants=EFFECT.constants[len(free):],
-        variants=({'load_beyond': 1.0},),
-        set_constants=lambda scene: {'stiffness_twist': TWIST, 'spring': spring})
+        EFFECT, parameters=(*EFFECT.parameters, *added), constants=EFFECT.constants[len(added):],
+        variants=({'load_beyond': 1.0, 'spring': spring},), set_constants=None)
 
 
-# Tried where a linear shaft leaves much; its frequency is that of small motion, or beyond the
-# soft centre.
+# Tried where a linear shaft leaves much. The frequency is that of small motion where the shaft
+# hardens, and that beyond a soft centre.
 NONLINEAR = (
-    _with_spring(HARDENS, Parameter('stiffness_change', '-', 0.0, 100.0,
-                                    starts=(0.03, 0.3, 3.0))),
-    _with_spring(SOFT_CENTRE, Parameter('stiffness_change', '-', 0.0, 0.95, starts=(0.4,)),
-                 Parameter('stiffness_twist', 'rad', 1e-4, 1.0, starts=(0.003, 0.01, 0.03, 0.1),
-                           logarithmic=True)))
+    _with_spring(HARDENS, Parameter('stiffness_change', '-', 0.0, 100.0, starts=(1.0, 10.0))),
+    _with_spring(SOFT_CENTRE, Parameter('stiffness_change', '-', 0.0, 0.95, starts=(0.5,))))

@@ -15,7 +15,7 @@ from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select
 from engb_core.diagnose.wide_band import RESONANCE, resonance_beside
 from engb_core.effects.catalogue import get_effect
-from engb_core.effects.drivetrain_resonance import HARDENS, LINEAR, SOFT_CENTRE, TWIST
+from engb_core.effects.drivetrain_resonance import HARDENS, LINEAR, SOFT_CENTRE
 from engb_core.model import EffectSetting, LoadTorque, Model
 from engb_core.recording import Recording
 
@@ -124,8 +124,8 @@ def strokes_and_waves(seed: int) -> Trajectory:
 
 
 @pytest.mark.parametrize(('spring', 'change', 'twist', 'words'), [
-    (LINEAR, 0.0, TWIST, 'beyond it.'), (HARDENS, 0.3, TWIST, 'more torque'),
-    (SOFT_CENTRE, 0.4, 0.1, 'softer')])
+    (LINEAR, 0.0, 1.0, 'beyond it.'), (HARDENS, 3.0, 0.08, 'hardens'),
+    (SOFT_CENTRE, 0.4, 0.06, 'softer')])
 def test_a_shaft_is_called_linear_if_it_is(spring, change, twist, words):
     """One frequency stands for another shaft nowhere: a linear one's lies between."""
     brake = brake_with(RESONANCE, inertia_fraction=0.35, frequency=22.0, damping_ratio=0.04,
