@@ -9,6 +9,7 @@ from engb_core.control.trajectory import Trajectory, TrajectoryBuilder
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.kept_number import kept_number, LOAD
+from engb_core.diagnose.numbers import wrong_numbers
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
@@ -162,3 +163,16 @@ def test_a_gap_is_told_from_the_offset_beside_it(seed, offset, gap):
               for name, value in chosen.hypothesis.named(chosen.vector, index).items()}
     assert values['offset'] == pytest.approx(offset, rel=0.05)
     assert values['gap'] == pytest.approx(gap, rel=0.25)
+
+
+def test_the_number_that_a_refit_held_is_named_before_those_that_moved():
+    brake = brake_with('load_hysteresis', hysteresis_ratio=0.05, memory_distance=1.0)
+    way = strokes_and_waves(1)
+    recording = recorded(brake, lambda time, _: way.at(time), way.duration, seed=2, noise=0.002)
+    wrong = replace(NOMINAL, friction=replace(NOMINAL.friction, load_gain=0.05))
+    fitter = Fitter(problem_of([recording], refitted(recording, wrong, 'load_gain')))
+    variant = variants_of(get_effect('load_hysteresis'), fitter.problem.scene)[0]
+    fit = fitter.finish(fitter.refine(fitter.fit(variant)))
+    (found,) = wrong_numbers(fitter, fit)
+    assert found.effect == 'load_dependent_friction'
+    assert found.value == pytest.approx(NOMINAL.friction.load_gain, rel=0.05)
