@@ -36,6 +36,8 @@ SECOND = 0.75
 # Two wrong numbers leave no more than this of the mean square (noise = 1): any two of a refitted
 # file leave more, since its others have moved as well.
 TWO_LEAVE = 0.03
+# Where no refit is seen, that or this part of what the lesser one matters.
+TWO_LEAVE_PART = 0.05
 # A file that fits nearly as well as any numbers without the effects was refitted around them.
 REFITTED = 1.5
 # Beside effects a wrong number must matter as much as this part of what the file loses to
@@ -140,7 +142,8 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
                                                                    0.1 * finding.matters):
             return [finding]
     for pair in itertools.combinations(insisted, 2):
-        if _with_only(fitter, explained, pair) < floor + TWO_LEAVE:
+        leave = TWO_LEAVE if fitter.kept else max(TWO_LEAVE, TWO_LEAVE_PART * pair[1].matters)
+        if _with_only(fitter, explained, pair) < floor + leave:
             return list(pair)
     least = SECOND * max(finding.matters for finding in insisted)
     return [finding for finding in insisted if finding.matters >= least]

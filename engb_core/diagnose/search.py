@@ -151,11 +151,9 @@ def _led_astray(result: Search) -> list[Fit]:
 
 def _other_way_round(result: Search) -> Callable[[Fit], Fit]:
     """Return what fits a pair anew, with the effect last that was first."""
-    fitter = result.fitter
-
     def fitted(pair: Fit) -> Fit:
         last, first = pair.hypothesis.variants
-        return _with_variant(fitter, result.alone(first), last)
+        return _with_variant(result.fitter, result.alone(first), last)
 
     return fitted
 
@@ -284,11 +282,13 @@ def load_free(fitter: Fitter) -> tuple[NominalNumber, ...]:
 
 
 def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
-    """Return `fit` (None: no effect) with the file's load curve, moved by one number each."""
+    """Return `fit` (None: no effect) with the file's load curve, moved by one number each; beside
+    effects also with the asymmetry that a free load curve takes in."""
     fitter = result.fitter
     numbers = load_free(fitter)
     start = fitter.base(numbers) if fit is None else fitter.refit(fit, numbers)
-    effects = [effect for effect in map(get_effect, _MOVE_THE_LOAD)
+    movers = _MOVE_THE_LOAD if fit is None else (*_MOVE_THE_LOAD, 'asymmetric_friction')
+    effects = [effect for effect in map(get_effect, movers)
                if effect.id not in start.hypothesis.ids
                and (effect.applies is None or effect.applies(fitter.problem.scene))]
     variants = [variant for effect in effects

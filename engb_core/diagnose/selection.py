@@ -15,6 +15,7 @@ import numpy as np
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.kept_number import LOAD
+from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import BESIDE_EFFECTS, INSISTED, INSISTED_PART, level, REFITTED
 from engb_core.diagnose.search import extend, load_free, load_held, load_moved, Search
 from engb_core.diagnose.wide_band import RESONANCE
@@ -196,14 +197,24 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
     kept = fitter.kept == LOAD
     if nominal < REFITTED * before and not kept:
         return chosen
-    moved = load_moved(result, chosen)
     rise = level(fitter.refit(chosen, load_free(fitter)), fitter) - level(chosen, fitter)
+    moved = load_moved(result, chosen) if rise >= INSISTED else []
+    if not moved:
+        return chosen
+    best = min(moved, key=lambda fit: price(fit, fitter)
+               - NUMBER_BONUS * fit.hypothesis.variants[-1].effect.number_only)
     lost = min(nominal - before, BESIDE_EFFECTS * before)
     least = KEPT_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
-    if not moved or rise < max(INSISTED, least):
+    if rise < least and not _as_it_stands(best, chosen, fitter):
         return chosen
-    best = min(moved, key=lambda fit: price(fit, fitter))
     return best if level(best, fitter) < limit + min(0.02 * rise, 0.3) else chosen
+
+
+def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter) -> bool:
+    """Whether a fit needs none of the file's numbers changed to be as good as the chosen effects
+    with all numbers free: no refit has moved them."""
+    held = fitter.refit(fit, tuple(number for number in fitter.numbers if number.name == DELAY))
+    return level(held, fitter) < level(chosen, fitter) + HELD_LOSS
 
 
 def _by_numbers(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
