@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Problem, problem_of, Run
+from engb_core.diagnose.rugged import promises
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
@@ -51,6 +52,8 @@ LEAST_FRACTION, MOST_FRACTION = 0.15, 0.7
 DAMPED_BELOW = 0.6
 # Above the band one is believed up to here if it takes away this part of the excess.
 ABOVE, WHOLE = 1.2, 0.85
+# Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed.
+FRACTION, PROMISED = 0.3, 3
 # How sure a resonance is whose damping was found, and one whose damping stands at its bound.
 FOUND, BOUND = 0.95, 0.9
 
@@ -113,10 +116,24 @@ def _fitted(fitter: Fitter, effect_id: str) -> Fit:
     for variant in variants_of(get_effect(effect_id), fitter.problem.scene):
         starts = None if best is None else fitter.starts(
             variant, [best.hypothesis.named(best.vector, 0)])
-        fit = fitter.refine(fitter.fit(variant, starts=starts, rounds=8, keep=4))
+        fit = fitter.fit(variant, starts=starts, rounds=8, keep=4)
+        if best is None and effect_id == RESONANCE:
+            fit = min(fit, _promised(fitter, variant), key=lambda entry: entry.cost)
+        fit = fitter.refine(fit)
         if best is None or fit.cost < best.cost:
             best = fit
     return best
+
+
+def _promised(fitter: Fitter, variant: Variant) -> Fit:
+    """Return the fit begun where a resonance of some size promises most: half its size does not
+    do half of what it does, so that linear least squares may mistake the frequency."""
+    base = fitter.base()
+    hypothesis = fitter.hypothesis((variant,))
+    promised = promises(fitter, base, hypothesis, [
+        {**start, 'inertia_fraction': FRACTION} for start in variant.starts()])
+    return min((fitter.iterate(fitter.evaluate(hypothesis, promise.vector), 8)
+                for promise in promised[:PROMISED]), key=lambda entry: entry.cost)
 
 
 def _tells(fitter: Fitter, fit: Fit, before: float) -> bool:
