@@ -110,7 +110,8 @@ if COMPILED:
         from numba.core.ccallback import CFunc
 
         from engb_core.effects.base import SAMPLE_SIZE, STATE_SIZE
-        scalar = numba.njit(**_OPTIONS)(definition)
+        # As above: to hand over three arrays takes as long as most effects.
+        scalar = numba.njit(**_OPTIONS, forceinline=True)(definition)
         carray, size = numba.carray, PARAMETER_SIZE
 
         def entry(parameters, state, sample):
@@ -121,7 +122,7 @@ if COMPILED:
         entry.__qualname__ = definition.__qualname__
         made = CFunc(entry, (_ENTRY.args, _ENTRY.return_type), {},
                      {'nopython': True, 'error_model': 'numpy'})
-        made._cache = CodeCache(entry, 'callback')
+        made._cache = CodeCache(entry, 'callback, inlined')
         made.compile()
         return made
 

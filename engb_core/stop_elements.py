@@ -41,14 +41,14 @@ def moved_elements(state, first, way, distance, shape):
     """Move the elements at state[first…first + ELEMENTS] by `way` [rad]; return their mean.
 
     After a turn-round 63 % of the way from −1 to 1 are done after `distance` [rad]; above 1,
-    `shape` lets the rest take longer. The ELEMENTS places behind them hold their slip distances,
-    and have to be 0 before the first call.
+    `shape` lets the rest take longer. The ELEMENTS places behind them hold the inverse of their
+    slip distances, and have to be 0 before the first call.
     """
     slips = first + ELEMENTS
     if state[slips] == 0.0:
         widest = _widest(shape) * distance
         for index in range(ELEMENTS):
-            state[slips + index] = widest * ((index + 0.5) / ELEMENTS) ** shape
+            state[slips + index] = 1.0 / (widest * ((index + 0.5) / ELEMENTS) ** shape)
     # Once the last one slips, all others do.
     if way > 0.0 and state[slips - 1] >= 1.0:
         return 1.0
@@ -56,7 +56,7 @@ def moved_elements(state, first, way, distance, shape):
         return -1.0
     total = 0.0
     for index in range(ELEMENTS):
-        place = state[first + index] + way / state[slips + index]
+        place = state[first + index] + way * state[slips + index]
         place = min(max(place, -1.0), 1.0)
         state[first + index] = place
         total += place

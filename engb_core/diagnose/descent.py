@@ -6,6 +6,7 @@ more, since each column costs a prediction of everything that was recorded.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,9 +28,12 @@ Array = NDArray[np.float64]
 # Damping to begin with, its factors after a step that helps and one that does not, its least, and
 # that at which no step is small enough.
 DAMPING, LESS, MORE, LEAST, STUCK = 1e-4, 0.2, 100.0, 1e-6, 1e5
+# Steps that every fit is given.
+FIRST_STEPS = 2
 
 
-def descended(fitter: Fitter, begin: Fit, shared: Array, rounds: int, tolerance: float) -> Fit:
+def descended(fitter: Fitter, begin: Fit, shared: Array, rounds: int, tolerance: float,
+              hopeless: float = math.inf) -> Fit:
     """Return the best fit that so many steps downhill from `begin` come to.
 
     Args:
@@ -38,6 +42,7 @@ def descended(fitter: Fitter, begin: Fit, shared: Array, rounds: int, tolerance:
         shared: (m, count) derivatives by the nominal numbers.
         rounds: steps that help, at most.
         tolerance: part of the cost; whoever gains or is promised less goes no further.
+        hopeless: cost; whoever is still above it after two steps goes no further.
     """
     hypothesis = begin.hypothesis
     low, high = hypothesis.bounds
@@ -50,6 +55,8 @@ def descended(fitter: Fitter, begin: Fit, shared: Array, rounds: int, tolerance:
     damping, steps, done, failed, taken_here = DAMPING, 0, False, False, False
     design: Array | None = None
     while not done and steps < rounds and damping <= STUCK:
+        if steps >= FIRST_STEPS and best.cost > hopeless:
+            break
         if design is None:
             design = np.concatenate([shared, fitter.columns(best, effects)], axis=1)
             taken_here, failed = True, False

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -165,11 +166,12 @@ class Fitter:
         """Return what a rugged effect promises when it is added to `start`, the most first, at so
         many of its starts."""
         costs, _ = self.screen(start, starts)
-        return promises(self, start, self._with(start, variant),
+        return promises(self, start, self._one_more(start, variant),
                         [starts[place].setting for place in np.argsort(costs)[:most]])
 
     def fit(self, variant: Variant, start: Fit | None = None,
-            starts: list[StartColumns] | None = None, rounds: int = 6, keep: int = 1) -> Fit:
+            starts: list[StartColumns] | None = None, rounds: int = 6, keep: int = 1,
+            hopeless: float = math.inf) -> Fit:
         """Fit one more effect on top of `start` (None: the base), all numbers jointly.
 
         Args:
@@ -178,13 +180,15 @@ class Fitter:
             starts: where it may start (None: its own starts).
             rounds: iterations of the joint fit.
             keep: how many of the best starts are followed.
+            hopeless: cost above which a fit is given up after its first rounds (a rugged effect's
+                is not).
         """
         start = start or self.base()
         starts = self.starts(variant) if starts is None else starts
         if variant.effect.rugged:
             return best_promised(self, start, self.promised(variant, start, starts), rounds)
         costs, sizes = self.screen(start, starts)
-        hypothesis = self._with(start, variant)
+        hypothesis = self._one_more(start, variant)
         fits: list[Fit] = []
         for place in np.argsort(costs)[:keep]:
             begun = self._begun(hypothesis, start, starts[place].setting, sizes[place])
@@ -192,15 +196,15 @@ class Fitter:
                 begun = self.iterate(begun, FIRST_ROUNDS)
                 if begun.cost > PROMISING * fits[0].cost:
                     continue
-            fits.append(self.iterate(begun, rounds))
+            fits.append(self.iterate(begun, rounds, hopeless=hopeless))
         return min(fits, key=lambda entry: entry.cost)
 
     def iterate(self, begin: Fit, rounds: int, tolerance: float = 3e-3,
-                shared: Array | None = None) -> Fit:
+                shared: Array | None = None, hopeless: float = math.inf) -> Fit:
         """Return the fit after so many rounds at most of joint steps by derivatives; `shared` are
         those of the nominal numbers (None: at the base)."""
         shared = self._shared[begin.hypothesis.numbers] if shared is None else shared
-        return descended(self, begin, shared, rounds, tolerance)
+        return descended(self, begin, shared, rounds, tolerance, hopeless)
 
     def refit(self, fit: Fit, numbers: tuple[NominalNumber, ...], rounds: int = 6) -> Fit:
         """Fit the same effects with other numbers free; the rest stand as in the model file."""
@@ -241,6 +245,9 @@ class Fitter:
         centre, spread = hypothesis.prior
         return float(scaled @ scaled + np.sum(((vector - centre) / spread) ** 2))
 
+    def _one_more(self, start: Fit, variant: Variant) -> Hypothesis:
+        return self.hypothesis((*start.hypothesis.variants, variant), start.hypothesis.numbers)
+
     def _begun(self, hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
                sizes: Array) -> Fit:
         """Return where a fit with one effect more begins: at what linear least squares say, or
@@ -254,7 +261,3 @@ class Fitter:
             if best.cost < start.cost or not hypothesis.variants[-1].scalable:
                 break
         return best
-
-    def _with(self, start: Fit, variant: Variant) -> Hypothesis:
-        return Hypothesis(start.hypothesis.model, start.hypothesis.numbers,
-                          (*start.hypothesis.variants, variant), len(self.problem.runs))

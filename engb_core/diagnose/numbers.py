@@ -43,6 +43,8 @@ REFITTED = 1.5
 # Beside effects a wrong number must matter as much as this part of what the file loses to
 # refitted numbers.
 BESIDE = 0.5
+# Part of what it matters that the file's other numbers may cost where they stand beside effects.
+BESIDE_LEAVES = 0.15
 
 
 @dataclass(frozen=True)
@@ -71,12 +73,18 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     the file was refitted with this one number held: a file that was refitted around missing
     physics has all its numbers moved.
     """
-    if explained.hypothesis.variants and fitter.kept == LOAD:
+    load_kept = bool(explained.hypothesis.variants) and fitter.kept == LOAD
+    if load_kept and refitted(fitter):
         # All others moved to make up for the load curve, which has its own cause.
         return []
     insisted = _insisted(fitter, explained)
     if not insisted:
         return []
+    if load_kept:
+        # The file was not refitted, and may stand but for one number.
+        alone = next((finding for finding in insisted if _all_but(fitter, explained, finding)),
+                     None)
+        return [] if alone is None else [alone]
     kept = _BY_NUMBER.get(fitter.kept or '')
     insisted = [replace(finding, kept=finding.effect == kept) for finding in insisted]
     held = [finding for finding in insisted if finding.kept]
@@ -135,8 +143,7 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
         return [finding for finding in apart
                 if finding.matters >= least and (
                     finding.matters > BESIDE * (excess - before)
-                    or _with_only(fitter, explained, (finding,))
-                    < floor + max(INSISTED, 0.15 * finding.matters))][:1]
+                    or _all_but(fitter, explained, finding))][:1]
     for finding in insisted:
         if _with_only(fitter, explained, (finding,)) < floor + max(INSISTED,
                                                                    0.1 * finding.matters):
@@ -167,6 +174,12 @@ def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool
                  if number.name == name)
     file = explained.hypothesis.start_of_numbers()[place]
     return abs(file - moved) < 0.5 * abs(file - explained.vector[place])
+
+
+def _all_but(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:
+    """Whether the file's other numbers fit as they stand beside the effects."""
+    return _with_only(fitter, explained, (finding,)) < level(explained, fitter) + max(
+        INSISTED, BESIDE_LEAVES * finding.matters)
 
 
 def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from engb_core.diagnose.fit import Fit, Fitter
     from engb_core.diagnose.hypothesis import Hypothesis
 
-__all__ = ['Promise', 'best_promised', 'is_rugged', 'promises', 'search_around']
+__all__ = ['Promise', 'best_promised', 'followed', 'is_rugged', 'promises', 'search_around']
 
 Array = NDArray[np.float64]
 
@@ -94,11 +94,17 @@ def promises(fitter: Fitter, start: Fit, hypothesis: Hypothesis, settings: list[
     return sorted(begun, key=lambda promise: promise.cost)
 
 
+def followed(fitter: Fitter, promised: list[Promise], rounds: int) -> list[Fit]:
+    """Return the fits that begin at what is promised."""
+    return [fitter.iterate(fitter.evaluate(promise.hypothesis, promise.vector), rounds)
+            for promise in promised]
+
+
 def best_promised(fitter: Fitter, start: Fit, promised: list[Promise], rounds: int) -> Fit:
     """Return the best fit found from what promises less than `start`, or promises most."""
     best, *others = promised[:FOLLOWED]
-    fits = [fitter.iterate(fitter.evaluate(promise.hypothesis, promise.vector), rounds)
-            for promise in (best, *(other for other in others if other.cost < start.cost))]
+    fits = followed(fitter, [best, *(other for other in others if other.cost < start.cost)],
+                    rounds)
     found = min((search_around(fitter, entry, FIRST_MOVES) for entry in fits),
                 key=lambda entry: entry.cost)
     if found.cost > (1.0 - HOPE) * start.cost:

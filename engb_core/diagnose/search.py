@@ -2,40 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+import math
 
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
-from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.rugged import is_rugged
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.effects.base import Effect
-from engb_core.effects.catalogue import catalogue, get_effect
+from engb_core.effects.catalogue import catalogue
 
-__all__ = ['Search', 'extend', 'load_free', 'load_held', 'load_moved', 'physics_effects', 'search']
+__all__ = ['Search', 'extend', 'physics_effects', 'search', 'with_variant']
 
 # Companions that are fitted for the best singles, best first: of two effects the greater one
 # nearly always fits best alone.
 COMPANIONS = (8, 4, 3)
 # Variants of one effect among the companions of one.
 ALIKE = 2
-_MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
 # Starts of a rugged effect that are tried to see whether it may be a companion.
 RUGGED_COMPANION = 6
 # Singles and pairs that are iterated on with derivatives at the fit itself.
 REFINED = 5
+# No fit is iterated on that costs this many times what the best one does: in 22 recordings further
+# steps took away six tenths at most.
+HOPELESS = 5.0
+# Pairs that are fitted to the end before the others begin.
+AHEAD = 2
 # So many pairs are fitted the other way round as well; without a rugged effect only those that
 # lower the leading single's cost to this part of it.
 OTHER_WAY_ROUND = 4
 ASTRAY = 0.8
-# None is where the best pair leaves no more than this of the noise's mean square.
+# None is that leaves no more than this of the noise's mean square.
 NOTHING_LEFT = 0.15
-
-# What a gap's flanks do at the edge of the band is a resonance's, too.
-_ALIKE_AT_THE_EDGE = {'backlash', 'drivetrain_resonance'}
 
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
 # is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
@@ -65,9 +66,9 @@ class Search:
         if key not in self.variants or fit.cost < self.variants[key].cost:
             self.variants[key] = fit
 
-    def alone(self, variant: Variant) -> Fit:
-        """Return the fit of one effect."""
-        return self.variants[((variant.effect.id, variant.constants),)]
+    def alone(self, variant: Variant) -> Fit | None:
+        """Return the fit of one effect; None where it had no start without the other."""
+        return self.variants.get(((variant.effect.id, variant.constants),))
 
     def alike(self, fits: list[Fit]) -> list[Fit]:
         """Return all variants of the fits' sets of effects."""
@@ -108,17 +109,15 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
         for fit in fits:
             result.add(fit)
     tell('refining the leading effects')
-    for fit in side_by_side(fitter.refine, result.of_size(1)[:REFINED], fitter.threads):
-        result.add(fit)
+    _refine(result, 1)
     tell('choosing pairs')
     pairs = _companions(result, result.of_size(1)[:len(COMPANIONS)], effects)
-    for number, fit in enumerate(side_by_side(_fitted_beside(fitter), pairs, fitter.threads)):
+    for number, fit in enumerate(_with_companions(fitter, pairs)):
         tell(f'fitted {number + 1} of {len(pairs)} pairs: {" and ".join(fit.hypothesis.ids)}')
         result.add(fit)
     for fit in side_by_side(_other_way_round(result), _led_astray(result), fitter.threads):
         result.add(fit)
-    for fit in side_by_side(fitter.refine, result.of_size(2)[:REFINED], fitter.threads):
-        result.add(fit)
+    _refine(result, 2)
     return result
 
 
@@ -126,13 +125,31 @@ def extend(result: Search, fit: Fit) -> None:
     """Fit the most promising sets with one effect more than `fit`."""
     fitter = result.fitter
     further = _companions(result, [fit], physics_effects(fitter))
-    found = side_by_side(_fitted_beside(fitter), further, fitter.threads)
+    found = list(_with_companions(fitter, further))
     for entry in side_by_side(fitter.refine, found, fitter.threads):
         result.add(entry)
 
 
-def _fitted_beside(fitter: Fitter) -> Callable[[_Companion], Fit]:
-    return lambda entry: fitter.fit(entry.variant, entry.first, entry.starts, rounds=5)
+def _refine(result: Search, size: int) -> None:
+    leading = result.of_size(size)[:REFINED]
+    hopeful = [fit for fit in leading if fit.cost < HOPELESS * leading[0].cost]
+    for fit in side_by_side(result.fitter.refine, hopeful, result.fitter.threads):
+        result.add(fit)
+
+
+def _with_companions(fitter: Fitter, companions: list[_Companion]) -> Iterator[Fit]:
+    """Yield the fits with the companions, the most promising ones first: the others are given up
+    early where they stay far behind."""
+    def fitted(entry: _Companion, hopeless: float = math.inf) -> Fit:
+        return fitter.fit(entry.variant, entry.first, entry.starts, rounds=5, hopeless=hopeless)
+
+    ranked = sorted(companions, key=lambda entry: entry.cost)
+    best = math.inf
+    for fit in side_by_side(fitted, ranked[:AHEAD], fitter.threads):
+        best = min(best, fit.cost)
+        yield fit
+    yield from side_by_side(lambda entry: fitted(entry, HOPELESS * best), ranked[AHEAD:],
+                            fitter.threads)
 
 
 def _led_astray(result: Search) -> list[Fit]:
@@ -140,29 +157,27 @@ def _led_astray(result: Search) -> list[Fit]:
     in what it could of its companion, and derivatives need not lead back from there, least of
     all where the cost has many narrow minima."""
     leading, pairs = result.of_size(1)[0], result.of_size(2)
-    if not pairs or level(pairs[0], result.fitter) < 1.0 + NOTHING_LEFT:
-        return []
     lower = leading.cost if is_rugged(leading) else ASTRAY * leading.cost
-    return [fit for fit in pairs if fit.cost < lower
+    return [fit for fit in pairs if fit.cost < min(lower, HOPELESS * pairs[0].cost)
+            and level(fit, result.fitter) > 1.0 + NOTHING_LEFT
             and fit.hypothesis.variants[0] == leading.hypothesis.variants[0]
             and not any(variant.effect.unnamed for variant in fit.hypothesis.variants)
-            ][:OTHER_WAY_ROUND]
+            and result.alone(fit.hypothesis.variants[1]) is not None][:OTHER_WAY_ROUND]
 
 
 def _other_way_round(result: Search) -> Callable[[Fit], Fit]:
     """Return what fits a pair anew, with the effect last that was first."""
     def fitted(pair: Fit) -> Fit:
         last, first = pair.hypothesis.variants
-        return _with_variant(result.fitter, result.alone(first), last)
+        return with_variant(result.fitter, result.alone(first), last)
 
     return fitted
 
 
-def _with_variant(fitter: Fitter, fit: Fit, variant: Variant) -> Fit:
+def with_variant(fitter: Fitter, fit: Fit, variant: Variant) -> Fit:
     """Return the fit with one effect more, wherever that may start."""
-    (starts,) = (starts for other, starts in _variants_and_starts(fitter, fit, variant.effect)
-                 if other.constants == variant.constants)
-    return fitter.fit(variant, fit, starts, rounds=5)
+    starts = fitter.starts(variant, settings_from_residual(fitter, fit, variant.effect))
+    return fitter.fit(variant, fit, starts or fitter.starts(variant), rounds=5)
 
 
 @dataclass(frozen=True)
@@ -205,10 +220,13 @@ def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> lis
 
 def _goes_with(effect: Effect, first: Fit) -> bool:
     ids = first.hypothesis.ids
-    if {effect.id, *ids} >= _ALIKE_AT_THE_EDGE:
-        return False
-    return not (effect.id in ids or any(entry in ids for entry in effect.contains)
-                or any(effect.id in other.effect.contains for other in first.hypothesis.variants))
+    return not (effect.id in ids or any(entry in ids for entry in _instead_of(effect))
+                or any(effect.id in _instead_of(other.effect)
+                       for other in first.hypothesis.variants))
+
+
+def _instead_of(effect: Effect) -> tuple[str, ...]:
+    return (*effect.contains, *effect.apart)
 
 
 def _screened(fitter: Fitter, first: Fit, effect: Effect) -> list[_Companion]:
@@ -240,60 +258,3 @@ def _variants_and_starts(fitter: Fitter, start: Fit, effect: Effect,
         if starts:
             found.append((variant, starts))
     return found
-
-
-def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
-    """Return the fits once more with the load curve's numbers as the model file has them, and
-    with them the effects that move the whole curve by one number.
-
-    A free load curve absorbs much: friction that differs by direction is then the same as an
-    offset and a scaled load. If the file's curve is right, one of these fits is as good.
-    """
-    fitter = result.fitter
-    numbers = load_free(fitter)
-    if len(numbers) == len(fitter.numbers):
-        return []
-    fitter.base(numbers)
-    held = [*side_by_side(lambda fit: _refitted(result, fit, numbers), result.alike(fits),
-                          fitter.threads), *load_moved(result, None)]
-    best: dict[tuple[str, ...], Fit] = {}
-    for fit in held:
-        if fit.hypothesis.ids not in best or fit.cost < best[fit.hypothesis.ids].cost:
-            best[fit.hypothesis.ids] = fit
-    return list(best.values())
-
-
-def _refitted(result: Search, fit: Fit, numbers: tuple[NominalNumber, ...]) -> Fit:
-    """Return the fit with other numbers free. One with many narrow minima stays where it is, so
-    that a pair with a rugged effect is fitted anew, that effect last."""
-    fitter = result.fitter
-    again = fitter.refit(fit, numbers)
-    rugged = [variant for variant in fit.hypothesis.variants if variant.effect.rugged]
-    others = [variant for variant in fit.hypothesis.variants if not variant.effect.rugged]
-    if len(rugged) != 1 or len(others) != 1:
-        return again
-    alone = fitter.refit(result.alone(others[0]), numbers)
-    return min(again, _with_variant(fitter, alone, rugged[0]), key=lambda entry: entry.cost)
-
-
-def load_free(fitter: Fitter) -> tuple[NominalNumber, ...]:
-    """Return the nominal numbers without those of the load curve."""
-    return tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
-
-
-def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
-    """Return `fit` (None: no effect) with the file's load curve, moved by one number each; beside
-    effects also with the asymmetry that a free load curve takes in."""
-    fitter = result.fitter
-    numbers = load_free(fitter)
-    start = fitter.base(numbers) if fit is None else fitter.refit(fit, numbers)
-    movers = _MOVE_THE_LOAD if fit is None else (*_MOVE_THE_LOAD, 'asymmetric_friction')
-    effects = [effect for effect in map(get_effect, movers)
-               if effect.id not in start.hypothesis.ids
-               and (effect.applies is None or effect.applies(fitter.problem.scene))]
-    variants = [variant for effect in effects
-                for variant in variants_of(effect, fitter.problem.scene)]
-    # A contact has a kink: derivatives from elsewhere lead astray.
-    return list(side_by_side(
-        lambda variant: fitter.refine(fitter.fit(variant, start, rounds=8, keep=2), 12),
-        variants, fitter.threads))

@@ -8,16 +8,18 @@ squared residual minus the noise's 1.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 import math
 
 import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
+from engb_core.diagnose.held_load import load_held, load_moved, numbers_without_load
 from engb_core.diagnose.kept_number import LOAD
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import BESIDE_EFFECTS, INSISTED, INSISTED_PART, level, REFITTED
-from engb_core.diagnose.search import extend, load_free, load_held, load_moved, Search
+from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE
 
 __all__ = ['Selection', 'select']
@@ -31,6 +33,10 @@ FIRST_PART = 0.15
 FURTHER_LEAST = 0.15
 FURTHER_OF_WHOLE = 0.02
 THIRD_OF_WHOLE = 0.06
+# How little of the whole does not matter if a second effect takes away more than the noise itself,
+# and this part of what is left, and if any other leaves this multiple of what it leaves: errors
+# of the first one's formula suit no other effect so well.
+UNMISTAKABLE, MOST_OF_REST, NEXT_LEAVES = 1.0, 0.7, 2.0
 # An effect that contains another one is preferred only if it takes away this part of what the
 # simpler one leaves.
 CONTAINING_PART = 0.30
@@ -57,6 +63,8 @@ BESIDE_LOAD = 0.2
 KEPT_RISE = 0.45
 # With the file's load curve held a fit may be this much worse, and is preferred all the same.
 HELD_LOSS = 0.12
+# Part of what a moved load curve gains that the file's other numbers may cost where they stand.
+STANDING_PART = 0.1
 # Each fitted parameter must lower the logarithm of the mean square by this much.
 PARAMETER_PRICE = 0.004
 
@@ -149,9 +157,10 @@ def _forward(result: Search, before: float) -> Fit:
         if not candidates:
             break
         best = _simplest(candidates, fitter)
-        if size > 1 and _worth(chosen, best, fitter, before):
+        wanted = partial(_worth, fitter=fitter, whole=before, others=candidates)
+        if size > 1 and wanted(chosen, best):
             chosen = _begun_again(result, chosen, best)
-        if not _worth(chosen, best, fitter, before):
+        if not wanted(chosen, best):
             break
         chosen = best
         if excess(chosen, fitter) < FURTHER_LEAST:
@@ -195,9 +204,10 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
     fitter = result.fitter
     before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
     kept = fitter.kept == LOAD
-    if nominal < REFITTED * before and not kept:
+    if (nominal < REFITTED * before and not kept) or _made_up(fitter):
         return chosen
-    rise = level(fitter.refit(chosen, load_free(fitter)), fitter) - level(chosen, fitter)
+    held = fitter.refit(chosen, numbers_without_load(fitter))
+    rise = level(held, fitter) - level(chosen, fitter)
     moved = load_moved(result, chosen) if rise >= INSISTED else []
     if not moved:
         return chosen
@@ -205,29 +215,34 @@ def _with_load_moved(result: Search, chosen: Fit, limit: float) -> Fit:
                - NUMBER_BONUS * fit.hypothesis.variants[-1].effect.number_only)
     lost = min(nominal - before, BESIDE_EFFECTS * before)
     least = KEPT_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
-    if rise < least and not _as_it_stands(best, chosen, fitter):
+    if rise < least and not _as_it_stands(best, chosen, fitter, rise):
         return chosen
     return best if level(best, fitter) < limit + min(0.02 * rise, 0.3) else chosen
 
 
-def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter) -> bool:
-    """Whether a fit needs none of the file's numbers changed to be as good as the chosen effects
-    with all numbers free: no refit has moved them."""
+def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:
+    """Whether a fit needs none of the file's numbers changed to be nearly as good as the chosen
+    effects with all numbers free, seen beside the `rise` with the load curve unmoved: no refit
+    has moved them."""
     held = fitter.refit(fit, tuple(number for number in fitter.numbers if number.name == DELAY))
-    return level(held, fitter) < level(chosen, fitter) + HELD_LOSS
+    return level(held, fitter) < level(chosen, fitter) + max(HELD_LOSS, STANDING_PART * rise)
 
 
 def _by_numbers(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     """Refitted numbers suffice; if it is the load curve that must change, ask what moved it."""
     fitter, base = result.fitter, result.base
-    if fitter.kept not in (None, LOAD):
-        # The load curve moved to make up for the number that a refit of the file held.
+    if _made_up(fitter):
         return base, []
-    rise = level(fitter.refit(base, load_free(fitter)), fitter) - level(base, fitter)
+    rise = level(fitter.refit(base, numbers_without_load(fitter)), fitter) - level(base, fitter)
     if rise < max(INSISTED, INSISTED_PART * nominal):
         return base, []
     return _decided(result, base, result.of_size(1), [],
                     level(base, fitter) + max(HELD_LOSS, min(0.1 * rise, 0.3)))
+
+
+def _made_up(fitter: Fitter) -> bool:
+    """Whether the load curve moved to make up for another number that a refit of the file held."""
+    return fitter.kept not in (None, LOAD)
 
 
 def _decided(result: Search, chosen: Fit, close: list[Fit], others: list[Fit], limit: float,
@@ -254,13 +269,19 @@ def _harmless(fit: Fit, chosen: Fit) -> bool:
     return mean_square(fit) <= HARM * mean_square(chosen)
 
 
-def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
+def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fit]) -> bool:
+    """Whether `best` with its further effect is worth more than `chosen`; `whole` is the excess
+    without effects, `others` are all fits of the size of `best`."""
     old, new = excess(chosen, fitter), excess(best, fitter)
     gain = old - new
     if not chosen.hypothesis.variants:
         return gain > FURTHER_LEAST and gain > FIRST_PART * old
-    least = FURTHER_OF_WHOLE if len(best.hypothesis.variants) == 2 else THIRD_OF_WHOLE
-    return gain > FURTHER_LEAST and gain > FURTHER_PART * old and gain > least * whole
+    pair = len(best.hypothesis.variants) == 2
+    least = FURTHER_OF_WHOLE if pair else THIRD_OF_WHOLE
+    unmistakable = pair and gain > max(UNMISTAKABLE, MOST_OF_REST * old) and all(
+        excess(other, fitter) > NEXT_LEAVES * new for other in others if other is not best)
+    return gain > FURTHER_LEAST and gain > FURTHER_PART * old and (
+        gain > least * whole or unmistakable)
 
 
 def _simplest(candidates: list[Fit], fitter: Fitter) -> Fit:

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.held_load import numbers_without_load
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Problem
-from engb_core.diagnose.search import load_free
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.wide_band import RESONANCE, RIVAL
 from engb_core.model import EffectSetting
@@ -37,7 +37,7 @@ def with_resonance(problem: Problem, resonance: EffectSetting, threads: int) -> 
             problem.model, effects=(*problem.model.effects, setting)))
         fitter = Fitter(beyond)
         return (beyond, level(fitter.base(), fitter),
-                level(fitter.base(load_free(fitter)), fitter))
+                level(fitter.base(numbers_without_load(fitter)), fitter))
 
     found = dict(zip(TRIED, side_by_side(tried, TRIED, threads), strict=True))
     least = min(free for _, free, _ in found.values())

@@ -20,19 +20,21 @@ from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Problem, problem_of, Run
-from engb_core.diagnose.rugged import promises
+from engb_core.diagnose.rugged import followed, promises
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import MOST_OF_RATE
+from engb_core.plant import physics_of
 
 __all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside']
 
 RESONANCE = 'drivetrain_resonance'
 RIVAL = 'backlash'
-# Corner of the comparison [Hz], at most this part of the corner of the motion's smoothing.
-BAND = 60.0
+# Corners of the comparison [Hz], at most this part of the corner of the motion's smoothing: the
+# higher one, which holds more noise, is for what is found to ring above the lower one.
+BAND, HIGHER_BAND = 60.0, 100.0
 OF_MOTION = 0.6
 LEAST_BAND = 25.0
 # Excess (noise = 1) that the motion's own noise may make in the wide band, and what a resonance
@@ -75,65 +77,83 @@ class Resonance:
 def judged_wide(problem: Problem) -> bool:
     """Whether the recordings are sampled fast enough, and the model file has no resonance yet."""
     known = any(entry.effect == RESONANCE for entry in problem.model.effects)
-    return not known and _bandwidth(problem) >= LEAST_BAND
+    return not known and _highest(problem) >= LEAST_BAND
 
 
-def _bandwidth(problem: Problem) -> float:
-    return min(BAND, OF_MOTION * MOST_OF_RATE / problem.scene.sampling)
+def _highest(problem: Problem) -> float:
+    return OF_MOTION * MOST_OF_RATE / problem.scene.sampling
 
 
 def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Resonance | None:
     """Return the resonance that the recordings show beside what `corrected` holds, if any."""
     if not judged_wide(problem):
         return None
+    highest = _highest(problem)
+    found, above = _within(min(BAND, highest), problem, corrected, threads)
+    if above and highest > BAND:
+        found, _ = _within(min(HIGHER_BAND, highest), problem, corrected, threads)
+    return found
+
+
+def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
+            ) -> tuple[Resonance | None, bool]:
+    """Return the resonance that shows within the band, if any, and whether one seems to ring
+    above it."""
     given = tuple(entry for entry in corrected.effects
                   if entry.effect not in (RESONANCE, RIVAL, DELAY, 'unexplained_surface'))
-    bandwidth = _bandwidth(problem)
     wide = problem_of([run.recording for run in problem.runs],
                       replace(corrected, effects=given), bandwidth=bandwidth,
                       motion_bandwidth=2.0 * bandwidth)
+    if _as_it_stands(wide) < 1.0 + LEAST_EXCESS:
+        return None, False
     fitter = Fitter(wide, threads)
     before = level(fitter.base(), fitter)
     if before - 1.0 < LEAST_EXCESS:
-        return None
-    fit = _fitted(fitter, RESONANCE)
+        return None, False
+    fit = _linear(fitter)
     if not _tells(fitter, fit, before):
-        return None
+        return None, False
     fit = _bent(fitter, fit)
     gain = before - level(fit, fitter)
     share = gain / (before - 1.0)
     if not _rings(fit, bandwidth, share):
-        return None
-    if before - level(_fitted(fitter, RIVAL), fitter) > gain:
-        return None
-    return _resonance(fitter, fitter.finish(fit), share)
+        return None, fit.hypothesis.named(fit.vector, 0)['frequency'] > bandwidth
+    if before - level(_rival(fitter), fitter) > gain:
+        return None, False
+    return _resonance(fitter, fitter.finish(fit), share), False
 
 
-def _fitted(fitter: Fitter, effect_id: str) -> Fit:
-    """Return the best fit of the effect's variants; each further one starts where the best so far
+def _as_it_stands(problem: Problem) -> float:
+    """Return the mean squared residual of the model, nothing fitted, in units of the noise's."""
+    physics = physics_of(problem.model)
+    missed = problem.measured - np.concatenate([run.predicted(physics) for run in problem.runs])
+    return float(np.mean((missed / problem.sigma) ** 2))
+
+
+def _rival(fitter: Fitter) -> Fit:
+    (variant,) = variants_of(get_effect(RIVAL), fitter.problem.scene)
+    return fitter.refine(fitter.fit(variant, rounds=8))
+
+
+def _linear(fitter: Fitter) -> Fit:
+    """Return the best fit of a linear shaft; each further variant starts where the best so far
     has come to."""
-    best: Fit | None = None
-    for variant in variants_of(get_effect(effect_id), fitter.problem.scene):
-        starts = None if best is None else fitter.starts(
-            variant, [best.hypothesis.named(best.vector, 0)])
-        fit = fitter.fit(variant, starts=starts, rounds=8, keep=4)
-        if best is None and effect_id == RESONANCE:
-            fit = min(fit, _promised(fitter, variant), key=lambda entry: entry.cost)
-        fit = fitter.refine(fit)
-        if best is None or fit.cost < best.cost:
-            best = fit
+    first, *further = variants_of(get_effect(RESONANCE), fitter.problem.scene)
+    best = fitter.refine(min(fitter.fit(first, rounds=8, keep=4), *_promised(fitter, first),
+                             key=lambda entry: entry.cost))
+    for variant in further:
+        starts = fitter.starts(variant, [best.hypothesis.named(best.vector, 0)])
+        fit = fitter.refine(fitter.fit(variant, starts=starts, rounds=8, keep=4))
+        best = min(best, fit, key=lambda entry: entry.cost)
     return best
 
 
-def _promised(fitter: Fitter, variant: Variant) -> Fit:
-    """Return the fit begun where a resonance of some size promises most: half its size does not
-    do half of what it does, so that linear least squares may mistake the frequency."""
-    base = fitter.base()
-    hypothesis = fitter.hypothesis((variant,))
-    promised = promises(fitter, base, hypothesis, [
+def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
+    """Return fits begun where a resonance of some size promises most: half its size does not do
+    half of what it does, so that linear least squares may mistake the frequency."""
+    promised = promises(fitter, fitter.base(), fitter.hypothesis((variant,)), [
         {**start, 'inertia_fraction': FRACTION} for start in variant.starts()])
-    return min((fitter.iterate(fitter.evaluate(hypothesis, promise.vector), 8)
-                for promise in promised[:PROMISED]), key=lambda entry: entry.cost)
+    return followed(fitter, promised[:PROMISED], 8)
 
 
 def _tells(fitter: Fitter, fit: Fit, before: float) -> bool:

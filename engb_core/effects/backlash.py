@@ -95,5 +95,7 @@ EFFECT = Effect(
         f"There are {p['gap']:.3g} rad of lost motion between motor and load; the gap is "
         'crossed where the transmitted torque changes sign.'),
     reveals='since_reversal',
+    # What the flanks do at the edge of the band is a resonance's, too.
+    apart=('drivetrain_resonance',),
     rugged=True,
 )

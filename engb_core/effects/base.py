@@ -116,6 +116,8 @@ class Effect:
         unnamed: no cause, only a description of what is left; never claimed.
         only_here: bound to the times of one recording; not carried over to others.
         contains: ids of effects that this one includes as a special case.
+        apart: ids of effects that are not tried together with this one: beside it they would
+            stand for its details.
         credence: (values) → how far a good fit is believed, 0 to 1 (None: fully); for forms of
             an effect that other causes imitate.
         rugged: the cost has many narrow minima in its parameters; fits move at random first.
@@ -140,6 +142,7 @@ class Effect:
     unnamed: bool = False
     only_here: bool = False
     contains: tuple[str, ...] = ()
+    apart: tuple[str, ...] = ()
     rugged: bool = False
     credence: Callable[[Mapping[str, float]], float] | None = None
 

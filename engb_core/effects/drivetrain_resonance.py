@@ -21,6 +21,7 @@ from engb_core.effects.base import (
 
 # How torque rises with twist.
 LINEAR, HARDENS, SOFT_CENTRE = 0.0, 1.0, 2.0
+_LINEAR_SPRING = {'stiffness_change': 0.0, 'stiffness_twist': 1.0, 'spring': LINEAR}
 
 
 @compiled
@@ -122,17 +123,16 @@ EFFECT = Effect(
     reveals='frequency',
     constants=(('stiffness_change', '-'), ('stiffness_twist', 'rad'), ('load_beyond', '-'),
                ('spring', '-')),
-    defaults={'stiffness_change': 0.0, 'stiffness_twist': 1.0, 'load_beyond': 0.0,
-              'spring': LINEAR},
-    set_constants=lambda scene: {'stiffness_change': 0.0, 'stiffness_twist': 1.0,
-                                 'spring': LINEAR},
+    defaults={**_LINEAR_SPRING, 'load_beyond': 0.0},
+    set_constants=lambda scene: _LINEAR_SPRING,
     # λ: the load may act on the inertia beyond, and twist the drivetrain, or at the motor.
     variants=({'load_beyond': 1.0}, {'load_beyond': 0.0}),
 )
 
 
 def _with_spring(spring: float, change: Parameter) -> Effect:
-    """Return the effect with one of the springs, whose numbers are fitted as well."""
+    """Return the effect with one of the springs, whose numbers are fitted as well: they keep
+    their places, right behind the other parameters."""
     added = (change, Parameter('stiffness_twist', 'rad', 1e-4, 2.0, logarithmic=True,
                                 starts=(0.003, 0.01, 0.03, 0.1, 0.3)))
     return replace(

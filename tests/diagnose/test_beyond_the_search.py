@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from engb_core.control.trajectory import Trajectory, TrajectoryBuilder
+from engb_core.diagnose import selection
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.kept_number import kept_number, LOAD
@@ -176,3 +177,29 @@ def test_the_number_that_a_refit_held_is_named_before_those_that_moved():
     (found,) = wrong_numbers(fitter, fit)
     assert found.effect == 'load_dependent_friction'
     assert found.value == pytest.approx(NOMINAL.friction.load_gain, rel=0.05)
+
+
+def test_a_small_effect_beside_a_great_one_is_named(monkeypatch):
+    """Less than two hundredths of the whole, but nearly all of what the great one leaves."""
+    brake = replace(NOMINAL, effects=(
+        EffectSetting('cogging_torque', {'amplitude': 0.1, 'order': 3.0, 'phase': 0.4}),
+        EffectSetting('actuation_lag', {'lag': 0.003, 'first_order': 0.0})))
+    way = strokes_and_waves(2)
+    recording = recorded(brake, lambda time, _: way.at(time), way.duration, seed=3, noise=0.002)
+    result = search(Fitter(problem_of([recording], NOMINAL), 2))
+    found = select(result)
+    assert found.excess_after < 0.2
+    assert set(found.chosen.hypothesis.ids) == {'cogging_torque', 'actuation_lag'}
+    alone = result.fits['cogging_torque',]
+    assert selection.excess(alone, result.fitter) < 0.02 * found.excess_before
+    monkeypatch.setattr(selection, 'UNMISTAKABLE', np.inf)
+    assert select(result).chosen.hypothesis.ids == ('cogging_torque',)
+
+
+def test_what_stays_far_behind_is_given_up(loose):
+    fitter = Fitter(problem_of([loose], NOMINAL))
+    variant = variants_of(get_effect('torque_saturation'), fitter.problem.scene)[0]
+    fit = fitter.fit(variant, rounds=8)
+    early = fitter.fit(variant, rounds=8, hopeless=0.5 * fit.cost)
+    assert early.cost == fitter.fit(variant, rounds=2).cost > fit.cost
+    assert fitter.fit(variant, rounds=8, hopeless=1.1 * early.cost).cost == fit.cost

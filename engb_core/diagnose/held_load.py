@@ -1,0 +1,77 @@
+"""Fits once more with the model file's load curve, or with one number that moves all of it.
+
+A free load curve takes in much of what other effects do; held as the file has it, it tells them
+apart, if it is right.
+"""
+
+from __future__ import annotations
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
+from engb_core.diagnose.search import Search, with_variant
+from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.effects.catalogue import get_effect
+
+__all__ = ['load_held', 'load_moved', 'numbers_without_load']
+
+# Effects that move the whole load curve by one number.
+_MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
+
+
+def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
+    """Return the fits once more with the load curve's numbers as the model file has them, and
+    with them the effects that move the whole curve by one number.
+
+    A free load curve absorbs much: friction that differs by direction is then the same as an
+    offset and a scaled load. If the file's curve is right, one of these fits is as good.
+    """
+    fitter = result.fitter
+    numbers = numbers_without_load(fitter)
+    if len(numbers) == len(fitter.numbers):
+        return []
+    fitter.base(numbers)
+    held = [*side_by_side(lambda fit: _refitted(result, fit, numbers), result.alike(fits),
+                          fitter.threads), *load_moved(result, None)]
+    best: dict[tuple[str, ...], Fit] = {}
+    for fit in held:
+        if fit.hypothesis.ids not in best or fit.cost < best[fit.hypothesis.ids].cost:
+            best[fit.hypothesis.ids] = fit
+    return list(best.values())
+
+
+def _refitted(result: Search, fit: Fit, numbers: tuple[NominalNumber, ...]) -> Fit:
+    """Return the fit with other numbers free. One with many narrow minima stays where it is, so
+    that a pair with a rugged effect is fitted anew, that effect last."""
+    fitter = result.fitter
+    again = fitter.refit(fit, numbers)
+    rugged = [variant for variant in fit.hypothesis.variants if variant.effect.rugged]
+    others = [variant for variant in fit.hypothesis.variants if not variant.effect.rugged]
+    alone = result.alone(others[0]) if len(rugged) == len(others) == 1 else None
+    if alone is None:
+        return again
+    return min(again, with_variant(fitter, fitter.refit(alone, numbers), rugged[0]),
+               key=lambda entry: entry.cost)
+
+
+def numbers_without_load(fitter: Fitter) -> tuple[NominalNumber, ...]:
+    """Return the nominal numbers without those of the load curve."""
+    return tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
+
+
+def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
+    """Return `fit` (None: no effect) with the file's load curve, moved by one number each; beside
+    effects also with the asymmetry that a free load curve takes in."""
+    fitter = result.fitter
+    numbers = numbers_without_load(fitter)
+    start = fitter.base(numbers) if fit is None else fitter.refit(fit, numbers)
+    movers = _MOVE_THE_LOAD if fit is None else (*_MOVE_THE_LOAD, 'asymmetric_friction')
+    effects = [effect for effect in map(get_effect, movers)
+               if effect.id not in start.hypothesis.ids
+               and (effect.applies is None or effect.applies(fitter.problem.scene))]
+    variants = [variant for effect in effects
+                for variant in variants_of(effect, fitter.problem.scene)]
+    # A contact has a kink: derivatives from elsewhere lead astray.
+    return list(side_by_side(
+        lambda variant: fitter.refine(fitter.fit(variant, start, rounds=8, keep=2), 12),
+        variants, fitter.threads))
