@@ -39,7 +39,7 @@ class Topic:
         type: 'package/msg/Name'.
         unit: of the value ('' where the type holds several).
         meaning: one line.
-        kind: 'state' (published reliable, depth 1000, for those who need every sample; a control
+        kind: 'state' (published reliable, depth 10 000, for those who need every sample; a control
             loop reads depth 1), 'command' (published reliable, depth 1, read best effort,
             depth 1: only the newest counts), or 'status' (reliable and transient local, depth 1,
             for those who join late).

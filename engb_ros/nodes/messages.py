@@ -19,9 +19,10 @@ __all__ = ['JointMessage', 'JointSample', 'Scalar', 'StampClock', 'joint_sample'
 
 _NAN = math.nan
 
-# How much a publisher keeps for those who are late: a recorder that the computer lets wait for a
-# second must not lose samples, a drive must never get an old command.
-_DEPTH = {'state': 1000, 'command': 1, 'status': 1}
+# How much a publisher keeps for those who are late: Fast DDS repairs what a busy computer lost at
+# its next heartbeat, up to 3 s later, and a recorder must get it then, at 1 kHz, too. A drive must
+# never get an old command.
+_DEPTH = {'state': 10_000, 'command': 1, 'status': 1}
 
 
 def message_class(name: str) -> Any:
