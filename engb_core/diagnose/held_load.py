@@ -13,7 +13,7 @@ from engb_core.diagnose.search import Search, with_variant
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.catalogue import get_effect
 
-__all__ = ['load_held', 'load_moved', 'numbers_without_load']
+__all__ = ['both_moved', 'load_held', 'load_moved', 'numbers_without_load']
 
 # Effects that move the whole load curve by one number.
 _MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
@@ -37,6 +37,17 @@ def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
     for fit in held:
         if fit.hypothesis.ids not in best or fit.cost < best[fit.hypothesis.ids].cost:
             best[fit.hypothesis.ids] = fit
+    return list(best.values())
+
+
+def both_moved(result: Search, firsts: list[Fit]) -> list[Fit]:
+    """Return the best fit of each pair of one of the `firsts`, which hold the file's load curve,
+    and one more number that moves it."""
+    best: dict[tuple[str, ...], Fit] = {}
+    for fit in (moved for first in firsts for moved in load_moved(result, first)):
+        key = tuple(sorted(fit.hypothesis.ids))
+        if key not in best or fit.cost < best[key].cost:
+            best[key] = fit
     return list(best.values())
 
 

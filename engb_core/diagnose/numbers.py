@@ -2,7 +2,7 @@
 
 Each number is held at the model file's value in turn while all others are refitted. A number
 that is wrong can't be made up for by the others; one that merely moved along can. The load
-curve's numbers are judged as a whole, in selection.py.
+curve's numbers are judged as a whole, in load_cause.py.
 """
 
 from __future__ import annotations

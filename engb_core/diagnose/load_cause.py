@@ -1,0 +1,163 @@
+"""What moved the file's load curve, and which hypothesis needs none of the file's numbers changed.
+
+A free load curve takes in much of what other effects do. Where the file's curve is right, or wrong
+by one number, it tells rivals apart; where all of the file's numbers are right, they do.
+"""
+
+from __future__ import annotations
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.held_load import (
+    both_moved,
+    load_held,
+    load_moved,
+    numbers_without_load,
+)
+from engb_core.diagnose.kept_number import LOAD
+from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.numbers import (
+    BESIDE_EFFECTS,
+    INSISTED,
+    INSISTED_PART,
+    level,
+    REFITTED,
+    refitted,
+)
+from engb_core.diagnose.ranking import excess, NUMBER_BONUS, price, simplest
+from engb_core.diagnose.search import Search
+from engb_core.diagnose.side_by_side import side_by_side
+
+__all__ = ['moved_by', 'standing', 'told_by_the_load']
+
+# Beside effects a moved load curve must matter as much as this part of what the file loses, or of
+# what refitted numbers leave (numbers.py).
+BESIDE_LOAD = 0.2
+# Held by a refit of the file, it must raise the mean square by this part.
+KEPT_RISE = 0.45
+# With the file's load curve held a fit may be this much worse, and is preferred all the same.
+HELD_LOSS = 0.12
+# Single causes of a moved load curve that may have a second one beside them.
+LEADING = 4
+# Part of what a moved load curve gains that the file's other numbers may cost where they stand.
+STANDING_PART = 0.1
+# Hypotheses that are tried with the file's numbers as they stand, and how much better one must
+# fit so than what was chosen: in units of the noise, and as a part of what the file misses, since
+# no formula is perfect.
+CLOSE = 8
+STANDS_BETTER, STANDS_BETTER_PART = 0.1, 0.02
+
+
+def told_by_the_load(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
+    """Tell rivals apart by the file's load curve, where the file's curve is right."""
+    fitter = result.fitter
+    size = len(chosen.hypothesis.variants)
+    others = [fit for fit in result.of_size(max(size, 1))
+              if fit.hypothesis.ids != chosen.hypothesis.ids]
+    if size == 0:
+        # Nothing is worth a name beside a free load curve, which may have taken it in.
+        return moved_by(result, excess(fitter.nominal(), fitter))
+    near = excess(chosen, fitter) * 1.5 + 0.3
+    close = [chosen, *(fit for fit in others if excess(fit, fitter) < near)]
+    limit = level(chosen, fitter) + max(HELD_LOSS, 0.3 * excess(chosen, fitter))
+    held = [fit for fit in load_held(result, close) if len(fit.hypothesis.variants) == size]
+    decided, rivals = _decided(result, chosen, held, others, limit)
+    if decided is chosen:
+        return _with_load_moved(result, chosen, rivals, limit)
+    return decided, rivals
+
+
+def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: float,
+                     ) -> tuple[Fit, list[Fit]]:
+    """Return the effects together with one number that moves the file's whole load curve, if
+    the data insist that the curve is wrong and this one number mends it."""
+    fitter = result.fitter
+    before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
+    kept = fitter.kept == LOAD
+    if (nominal < REFITTED * before and not kept) or _made_up(fitter):
+        return chosen, rivals
+    held = fitter.refit(chosen, numbers_without_load(fitter))
+    rise = level(held, fitter) - level(chosen, fitter)
+    moved = load_moved(result, chosen) if rise >= INSISTED else []
+    if not moved:
+        return chosen, rivals
+    best = min(moved, key=lambda fit: price(fit, fitter)
+               - NUMBER_BONUS * fit.hypothesis.variants[-1].effect.number_only)
+    lost = min(nominal - before, BESIDE_EFFECTS * before)
+    least = KEPT_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
+    if rise < least and not _as_it_stands(best, chosen, fitter, rise):
+        return chosen, rivals
+    if level(best, fitter) >= limit + min(0.02 * rise, 0.3):
+        return chosen, rivals
+    near = level(best, fitter) + HELD_LOSS
+    alike = both_moved(result, [chosen, *(fit for fit in rivals if level(fit, fitter) < near
+                                          and len(fit.hypothesis.variants)
+                                          == len(chosen.hypothesis.variants))][:LEADING])
+    return best, [fit for fit in alike
+                  if set(fit.hypothesis.ids) != set(best.hypothesis.ids)]
+
+
+def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:
+    """Whether a fit needs none of the file's numbers changed to be nearly as good as the chosen
+    effects with all numbers free, seen beside the `rise` with the load curve unmoved: no refit
+    has moved them."""
+    held = fitter.refit(fit, tuple(number for number in fitter.numbers if number.name == DELAY))
+    return level(held, fitter) < level(chosen, fitter) + max(HELD_LOSS, STANDING_PART * rise)
+
+
+def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
+    """Refitted numbers suffice; if it is the load curve that must change, ask what moved it."""
+    fitter, base = result.fitter, result.base
+    if _made_up(fitter):
+        return base, []
+    rise = level(fitter.refit(base, numbers_without_load(fitter)), fitter) - level(base, fitter)
+    if rise < max(INSISTED, INSISTED_PART * nominal):
+        return base, []
+    limit = level(base, fitter) + max(HELD_LOSS, min(0.1 * rise, 0.3))
+    held = load_held(result, result.of_size(1))
+    decided, rivals = _decided(result, base, held, [], limit)
+    if decided is not base:
+        return decided, rivals
+    leading = sorted(held, key=lambda fit: price(fit, fitter))[:LEADING]
+    return _decided(result, base, both_moved(result, leading), [], limit)
+
+
+def _made_up(fitter: Fitter) -> bool:
+    """Whether the load curve moved to make up for another number that a refit of the file held."""
+    return fitter.kept not in (None, LOAD)
+
+
+def _decided(result: Search, chosen: Fit, held: list[Fit], others: list[Fit], limit: float,
+             ) -> tuple[Fit, list[Fit]]:
+    """Return the best of the fits with the load curve held, and the others of them as rivals;
+    what was `chosen` before, and its rivals, where none of those fits as well."""
+    fitter = result.fitter
+    ranked = sorted(held, key=lambda fit: price(fit, fitter))
+    if not ranked or level(ranked[0], fitter) > limit:
+        return chosen, others
+    best = simplest(ranked, fitter)
+    return best, [fit for fit in ranked if fit is not best]
+
+
+def standing(fitter: Fitter, chosen: Fit, rivals: list[Fit]) -> tuple[Fit, list[Fit]]:
+    """Prefer what needs none of the file's numbers changed, if anything fits so: then no refit
+    has moved them, and whoever needs them moved is wrong. Such rivals come back as they fit with
+    the file's numbers."""
+    size = len(chosen.hypothesis.variants)
+    near = level(chosen, fitter) + HELD_LOSS
+    close = [fit for fit in (chosen, *rivals) if len(fit.hypothesis.variants) == size
+             and level(fit, fitter) < near and not any(
+                 variant.effect.unnamed for variant in fit.hypothesis.variants)][:CLOSE]
+    if size == 0 or len(close) < 2 or chosen not in close or refitted(fitter) or _made_up(fitter):
+        return chosen, rivals
+    delay = tuple(number for number in fitter.numbers if number.name == DELAY)
+    stand = list(side_by_side(lambda fit: fitter.refine(fitter.refit(fit, delay)), close,
+                              fitter.threads))
+    least = min(level(fit, fitter) for fit in stand)
+    if least > level(chosen, fitter) + HELD_LOSS:
+        return chosen, rivals
+    own = level(stand[0], fitter)
+    others = [fit for fit in rivals if fit not in close]
+    if own < least + max(STANDS_BETTER, STANDS_BETTER_PART * excess(fitter.nominal(), fitter)):
+        return chosen, [*stand[1:], *others]
+    place = min(range(len(stand)), key=lambda entry: price(stand[entry], fitter))
+    return close[place], [*(fit for entry, fit in enumerate(stand) if entry != place), *others]

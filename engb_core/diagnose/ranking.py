@@ -1,0 +1,59 @@
+"""How fits compare: what they leave above the noise, what they are ranked by, which is simpler.
+
+Excess is the mean squared residual minus the noise's 1.
+"""
+
+from __future__ import annotations
+
+import math
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.numbers import level
+
+__all__ = ['NUMBER_BONUS', 'excess', 'price', 'simplest']
+
+# An effect that contains another one is preferred only if it takes away this part of what the
+# simpler one leaves.
+CONTAINING_PART = 0.30
+# Log mean square by which one wrong number may fit worse than physics and is preferred.
+NUMBER_BONUS = 0.08
+# Log mean square by which a description without a name must fit better than physics.
+NAMELESS_PRICE = 0.2
+# Each fitted parameter must lower the logarithm of the mean square by this much.
+PARAMETER_PRICE = 0.004
+
+
+def excess(fit: Fit, fitter: Fitter) -> float:
+    """Return the mean squared residual above the noise's."""
+    return max(level(fit, fitter) - 1.0, 0.0)
+
+
+def price(fit: Fit, fitter: Fitter) -> float:
+    """Return what fits of like size are ranked by: log mean square plus a price a parameter."""
+    parameters = fit.hypothesis.size - len(fit.hypothesis.numbers)
+    variants = fit.hypothesis.variants
+    number = bool(variants) and all(variant.effect.number_only for variant in variants)
+    return math.log(max(level(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters \
+        - NUMBER_BONUS * number \
+        + NAMELESS_PRICE * sum(variant.effect.unnamed for variant in variants)
+
+
+def simplest(candidates: list[Fit], fitter: Fitter) -> Fit:
+    """Return the first of the candidates, or one contained in it that leaves little more."""
+    best = candidates[0]
+    for other in candidates[1:]:
+        if _contained(other, best):
+            left, right = excess(other, fitter), excess(best, fitter)
+            if left - right < max(CONTAINING_PART * left, 0.08):
+                return other
+    return best
+
+
+def _contained(simple: Fit, rich: Fit) -> bool:
+    """Whether each effect of `simple` is in `rich` or contained in one that is."""
+    if len(simple.hypothesis.variants) != len(rich.hypothesis.variants):
+        return False
+    contains = {entry for variant in rich.hypothesis.variants
+                for entry in (variant.effect.id, *variant.effect.contains)}
+    return all(entry in contains for entry in simple.hypothesis.ids) \
+        and simple.hypothesis.ids != rich.hypothesis.ids

@@ -1,0 +1,47 @@
+"""What moved the load curve, and what needs none of the file's numbers changed."""
+
+from dataclasses import replace
+
+import pytest
+
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.search import search
+from engb_core.diagnose.selection import select, Selection
+from engb_core.model import EffectSetting, Model
+
+from .simulated_brake import equal_strokes, NOMINAL, recorded
+
+STROKES = equal_strokes(8.0)
+
+
+def selected(brake: Model, model: Model = NOMINAL) -> Selection:
+    recording = recorded(brake, lambda time, _: STROKES.at(time), STROKES.duration)
+    return select(search(Fitter(problem_of([recording], model))))
+
+
+def brake_with_both(first: EffectSetting, second: EffectSetting) -> Model:
+    return replace(NOMINAL, effects=(first, second))
+
+
+@pytest.mark.parametrize('offset', [0.006, -0.006])
+def test_two_causes_may_have_moved_the_load_curve(offset):
+    found = selected(brake_with_both(
+        EffectSetting('torque_offset', {'offset': offset}),
+        EffectSetting('load_stiffness_error', {'scale': 1.08})))
+    assert set(found.chosen.hypothesis.ids) == {'torque_offset', 'load_stiffness_error'}
+    assert all(len(fit.hypothesis.variants) == 2 for fit in found.rivals)
+
+
+def test_rivals_are_told_apart_by_a_file_that_stands():
+    brake = replace(NOMINAL, effects=(EffectSetting('asymmetric_friction', {'asymmetry': 0.1}),))
+    found = selected(brake)
+    assert found.chosen.hypothesis.ids == ('asymmetric_friction',)
+    rival = next(fit for fit in found.rivals if fit.hypothesis.ids == ('contact_shift',))
+    assert {number.name for number in rival.hypothesis.numbers} == {DELAY}
+
+    friction = NOMINAL.friction
+    off = replace(NOMINAL, friction=replace(friction, coulomb=1.06 * friction.coulomb))
+    unsure = selected(brake, off)
+    assert all(len(fit.hypothesis.numbers) > 1 for fit in unsure.rivals)
