@@ -40,14 +40,16 @@ def _later(values, samples, out):
 
 
 @kernel
-def _held(values, moving):
-    """Let each value at standstill be the last one of the motion before."""
-    last = np.nan
+def _held(values, moving, most):
+    """Let the first `most` values of each standstill be the last one of the motion before."""
+    last, stood = np.nan, 0
     for row in range(values.size):
         if moving[row]:
-            last = values[row]
-        elif last == last:
-            values[row] = last
+            last, stood = values[row], 0
+        else:
+            stood += 1
+            if last == last and stood <= most:
+                values[row] = last
 
 
 def effort_of_motion(samples: Array, step: float, physics: Physics,
@@ -60,7 +62,7 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
         physics: model and effects.
         moving: (n,) where the motion tells the torque (None: everywhere). Where torque comes late,
             effort before a stop is that of an instant when the shaft stands already, and friction
-            takes up what it likes: then it is taken to go on as it was.
+            takes up what it likes: so long it is taken to go on as it was.
     """
     effort = np.empty(samples.shape[0])
     state = physics.fresh_state()
@@ -68,11 +70,17 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
             physics.parameters, state, samples, effort)
     if physics.stages['actuation']:
         effort = _inverse_actuation(samples, physics, state, effort)
-    if moving is not None and (physics.delay > 0.0 or physics.time_constant > 0.0):
-        _held(effort, moving)
-    if physics.time_constant != 0.0:
-        effort += physics.time_constant * np.gradient(effort, step)
     delay = physics.delay + physics.nominal[N_DELAY]
+    steady = effort
+    if moving is not None:
+        # As far as the delay and its interpolation reach; the lag is told by the motion alone.
+        if delay > 0.0:
+            _held(effort, moving, int(np.ceil(delay / step)) + 1)
+        if physics.time_constant > 0.0:
+            steady = effort.copy()
+            _held(steady, moving, effort.size)
+    if physics.time_constant != 0.0:
+        effort = effort + physics.time_constant * np.gradient(steady, step)
     if delay != 0.0 and effort.size > 1:
         prompt, effort = effort, np.empty_like(effort)
         _later(prompt, delay / step, effort)

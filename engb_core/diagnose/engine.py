@@ -15,7 +15,7 @@ from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import intervals, zones
-from engb_core.diagnose.numbers import refitted, wrong_numbers
+from engb_core.diagnose.numbers import wrong_numbers
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
@@ -70,9 +70,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = with_resonance(problem, resonance.setting, threads)
-        # A file that was refitted around the resonance has wrong numbers beside it.
-        outcome = _beside(resonance, _judged(
-            beyond, tell, threads, not refitted(outcome.fitter)))
+        outcome = _beside(resonance, _judged(beyond, tell, threads, outcome.fitter))
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), problem.split(outcome.mismatch)
     if resonance is not None and all(
@@ -106,10 +104,10 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
                    tell: Callable[[str], None], threads: int) -> tuple[Problem, _Outcome]:
     """Return the problem and what is said of it; where torque was found to come late, once more
     without what comes too late before a stop."""
-    def judged(before_stop: float) -> tuple[Problem, _Outcome]:
+    def judged(before_stop: float, earlier: Fitter | None = None) -> tuple[Problem, _Outcome]:
         problem = problem_of(recordings, model, holdout, before_stop=before_stop)
         settled = replace(problem, settled=(RESONANCE,)) if judged_wide(problem) else problem
-        return problem, _judged(settled, tell, threads)
+        return problem, _judged(settled, tell, threads, earlier)
 
     problem, outcome = judged(0.0)
     lag = sum(entry.parameters.get('lag', 0.0) for entry in outcome.corrected.effects)
@@ -117,7 +115,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         return problem, outcome
     tell('judging once more without what comes too late before a stop')
     try:
-        again = judged(LATE * lag)
+        again = judged(LATE * lag, outcome.fitter)
     except InputError:
         return problem, outcome
     still = any('lag' in entry.parameters for entry in again[1].corrected.effects)
@@ -141,8 +139,8 @@ class _Outcome:
 
 
 def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
-            name_numbers: bool = True) -> _Outcome:
-    fitter = Fitter(problem, threads)
+            earlier: Fitter | None = None) -> _Outcome:
+    fitter = Fitter(problem, threads, earlier)
     tell('refitting the nominal numbers')
     nominal = fitter.nominal()
     selection = select(search(fitter, tell))
@@ -155,7 +153,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     explanation = explain(fitter, chosen, selection)
     chosen = explanation.fit
     numbers = []
-    if name_numbers and selection.nominal_excess > CLEAN_EXCESS:
+    if selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, chosen)
     findings, mismatch = findings_of(fitter, nominal, explanation, numbers, selection)
@@ -175,9 +173,11 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
     share = resonance.finding.share
     left = 1.0 - share
     # What is doubtful beside a resonance may well be a makeshift for its details.
+    doubtful = 0.5 * min([share, *(left * entry.share for entry in outcome.findings
+                                   if entry.probability >= 0.5)])
     findings = [resonance.finding, *(
         replace(entry, share=min(left * entry.share,
-                                 1.0 if entry.probability >= 0.5 else 0.5 * share))
+                                 1.0 if entry.probability >= 0.5 else doubtful))
         for entry in outcome.findings)]
     findings.sort(key=lambda finding: -finding.share)
     without = replace(outcome.corrected, effects=tuple(

@@ -41,11 +41,15 @@ PARTS = (1.0, 0.5, 0.25, 0.1)
 
 
 class Fitter:
-    """Fits hypotheses to one problem, independent ones by so many threads."""
+    """Fits hypotheses to one problem, independent ones by so many threads.
 
-    def __init__(self, problem: Problem, threads: int = 1) -> None:
+    `earlier` fitted the file itself, before anything was settled: it knows how the file was made.
+    """
+
+    def __init__(self, problem: Problem, threads: int = 1, earlier: Fitter | None = None) -> None:
         self.problem = problem
         self.threads = threads
+        self.earlier = earlier
         self.measured = problem.measured
         self.sigma = problem.sigma
         self.spread = self.sigma
@@ -80,7 +84,7 @@ class Fitter:
     @cached_property
     def kept(self) -> str | None:
         """The number that a refit of the model file held, as `kept_number` finds it."""
-        return kept_number(self)
+        return kept_number(self) if self.earlier is None else self.earlier.kept
 
     # -- prediction ------------------------------------------------------------------------------
 

@@ -33,13 +33,8 @@ def kept_number(fitter: Fitter) -> str | None:
 
     The question is put in plain torque, as a refit would put it, and answered linearly. It can
     only be put to the file itself, without effects that were settled before, and to all that a
-    refit would see.
+    refit would see: to the first round of fits (`Fitter.earlier`).
     """
-    if fitter.problem.before_stop > 0.0:
-        return None
-    given = {entry.effect for entry in fitter.problem.model.effects}
-    if given & set(fitter.problem.settled):
-        return None
     base = fitter.finish(fitter.base())
     file = fitter.nominal()
     if base.jacobian is None or not base.hypothesis.numbers:

@@ -22,6 +22,7 @@ from engb_core.diagnose.numbers import (
     level,
     REFITTED,
     refitted,
+    was_refitted,
 )
 from engb_core.diagnose.ranking import excess, NUMBER_BONUS, price, simplest
 from engb_core.diagnose.search import Search
@@ -73,7 +74,7 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     fitter = result.fitter
     before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
     kept = fitter.kept == LOAD
-    if (nominal < REFITTED * before and not kept) or _made_up(fitter):
+    if not kept and (nominal < REFITTED * before or was_refitted(fitter)) or _made_up(fitter):
         return chosen, rivals
     held = fitter.refit(chosen, numbers_without_load(fitter))
     rise = level(held, fitter) - level(chosen, fitter)
@@ -107,7 +108,7 @@ def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:
 def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     """Refitted numbers suffice; if it is the load curve that must change, ask what moved it."""
     fitter, base = result.fitter, result.base
-    if _made_up(fitter):
+    if _made_up(fitter) or (was_refitted(fitter) and fitter.kept != LOAD):
         return base, []
     rise = level(fitter.refit(base, numbers_without_load(fitter)), fitter) - level(base, fitter)
     if rise < max(INSISTED, INSISTED_PART * nominal):

@@ -19,7 +19,7 @@ from engb_core.diagnose.nominal import DELAY, NominalNumber
 from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['BESIDE', 'BESIDE_EFFECTS', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED',
-           'level', 'number_place', 'refitted', 'wrong_numbers']
+           'level', 'number_place', 'refitted', 'was_refitted', 'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
@@ -78,8 +78,6 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         # All others moved to make up for the load curve, which has its own cause.
         return []
     insisted = _insisted(fitter, explained)
-    if not insisted:
-        return []
     if load_kept:
         # The file was not refitted, and may stand but for one number.
         alone = next((finding for finding in insisted if _all_but(fitter, explained, finding)),
@@ -88,9 +86,14 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     kept = _BY_NUMBER.get(fitter.kept or '')
     insisted = [replace(finding, kept=finding.effect == kept) for finding in insisted]
     held = [finding for finding in insisted if finding.kept]
-    if explained.hypothesis.variants and held:
+    named = _named_only(fitter, explained)
+    if kept is not None and not held and named is not explained:
+        held = [replace(finding, kept=True) for finding in _insisted(fitter, named)
+                if finding.effect == kept]
+    if (explained.hypothesis.variants and held) or was_refitted(fitter):
+        # A file that was refitted around what is settled by now has all other numbers moved.
         return held
-    return _fewest(fitter, explained, insisted) or held
+    return (insisted and _fewest(fitter, explained, insisted)) or held
 
 
 def number_place(numbers: tuple[NominalNumber, ...], effect: str) -> int:
@@ -117,6 +120,14 @@ def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least
             and (finding := _named(fitter, explained, name, rises[name])) is not None]
+
+
+def _named_only(fitter: Fitter, explained: Fit) -> Fit:
+    """Return the fit without what has no name, which may have taken in what a number does."""
+    for index in reversed(range(len(explained.hypothesis.variants))):
+        if explained.hypothesis.variants[index].effect.unnamed:
+            explained = fitter.without(explained, index)
+    return explained
 
 
 def _whole(fitter: Fitter, explained: Fit) -> float:
@@ -162,6 +173,11 @@ def refitted(fitter: Fitter) -> bool:
     file, base = fitter.nominal(), fitter.base()
     return (level(file, fitter) - 1.0 < REFITTED * max(level(base, fitter) - 1.0, 0.0)
             or mean_square(file) < REFITTED * mean_square(base))
+
+
+def was_refitted(fitter: Fitter) -> bool:
+    """Whether the file was refitted around what an earlier round has settled."""
+    return fitter.earlier is not None and refitted(fitter.earlier)
 
 
 def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:

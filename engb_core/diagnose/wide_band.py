@@ -52,8 +52,9 @@ LIGHTLY = 0.03
 LEAST_FRACTION, MOST_FRACTION = 0.15, 0.7
 # Above this part of the band a resonance at its damping's bound smooths noise.
 DAMPED_BELOW = 0.6
-# Above the band one is believed up to here if it takes away this part of the excess.
-ABOVE, WHOLE = 1.2, 0.85
+# Above the band one is believed up to here, where only its flank is seen, if it takes away this
+# part of the excess and is damped less than this part of the damping's bound.
+ABOVE, MOST, LIGHT = 1.4, 0.6, 0.5
 # Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed.
 FRACTION, PROMISED = 0.3, 3
 # How sure a resonance is whose damping was found, and one whose damping stands at its bound.
@@ -89,16 +90,18 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
     if not judged_wide(problem):
         return None
     highest = _highest(problem)
-    found, above = _within(min(BAND, highest), problem, corrected, threads)
-    if above and highest > BAND:
-        found, _ = _within(min(HIGHER_BAND, highest), problem, corrected, threads)
+    if highest <= BAND:
+        return _within(highest, problem, corrected, threads, ABOVE)[0]
+    found, above = _within(BAND, problem, corrected, threads)
+    if above:
+        found, _ = _within(min(HIGHER_BAND, highest), problem, corrected, threads, ABOVE)
     return found
 
 
 def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
-            ) -> tuple[Resonance | None, bool]:
-    """Return the resonance that shows within the band, if any, and whether one seems to ring
-    above it."""
+            above: float = 1.0) -> tuple[Resonance | None, bool]:
+    """Return the resonance that shows within the band, or up to `above` times that, if any; and
+    whether one seems to ring above it."""
     given = tuple(entry for entry in corrected.effects
                   if entry.effect not in (RESONANCE, RIVAL, DELAY, 'unexplained_surface'))
     wide = problem_of([run.recording for run in problem.runs],
@@ -116,7 +119,7 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
     fit = _bent(fitter, fit)
     gain = before - level(fit, fitter)
     share = gain / (before - 1.0)
-    if not _rings(fit, bandwidth, share):
+    if not _rings(fit, bandwidth, above if share > MOST else 1.0):
         return None, fit.hypothesis.named(fit.vector, 0)['frequency'] > bandwidth
     if before - level(_rival(fitter), fitter) > gain:
         return None, False
@@ -184,15 +187,21 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
     return best
 
 
+def _damping(values: dict[str, float]) -> float:
+    """Return the damping ratio as a part of its bound."""
+    return values['damping_ratio'] / next(
+        parameter.high for parameter in get_effect(RESONANCE).parameters
+        if parameter.name == 'damping_ratio')
+
+
 def _found(values: dict[str, float]) -> bool:
-    damping = next(parameter for parameter in get_effect(RESONANCE).parameters
-                   if parameter.name == 'damping_ratio')
-    return values['damping_ratio'] < 0.97 * damping.high
+    return _damping(values) < 0.97
 
 
-def _rings(fit: Fit, bandwidth: float, share: float) -> bool:
+def _rings(fit: Fit, bandwidth: float, above: float) -> bool:
     values = fit.hypothesis.named(fit.vector, 0)
-    highest = bandwidth * (DAMPED_BELOW if not _found(values) else ABOVE if share > WHOLE else 1.0)
+    highest = bandwidth * (DAMPED_BELOW if not _found(values)
+                           else above if _damping(values) < LIGHT else 1.0)
     return (LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION
             and values['frequency'] < highest)
 

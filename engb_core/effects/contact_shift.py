@@ -17,7 +17,7 @@ EFFECT = Effect(
     equation='T_L = T_L,model(θ − shift)',
     reference='contract, table 4; pad wear and running clearance',
     statement=lambda p: (
-        'No physics is missing: the load curve lies '
+        'A number is off, which is no missing physics: the load curve lies '
         f"{abs(p['shift']):.3g} rad {'later' if p['shift'] > 0 else 'earlier'} than in the "
         'model (pad wear or clearance).'),
     reveals='position',

@@ -16,7 +16,7 @@ EFFECT = Effect(
     stages={'level': _level},
     equation='C₀ sat(ω) with the true C₀',
     reference='equation (13)',
-    statement=lambda p: ('No physics is missing: the Coulomb friction is '
+    statement=lambda p: ('A number is off, which is no missing physics: the Coulomb friction is '
                          f"{p['coulomb']:.4g}, not the model's value."),
     reveals='velocity',
     number_only=True,

@@ -17,7 +17,8 @@ EFFECT = Effect(
     equation='J ω̇ with the true J',
     reference='equation (1)',
     statement=lambda p: (
-        f"No physics is missing: the inertia is {p['inertia']:.4g}, not the model's value."),
+        'A number is off, which is no missing physics: the inertia is '
+        f"{p['inertia']:.4g}, not the model's value."),
     reveals='acceleration',
     number_only=True,
 )

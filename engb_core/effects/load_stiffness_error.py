@@ -16,8 +16,9 @@ EFFECT = Effect(
     stages={'load': _load},
     equation='T_L = scale · T_L,model(θ)',
     reference='equations (11), (12)',
-    statement=lambda p: (f"No physics is missing: the load torque is {p['scale']:.3f} times "
-                         "the model's at every angle (caliper stiffness)."),
+    statement=lambda p: ('A number is off, which is no missing physics: the load torque is '
+                         f"{p['scale']:.3f} times the model's at every angle "
+                         '(caliper stiffness).'),
     reveals='load',
     number_only=True,
     applies=lambda scene: scene.largest_load > 0,

@@ -16,7 +16,8 @@ EFFECT = Effect(
     stages={'torque': _torque},
     equation='B ω with the true B',
     reference='equation (1)',
-    statement=lambda p: ('No physics is missing: the viscous friction coefficient is '
+    statement=lambda p: ('A number is off, which is no missing physics: the viscous friction '
+                         'coefficient is '
                          f"{p['viscous_friction']:.4g}, not the model's value."),
     reveals='velocity',
     number_only=True,
