@@ -13,6 +13,7 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
+from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
 
 __all__ = ['findings_of']
@@ -22,6 +23,8 @@ Array = NDArray[np.float64]
 TOLD = 0.02
 # How sure a named effect can be beside a leading one without a name.
 COMPANION = 0.45
+# An effect is no nearer to none than this many standard deviations of its size.
+STANDS_OUT = 2.0
 # How sure a wrong number is beside what has no name.
 NUMBER_BESIDE = 0.7
 # How sure it is, at least, that a number is wrong which a refit of the others didn't move.
@@ -77,7 +80,10 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
         if variant.effect.unnamed:
             continue
         values = chosen.hypothesis.named(chosen.vector, index)
+        parameters = estimates(chosen, fitter, index)
         believed = known * (variant.effect.credence(values) if variant.effect.credence else 1.0)
+        if not _stands_out(variant.effect, parameters):
+            believed = 0.0
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
         weights = rival_weights(chosen, rivals, fitter, before)
@@ -86,10 +92,25 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
             for fit, weight in zip(rivals, weights[1:], strict=True) if believed * weight > TOLD)
         findings.append(EffectFinding(
             effect=variant.effect.id, probability=believed * weights[0],
-            parameters=estimates(chosen, fitter, index),
+            parameters=parameters,
             share=share * matters[index] / total, alternatives=alternatives,
             statement=variant.effect.statement(values)))
     return findings
+
+
+def _stands_out(effect: Effect, parameters: dict[str, ParameterEstimate]) -> bool:
+    """Whether the data tell the effect's size from none."""
+    for parameter in effect.parameters:
+        if parameter.none is not None and parameter.name in parameters:
+            found = parameters[parameter.name]
+            if found.std is None:
+                return False
+            distance = found.value - parameter.none
+            # By the data alone: how wrong the formula may be is no question of there or not.
+            variance = found.std ** 2 - (parameter.form * distance) ** 2
+            if distance ** 2 < STANDS_OUT ** 2 * variance:
+                return False
+    return True
 
 
 def _differs_by(rival: Fit, chosen: Fit, effect_id: str) -> bool:
