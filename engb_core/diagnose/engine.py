@@ -12,7 +12,7 @@ import numpy as np
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
 from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops, unseen_effort
 from engb_core.diagnose.experiment import next_experiment
-from engb_core.diagnose.findings import findings_of
+from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.numbers import wrong_numbers
@@ -172,14 +172,8 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
     """Return the outcome of a round that was given the resonance, with the resonance in it."""
     share = resonance.finding.share
     left = 1.0 - share
-    # What is doubtful beside a resonance may well be a makeshift for its details.
-    doubtful = 0.5 * min([share, *(left * entry.share for entry in outcome.findings
-                                   if entry.probability >= 0.5)])
-    findings = [resonance.finding, *(
-        replace(entry, share=min(left * entry.share,
-                                 1.0 if entry.probability >= 0.5 else doubtful))
-        for entry in outcome.findings)]
-    findings.sort(key=lambda finding: -finding.share)
+    findings = in_order([resonance.finding, *(replace(entry, share=left * entry.share)
+                                              for entry in outcome.findings)])
     without = replace(outcome.corrected, effects=tuple(
         entry for entry in outcome.corrected.effects if entry.effect != RESONANCE))
     adds = np.concatenate([run.predicted(physics_of(outcome.corrected))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,13 +18,15 @@ from engb_core.diagnose.uncertainty import estimates, vector_deviations
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
 
-__all__ = ['findings_of']
+__all__ = ['findings_of', 'in_order']
 
 Array = NDArray[np.float64]
 # A rival is worth telling from here on.
 TOLD = 0.02
 # How sure a named effect can be beside a leading one without a name.
 COMPANION = 0.45
+# A finding is sure from here on.
+SURE = 0.5
 # An effect is no nearer to none than this many standard deviations of its size.
 STANDS_OUT = 2.0
 # How sure a wrong number is beside what has no name.
@@ -43,7 +47,7 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     chosen = explanation.fit
     findings = _physics(fitter, explanation, selection)
     findings += _numbers(fitter, nominal, explanation, numbers)
-    findings.sort(key=lambda finding: -finding.share)
+    findings = in_order(findings)
     if not chosen.hypothesis.variants and not numbers:
         return findings, nominal.residual
     hypothesis, vector = bare(chosen, set(range(len(chosen.hypothesis.variants))))
@@ -51,6 +55,16 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
         place = number_place(hypothesis.numbers, finding.effect)
         vector[place] = hypothesis.start_of_numbers()[place]
     return findings, chosen.predicted - fitter.predict(hypothesis, vector)
+
+
+def in_order(findings: list[EffectFinding]) -> list[EffectFinding]:
+    """Return the findings in order of share. What is doubtful may well be a makeshift for details
+    of what is sure: it gets no more than half of the least of that."""
+    most = 0.5 * min((finding.share for finding in findings if finding.probability >= SURE),
+                     default=2.0)
+    return sorted((finding if finding.probability >= SURE
+                   else replace(finding, share=min(finding.share, most)) for finding in findings),
+                  key=lambda finding: -finding.share)
 
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
