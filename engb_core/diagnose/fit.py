@@ -226,7 +226,16 @@ class Fitter:
 
     def nominal(self) -> Fit:
         """Return the model file as it stands (only the sampling delay is found)."""
-        return self.base(tuple(number for number in self.numbers if number.name == DELAY))
+        return self.base(self._delay_only)
+
+    def with_file(self, fit: Fit) -> Fit:
+        """Fit the same effects with the file's numbers as they stand (only the sampling delay is
+        found)."""
+        return self.refit(fit, self._delay_only)
+
+    @property
+    def _delay_only(self) -> tuple[NominalNumber, ...]:
+        return tuple(number for number in self.numbers if number.name == DELAY)
 
     def without(self, fit: Fit, variant: int, rounds: int = 5) -> Fit:
         """Return the fit with one effect taken away and all the rest fitted anew."""

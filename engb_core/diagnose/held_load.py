@@ -13,7 +13,7 @@ from engb_core.diagnose.search import Search, with_variant
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.catalogue import get_effect
 
-__all__ = ['both_moved', 'load_held', 'load_moved', 'numbers_without_load']
+__all__ = ['best_of_each', 'both_moved', 'load_held', 'load_moved', 'numbers_without_load']
 
 # Effects that move the whole load curve by one number.
 _MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
@@ -31,20 +31,21 @@ def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
     if len(numbers) == len(fitter.numbers):
         return []
     fitter.base(numbers)
-    held = [*side_by_side(lambda fit: _refitted(result, fit, numbers), result.alike(fits),
-                          fitter.threads), *load_moved(result, None)]
-    best: dict[tuple[str, ...], Fit] = {}
-    for fit in held:
-        if fit.hypothesis.ids not in best or fit.cost < best[fit.hypothesis.ids].cost:
-            best[fit.hypothesis.ids] = fit
-    return list(best.values())
+    return best_of_each([*side_by_side(
+        lambda fit: _refitted(result, fit, numbers), result.alike(fits), fitter.threads),
+        *load_moved(result, None)])
 
 
 def both_moved(result: Search, firsts: list[Fit]) -> list[Fit]:
     """Return the best fit of each pair of one of the `firsts`, which hold the file's load curve,
     and one more number that moves it."""
+    return best_of_each([moved for first in firsts for moved in load_moved(result, first)])
+
+
+def best_of_each(fits: list[Fit]) -> list[Fit]:
+    """Return the best fit of each set of effects."""
     best: dict[tuple[str, ...], Fit] = {}
-    for fit in (moved for first in firsts for moved in load_moved(result, first)):
+    for fit in fits:
         key = tuple(sorted(fit.hypothesis.ids))
         if key not in best or fit.cost < best[key].cost:
             best[key] = fit

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.held_load import (
+    best_of_each,
     both_moved,
     load_held,
     load_moved,
     numbers_without_load,
 )
 from engb_core.diagnose.kept_number import LOAD
-from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import (
     BESIDE_EFFECTS,
     INSISTED,
@@ -61,7 +61,7 @@ def told_by_the_load(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
     close = [chosen, *(fit for fit in others if excess(fit, fitter) < near)]
     limit = level(chosen, fitter) + max(HELD_LOSS, 0.3 * excess(chosen, fitter))
     held = [fit for fit in load_held(result, close) if len(fit.hypothesis.variants) == size]
-    decided, rivals = _decided(result, chosen, held, others, limit)
+    decided, rivals = _decided(fitter, chosen, held, others, limit)
     if decided is chosen:
         return _with_load_moved(result, chosen, rivals, limit)
     return decided, rivals
@@ -90,9 +90,9 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     if level(best, fitter) >= limit + min(0.02 * rise, 0.3):
         return chosen, rivals
     near = level(best, fitter) + HELD_LOSS
-    alike = both_moved(result, [chosen, *(fit for fit in rivals if level(fit, fitter) < near
-                                          and len(fit.hypothesis.variants)
-                                          == len(chosen.hypothesis.variants))][:LEADING])
+    others = [fit for fit in rivals if level(fit, fitter) < near
+              and len(fit.hypothesis.variants) == len(chosen.hypothesis.variants)]
+    alike = best_of_each([*moved, *both_moved(result, others[:LEADING - 1])])
     return best, [fit for fit in alike
                   if set(fit.hypothesis.ids) != set(best.hypothesis.ids)]
 
@@ -101,8 +101,8 @@ def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:
     """Whether a fit needs none of the file's numbers changed to be nearly as good as the chosen
     effects with all numbers free, seen beside the `rise` with the load curve unmoved: no refit
     has moved them."""
-    held = fitter.refit(fit, tuple(number for number in fitter.numbers if number.name == DELAY))
-    return level(held, fitter) < level(chosen, fitter) + max(HELD_LOSS, STANDING_PART * rise)
+    allowed = max(HELD_LOSS, STANDING_PART * rise)
+    return level(fitter.with_file(fit), fitter) < level(chosen, fitter) + allowed
 
 
 def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
@@ -115,11 +115,11 @@ def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
         return base, []
     limit = level(base, fitter) + max(HELD_LOSS, min(0.1 * rise, 0.3))
     held = load_held(result, result.of_size(1))
-    decided, rivals = _decided(result, base, held, [], limit)
+    decided, rivals = _decided(fitter, base, held, [], limit)
     if decided is not base:
         return decided, rivals
     leading = sorted(held, key=lambda fit: price(fit, fitter))[:LEADING]
-    return _decided(result, base, both_moved(result, leading), [], limit)
+    return _decided(fitter, base, both_moved(result, leading), [], limit)
 
 
 def _made_up(fitter: Fitter) -> bool:
@@ -127,11 +127,10 @@ def _made_up(fitter: Fitter) -> bool:
     return fitter.kept not in (None, LOAD)
 
 
-def _decided(result: Search, chosen: Fit, held: list[Fit], others: list[Fit], limit: float,
+def _decided(fitter: Fitter, chosen: Fit, held: list[Fit], others: list[Fit], limit: float,
              ) -> tuple[Fit, list[Fit]]:
     """Return the best of the fits with the load curve held, and the others of them as rivals;
     what was `chosen` before, and its rivals, where none of those fits as well."""
-    fitter = result.fitter
     ranked = sorted(held, key=lambda fit: price(fit, fitter))
     if not ranked or level(ranked[0], fitter) > limit:
         return chosen, others
@@ -150,8 +149,7 @@ def standing(fitter: Fitter, chosen: Fit, rivals: list[Fit]) -> tuple[Fit, list[
                  variant.effect.unnamed for variant in fit.hypothesis.variants)][:CLOSE]
     if size == 0 or len(close) < 2 or chosen not in close or refitted(fitter) or _made_up(fitter):
         return chosen, rivals
-    delay = tuple(number for number in fitter.numbers if number.name == DELAY)
-    stand = list(side_by_side(lambda fit: fitter.refine(fitter.refit(fit, delay)), close,
+    stand = list(side_by_side(lambda fit: fitter.refine(fitter.with_file(fit)), close,
                               fitter.threads))
     least = min(level(fit, fitter) for fit in stand)
     if least > level(chosen, fitter) + HELD_LOSS:

@@ -86,10 +86,10 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     kept = _BY_NUMBER.get(fitter.kept or '')
     insisted = [replace(finding, kept=finding.effect == kept) for finding in insisted]
     held = [finding for finding in insisted if finding.kept]
-    named = _named_only(fitter, explained)
-    if kept is not None and not held and named is not explained:
-        held = [replace(finding, kept=True) for finding in _insisted(fitter, named)
-                if finding.effect == kept]
+    unnamed = any(variant.effect.unnamed for variant in explained.hypothesis.variants)
+    if kept is not None and not held and unnamed:
+        held = [replace(finding, kept=True) for finding in _insisted(
+            fitter, _named_only(fitter, explained)) if finding.effect == kept]
     if (explained.hypothesis.variants and held) or was_refitted(fitter):
         # A file that was refitted around what is settled by now has all other numbers moved.
         return held
