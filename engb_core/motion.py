@@ -20,8 +20,8 @@ from scipy.ndimage import convolve1d, maximum_filter1d
 from engb_core.recording import Recording
 from engb_core.sample_table import sample_table
 
-__all__ = ['MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'filtered', 'gaussian_kernel',
-           'motion_of']
+__all__ = ['MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered', 'gaussian_kernel',
+           'motion_of', 'without_counts']
 
 Array = NDArray[np.float64]
 
@@ -105,7 +105,7 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
     stride = max(1, int(round(STEP_OF_PERIOD / bandwidth / fine)))
     step = stride * fine
     full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
-    raw = _bridged(full, np.interp(full, *_without_counts(recording)), recording)
+    raw = bridged(full, np.interp(full, *without_counts(recording)), recording)
 
     def smooth(values: Array, derivative: int = 0) -> Array:
         return filtered(values, gaussian_kernel(bandwidth, fine, derivative))[::stride].copy()
@@ -128,7 +128,7 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
         has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine)
 
 
-def _without_counts(recording: Recording) -> tuple[Array, Array]:
+def without_counts(recording: Recording) -> tuple[Array, Array]:
     """Return times and positions of the counts' edges: what the encoder says for certain."""
     time, position = recording.time, recording.position
     change = np.flatnonzero(np.diff(position))
@@ -141,7 +141,7 @@ def _without_counts(recording: Recording) -> tuple[Array, Array]:
             np.concatenate([[middle[0]], middle, [middle[-1]]]))
 
 
-def _bridged(time: Array, position: Array, recording: Recording) -> Array:
+def bridged(time: Array, position: Array, recording: Recording) -> Array:
     """Return `position` (n,) with every gap of the recording crossed by a cubic that keeps the
     speed on both sides: a straight line would have the motor jerk at both ends."""
     bridged = position.copy()

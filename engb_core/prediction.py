@@ -19,15 +19,19 @@ from engb_core.model import EffectSetting, Model
 from engb_core.motion import Motion, motion_of
 from engb_core.plant import physics_of
 from engb_core.recording import Recording
+from engb_core.sharp_motion import sharp_motion_of
 
 __all__ = ['find_phases', 'predict_effort']
 
 Array = NDArray[np.float64]
 
 # A prediction is sharp where the motion is: friction turns within milliseconds. Noise that a
-# fit would have to be spared averages out [Hz]. Whether a load falls through its gap or not may
-# hang on the noise of one sample: there the median of differently smoothed motions is taken.
-BANDWIDTHS = (160.0, 130.0, 105.0)
+# fit would have to be spared averages out [Hz].
+BANDWIDTH = 150.0
+# Behind a gap or a shaft the load follows the motor's acceleration, and would ring with what
+# overshoots: there the motion is smoothed without overshoot. Whether a load falls through its gap
+# or not may hang on the noise of one sample: the median of differently smoothed motions is taken.
+BEHIND, BANDWIDTHS = 'inertia_fraction', (160.0, 130.0, 105.0)
 # Phases are slow: found where noise is least [Hz].
 _PHASE_BANDWIDTH = 20.0
 # Phases tried before the best is refined: harmonics up to the second make no narrower basin.
@@ -40,18 +44,19 @@ def predict_effort(recording: Recording, model: Model) -> Array:
     Phases that no recording carries over to the next (the disc's, for runout) are first found
     in this recording.
     """
-    rugged = any(get_effect(setting.effect).rugged for setting in model.effects)
-    return np.median([_predicted(recording, model, bandwidth)
-                      for bandwidth in (BANDWIDTHS if rugged else BANDWIDTHS[:1])], axis=0)
+    model = find_phases(motion_of(recording), model)
+    if any(BEHIND in setting.parameters for setting in model.effects):
+        motions = [motion_of(recording, bandwidth) for bandwidth in BANDWIDTHS]
+    else:
+        motions = [sharp_motion_of(recording, BANDWIDTH)]
+    return np.median([np.interp(recording.time, motion.time, _effort(motion, model))
+                      for motion in motions], axis=0)
 
 
-def _predicted(recording: Recording, model: Model, bandwidth: float) -> Array:
-    motion = motion_of(recording, bandwidth)
-    model = find_phases(motion, model)
+def _effort(motion: Motion, model: Model) -> Array:
     moving = np.abs(motion.velocity) >= slowest_speed(
         [motion], model.friction.saturation_velocity, motion.speed)
-    effort = effort_of_motion(motion.samples(), motion.step, physics_of(model), moving)
-    return np.interp(recording.time, motion.time, effort)
+    return effort_of_motion(motion.samples(), motion.step, physics_of(model), moving)
 
 
 def find_phases(motion: Motion, model: Model) -> Model:
