@@ -16,7 +16,7 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.filtering import comparison_of, slowest_speed
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
-from engb_core.motion import Motion, motion_of
+from engb_core.motion import filtered, Motion, motion_of
 from engb_core.plant import physics_of
 from engb_core.recording import Recording
 from engb_core.sharp_motion import sharp_motion_of
@@ -49,14 +49,18 @@ def predict_effort(recording: Recording, model: Model) -> Array:
         motions = [motion_of(recording, bandwidth) for bandwidth in BANDWIDTHS]
     else:
         motions = [sharp_motion_of(recording, BANDWIDTH)]
-    return np.median([np.interp(recording.time, motion.time, _effort(motion, model))
-                      for motion in motions], axis=0)
+    return np.median([_effort(recording, motion, model) for motion in motions], axis=0)
 
 
-def _effort(motion: Motion, model: Model) -> Array:
+def _effort(recording: Recording, motion: Motion, model: Model) -> Array:
+    """Return the effort at the recording's samples, each the mean from half a sample before to
+    half a sample after: late torque turns within less."""
     moving = np.abs(motion.velocity) >= slowest_speed(
         [motion], model.friction.saturation_velocity, motion.speed)
-    return effort_of_motion(motion.samples(), motion.step, physics_of(model), moving)
+    effort = effort_of_motion(motion.samples(), motion.step, physics_of(model), moving)
+    parts = max(1, round(recording.interval / motion.step))
+    window = np.convolve(np.full(parts, 1.0 / parts), [0.5, 0.5]) if parts > 1 else np.ones(1)
+    return np.interp(recording.time, motion.time, filtered(effort, window))
 
 
 def find_phases(motion: Motion, model: Model) -> Model:

@@ -16,14 +16,34 @@ def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
 
     From the Fisher information of the filtered values with the residual's own size and colour
     (autocorrelation) rather than the noise's. The prior's part is left out: an entry that only
-    the prior holds gets a large deviation.
+    the prior holds gets a large deviation. The others are not to suffer from that: where the
+    data leave a parameter of an effect freer than its bounds, these count as knowledge of it.
     """
     gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
-    norm = np.sqrt(np.diag(gram))
-    norm[norm == 0.0] = 1e-300
-    inverse = np.linalg.pinv(gram / norm / norm[:, None], rcond=1e-10, hermitian=True)
     residual = (fit.residual / fitter.spread)[fitter.fitted]
-    return np.sqrt(np.maximum(np.diag(inverse), 0.0) * _inflation(residual)) / norm
+    information = gram / _inflation(residual)
+    alone = _deviations(information)
+    width = np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0)
+    loose = alone > width
+    loose[:len(fit.hypothesis.numbers)] = False
+    if not loose.any():
+        return alone
+
+    def with_bounds(loose: NDArray[np.bool_]) -> NDArray[np.float64]:
+        return _deviations(information + np.diag(np.where(loose, width, np.inf) ** -2.0))
+
+    found = with_bounds(loose)
+    for entry in np.flatnonzero(loose):
+        # Its own bounds say nothing of what the data tell of it.
+        found[entry] = with_bounds(loose & (np.arange(loose.size) != entry))[entry]
+    return found
+
+
+def _deviations(information: NDArray[np.float64]) -> NDArray[np.float64]:
+    norm = np.sqrt(np.diag(information))
+    norm[norm == 0.0] = 1e-300
+    inverse = np.linalg.pinv(information / norm / norm[:, None], rcond=1e-10, hermitian=True)
+    return np.sqrt(np.maximum(np.diag(inverse), 0.0)) / norm
 
 
 def _inflation(residual: NDArray[np.float64]) -> float:
