@@ -2,13 +2,12 @@
 
 from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import Effect, Parameter, POSITION
-from engb_core.harmonics import wave
+from engb_core.harmonics import toothed_wave
 
 
 @compiled
 def _periodic(parameters, angle):
-    return parameters[0] * wave(parameters[1] * angle + parameters[2], parameters[3],
-                                parameters[4])
+    return parameters[0] * toothed_wave(parameters[1] * angle + parameters[2], parameters[3:7])
 
 
 @effect_function
@@ -25,6 +24,8 @@ EFFECT = Effect(
         Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,)),
         Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),
+        Parameter('third_sine', '-', -1.0, 1.0, starts=(0.0,), default=0.0),
+        Parameter('third_cosine', '-', -1.0, 1.0, starts=(0.0,), default=0.0),
     ),
     stages={'torque': _torque},
     equation='T_cog = amplitude · sin(order · θ + phase)',
