@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import (
     Effect,
@@ -10,67 +12,85 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
-from engb_core.stop_elements import built_up, ELEMENTS, moved_elements
+from engb_core.stop_elements import ELEMENTS, moved_elements
 
-# Place of the first slipping element in the state; slip distance of the last one over the
-# memory's (63 % of a turn-round).
-_FIRST, _WIDEST = 2, 1.8
-
-
-@compiled
-def _opening(parameters, ahead, back):
-    """Return half the difference of the memory between applying, `ahead` [rad] from rest, and
-    releasing, `back` [rad] from the top."""
-    if parameters[6] > 0.5:
-        widest = _WIDEST * parameters[1]
-        return (built_up(2.0 * ahead, widest, 1.0) + 2.0 * built_up(back, widest, 1.0) - 1.0) / 2.0
-    top = 2.0 - math.exp(-(ahead + back) / parameters[1])
-    return 1.0 - 0.5 * (math.exp(-ahead / parameters[1]) + top * math.exp(-back / parameters[1]))
+# Places in the parameters, and of the first slipping element in the state.
+_RATIO, _DISTANCE, _EXPONENT, _SHARPNESS, _PEAK, _SENSE, _REACH, _ELEMENTS, _POWER = range(9)
+_FIRST = 2
+# Steps of the slow loop that tells how wide the loop opens.
+_STEPS = 120
 
 
 @compiled
-def _widest(parameters):
+def _moved(parameters, state, distances):
+    """Move the memory by so many memory distances and return it, −1 … 1."""
+    if parameters[_ELEMENTS] > 0.5:
+        return moved_elements(state, _FIRST, distances, 1.0, 1.0)
+    direction = 1.0 if distances > 0.0 else -1.0
+    ahead = state[0] * direction
+    for _ in range(2):
+        # dz/ds = 1 ∓ |z|^n is (1 − z) times what hardly changes over half a step.
+        left = max(1.0 - ahead, 1e-9)
+        rate = (1.0 - math.copysign(abs(ahead) ** parameters[_SHARPNESS], ahead)) / left
+        ahead = 1.0 - left * math.exp(-0.5 * abs(distances) * rate)
+    state[0] = ahead * direction
+    return state[0]
+
+
+@compiled
+def _widest(parameters, state):
     """Return half the widest opening of the slow loop from rest to the top and back, over what the
-    whole memory does at the top; the load goes with travel^load_power."""
-    power = parameters[7]
+    whole memory does at the top; the load goes with travel^load_power. Leaves no memory."""
+    power = parameters[_POWER]
+    way = parameters[_REACH] / parameters[_DISTANCE] / _STEPS
+    applying = np.empty(_STEPS)
+    for step in range(_STEPS):
+        applying[step] = _moved(parameters, state, way)
     widest = 0.0
-    for step in range(1, 60):
-        part = step / 60.0
-        opening = _opening(parameters, part * parameters[5], (1.0 - part) * parameters[5])
-        if parameters[4] < 0.0:
+    for step in range(_STEPS - 1, -1, -1):
+        part = (step + 1.0) / _STEPS
+        if parameters[_SENSE] < 0.0:
             weight = power * part ** (power - 1.0)
         else:
-            weight = part ** (power * parameters[2])
-        widest = max(widest, weight * opening)
+            weight = part ** (power * parameters[_EXPONENT])
+        opening = applying[step] - (_moved(parameters, state, -way) if step < _STEPS - 1
+                                    else applying[step])
+        widest = max(widest, 0.5 * weight * opening)
+    for index in range(ELEMENTS):
+        state[_FIRST + index] = 0.0
+    state[0] = 0.0
     return max(widest, 0.05)
 
 
 @compiled
 def _remembered(parameters, state, distances):
-    """Move the memory by so many memory distances; return it, at most ±ratio/c."""
-    if parameters[6] > 0.5:
-        state[0] = moved_elements(state, _FIRST, distances, 1.0, 1.0)
-    else:
-        target = 1.0 if distances > 0.0 else -1.0
-        state[0] = target + (state[0] - target) * math.exp(-abs(distances))
+    """Move the memory by so many memory distances; return it, at most ±ratio/c of the peak load.
+
+    The peak is that of the loop: above the curve's where applying is the harder way, else below.
+    """
     if state[1] == 0.0:
-        state[1] = _widest(parameters)
-    return state[0] * parameters[0] / state[1]
+        state[1] = _widest(parameters, state)
+    most = parameters[_RATIO] / state[1]
+    if parameters[_SENSE] < 0.0:
+        most /= 1.0 + parameters[_POWER] * most
+    else:
+        most /= max(1.0 - most, 0.1)
+    return _moved(parameters, state, distances) * most
 
 
 @effect_function
 def _shift(parameters, state, sample):
-    if parameters[4] > 0.0:
+    if parameters[_SENSE] > 0.0:
         return 0.0
     # Play in the way to the pad: what presses it comes after the shaft, in contact or not.
-    return -parameters[5] * _remembered(
-        parameters, state, sample[VELOCITY] * sample[TIME_STEP] / parameters[1])
+    return -parameters[_REACH] * _remembered(
+        parameters, state, sample[VELOCITY] * sample[TIME_STEP] / parameters[_DISTANCE])
 
 
 @effect_function
 def _load(parameters, state, sample):
     load = sample[LOAD]
-    if parameters[4] < 0.0:
+    if parameters[_SENSE] < 0.0:
         return load
     if load <= 0.0:
         # Out of contact the pad has no memory.
@@ -78,10 +98,10 @@ def _load(parameters, state, sample):
             state[_FIRST + index] = 0.0
         state[0] = 0.0
         return load
-    peak = parameters[3]
-    weight = (min(load, peak) / peak) ** parameters[2]
+    peak = parameters[_PEAK]
+    weight = (min(load, peak) / peak) ** parameters[_EXPONENT]
     return load + peak * weight * _remembered(
-        parameters, state, sample[VELOCITY] * sample[TIME_STEP] / parameters[1])
+        parameters, state, sample[VELOCITY] * sample[TIME_STEP] / parameters[_DISTANCE])
 
 
 EFFECT = Effect(
@@ -92,10 +112,11 @@ EFFECT = Effect(
         Parameter('memory_distance', 'rad', 0.05, 60.0, starts=(0.5, 1.5, 4.0, 10.0),
                   logarithmic=True),
         Parameter('load_exponent', '-', 0.0, 2.0, starts=(0.3, 1.0)),
+        Parameter('sharpness', '-', 1.0, 3.0, starts=(1.5,), default=1.0),
     ),
     stages={'shift': _shift, 'load': _load},
     equation='T_L = T_L(θ) + ratio/c·T_peak·(T_L/T_peak)^γ·z, or T_L(θ − ratio/c′·reach·z); '
-             'dz/dθ = (1 − z sgn ω)/distance',
+             'dz/dθ = (1 − |z|^n sgn(ω z))/distance',
     reference='Bouc (1967), Wen (1976); Coleman and Hodgdon, Int. J. Eng. Sci. 24 (1986) 897',
     statement=lambda p: (
         "The caliper's load lies on a loop: half its width is "
