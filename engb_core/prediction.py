@@ -25,9 +25,6 @@ __all__ = ['find_phases', 'predict_effort']
 
 Array = NDArray[np.float64]
 
-# A prediction is sharp where the motion is: friction turns within milliseconds. Noise that a
-# fit would have to be spared averages out [Hz].
-BANDWIDTH = 150.0
 # Behind a gap or a shaft the load follows the motor's acceleration, and would ring with what
 # overshoots: there the motion is smoothed without overshoot. Whether a load falls through its gap
 # or not may hang on the noise of one sample: the median of differently smoothed motions is taken.
@@ -48,7 +45,7 @@ def predict_effort(recording: Recording, model: Model) -> Array:
     if any(BEHIND in setting.parameters for setting in model.effects):
         motions = [motion_of(recording, bandwidth) for bandwidth in BANDWIDTHS]
     else:
-        motions = [sharp_motion_of(recording, BANDWIDTH)]
+        motions = [sharp_motion_of(recording)]
     return np.median([_effort(recording, motion, model) for motion in motions], axis=0)
 
 

@@ -17,24 +17,31 @@ from scipy.signal import butter, sosfiltfilt
 from engb_core.motion import bridged, Motion, motion_of, without_counts
 from engb_core.recording import Recording
 
-__all__ = ['sharp_motion_of']
+__all__ = ['BANDWIDTH', 'sharp_motion_of']
 
-ORDER = 3
+# Corner [Hz] and order: friction turns within milliseconds.
+BANDWIDTH, ORDER = 150.0, 3
 # The corner can't be higher than this part of the sampling rate.
 MOST_OF_RATE = 0.3
-# The grid's step [s], for which friction's turn is not a matter of where the samples fall; of
-# recordings with more samples than this it is coarser.
+# The grid's step [s], at which friction's turn is no matter of where the samples fall; coarser for
+# more samples than these.
 STEP = 2.5e-4
 MOST_SAMPLES = 4_000_000
 
 
-def sharp_motion_of(recording: Recording, bandwidth: float) -> Motion:
-    """Bring a recording onto a fine even grid and derive its motion, low-passed there and back
-    by a Butterworth of `bandwidth` [Hz]."""
+def sharp_motion_of(recording: Recording, bandwidth: float = BANDWIDTH, step: float = STEP,
+                    ) -> Motion:
+    """Bring a recording onto an even grid and derive its motion.
+
+    Args:
+        recording: at most 0.3 of its rate is the corner.
+        bandwidth: of the Butterworth that passes there and back [Hz].
+        step: about that of the grid [s]; no coarser than the recording's own.
+    """
     recorded = motion_of(recording, bandwidth)
     bandwidth = min(bandwidth, MOST_OF_RATE / recording.interval)
     count = recording.time[-1] / recording.interval
-    parts = int(np.clip(round(recording.interval / STEP), 1, max(1, MOST_SAMPLES // count)))
+    parts = int(np.clip(round(recording.interval / step), 1, max(1, MOST_SAMPLES // count)))
     step = recording.interval / parts
     time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1) * step
     edges = np.interp(time, *without_counts(recording))

@@ -21,7 +21,7 @@ from engb_core.diagnose.normal_equations import normal_equations
 if TYPE_CHECKING:
     from engb_core.diagnose.fit import Fitter
 
-__all__ = ['descended']
+__all__ = ['delay_held', 'descended']
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ def descended(fitter: Fitter, begin: Fit, shared: Array, rounds: int, tolerance:
     effects = range(len(hypothesis.numbers), hypothesis.size)
     weight = fitter.weight
     down, up = _reach(hypothesis)
-    held = _delay_held(hypothesis)
+    held = delay_held(hypothesis)
     best = _within_bounds(fitter, begin, held)
     damping, steps, done, failed, taken_here = DAMPING, 0, False, False, False
     design: Array | None = None
@@ -97,7 +97,7 @@ def _reach(hypothesis: Hypothesis) -> tuple[Array, Array]:
     return reach[:, 0], reach[:, 1]
 
 
-def _delay_held(hypothesis: Hypothesis) -> int | None:
+def delay_held(hypothesis: Hypothesis) -> int | None:
     """Return the place of the sampling delay where a lag is looked for: one of both."""
     if not any(variant.effect.lead for variant in hypothesis.variants):
         return None

@@ -21,6 +21,7 @@ from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import CLEAN_EXCESS, select, Selection
+from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.diagnose.side_by_side import processors, side_by_side
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.twist import with_resonance
@@ -151,21 +152,23 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     chosen = fitter.finish(fitter.refine(chosen))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
-    chosen = explanation.fit
+    told = Sharpened(explanation, explanation.models(), problem)
     numbers = []
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')
-        numbers = wrong_numbers(fitter, chosen)
-    findings, mismatch = findings_of(fitter, nominal, explanation, numbers, selection)
+        numbers = wrong_numbers(fitter, explanation.fit)
+        tell('taking the numbers from a sharper motion')
+        told = sharpened(fitter, explanation)
+    findings, mismatch = findings_of(fitter, nominal, told.explanation, numbers, selection)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
     corrected = problem.model if verdict == 'consistent' else _that_helps(
-        problem, explanation.models(), () if findings else (problem.model,))
-    return _Outcome(fitter, selection, chosen, explanation, findings, mismatch, verdict,
-                    unexplained, corrected)
+        told.problem, told.models, () if findings else (problem.model,))
+    return _Outcome(fitter, selection, told.explanation.fit, told.explanation, findings, mismatch,
+                    verdict, unexplained, corrected)
 
 
 def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:

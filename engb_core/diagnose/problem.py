@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,15 @@ from engb_core.model import Model
 from engb_core.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
 from engb_core.plant import load_torques, nominal_vector, Physics
 from engb_core.recording import Recording
+from engb_core.sharp_motion import sharp_motion_of
 
-__all__ = ['Problem', 'Run', 'problem_of']
+__all__ = ['Problem', 'Run', 'problem_of', 'sharper']
 
 Array = NDArray[np.float64]
 
 BANDWIDTH = 20.0
+# Step of a motion that is fitted as sharp as it is told [s].
+SHARP_STEP = 1e-3
 # Share of a recording's duration that is kept out of every fit, in stretches.
 KEPT_OUT = 0.2
 STRETCHES = 4
@@ -149,6 +152,18 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
             f'values above {slowest:.3g} rad/s, {LEAST_POINTS} are needed); record strokes')
     floor = float(np.sqrt(np.mean(np.concatenate([run.noise for run in runs]) ** 2)))
     return Problem(runs, judged, model, scene, floor, before_stop)
+
+
+def sharper(problem: Problem) -> Problem:
+    """Return the problem with its recordings' motion as sharp as they tell it: dearer to fit, but
+    what acts within milliseconds of a reversal is smeared less. What is held out is not in it."""
+    motions = [sharp_motion_of(run.recording, step=SHARP_STEP) for run in problem.runs]
+    slowest = slowest_speed(motions, problem.model.friction.saturation_velocity,
+                            problem.scene.speed)
+    runs = tuple(_run(run.recording, motion, BANDWIDTH, slowest, problem.before_stop,
+                      bool(problem.held_out), False)
+                 for run, motion in zip(problem.runs, motions, strict=True))
+    return replace(problem, runs=runs, held_out=())
 
 
 def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Model) -> Scene:

@@ -113,12 +113,14 @@ def best_promised(fitter: Fitter, start: Fit, promised: list[Promise], rounds: i
 
 
 def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:
-    """Return the best fit found around `fit` by so many random moves (always the same ones)."""
+    """Return the best fit found around `fit` by so many random moves (always the same ones) of the
+    rugged effects, or of all where none is."""
     hypothesis = fit.hypothesis
     count = len(hypothesis.numbers)
     low, high = hypothesis.bounds
     owners = [hypothesis.variants[owner].effect for owner, _, _ in hypothesis.places]
-    moved = [count + entry for entry, effect in enumerate(owners) if effect.rugged]
+    moved = [count + entry for entry, effect in enumerate(owners)
+             if effect.rugged or not is_rugged(fit)]
     scale = np.array([MOVE_OF_LOGARITHM if hypothesis.parameter(place - count).logarithmic
                       else MOVE_OF_RANGE * (high[place] - low[place]) for place in moved])
     settled = _Settling(fitter, fit, hypothesis)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.descent import delay_held
 from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
@@ -20,6 +21,10 @@ def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     data leave a parameter of an effect freer than its bounds, these count as knowledge of it.
     """
     gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
+    held = delay_held(fit.hypothesis)
+    if held is not None:
+        # What was not free is known, and takes nothing from a lag that acts just like it.
+        gram[held] = gram[:, held] = 0.0
     residual = (fit.residual / fitter.spread)[fitter.fitted]
     information = gram / _inflation(residual)
     alone = _deviations(information)

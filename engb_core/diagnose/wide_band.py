@@ -20,7 +20,8 @@ from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Problem, problem_of, Run
-from engb_core.diagnose.rugged import followed, promises
+from engb_core.diagnose.rugged import followed, promises, search_around
+from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
@@ -47,6 +48,11 @@ BENT_SHARE = 0.4
 # Its best starts that are followed; a linear one takes up with damping what isn't linear.
 BENT_KEPT = 3
 LIGHTLY = 0.03
+# Where damping comes to its bound, one that hardens much is looked for below the frequency of a
+# linear one, which is that of a shaft twisted by the load: stiffness is multiplied by so much. Its
+# minima are many: random moves from each such start, and from the best of them.
+SLOWER, HARDER = (1.0, 0.7, 0.5), (10.0, 100.0)
+FIRST_MOVES, FURTHER_MOVES, ROUNDS = 60, 150, 12
 # Less of the inertia beyond the shaft is no shaft's resonance; more only smooths what the motor's
 # acceleration holds of noise and timing.
 LEAST_FRACTION, MOST_FRACTION = 0.15, 0.7
@@ -184,7 +190,28 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
                                            rounds=8, keep=BENT_KEPT))
             if level(fit, fitter) - 1.0 < least:
                 best, least = fit, level(fit, fitter) - 1.0
+    if best is linear and not _found(values):
+        fit = _hardened(fitter, values)
+        return fit if level(fit, fitter) - 1.0 < least else linear
     return best
+
+
+def _hardened(fitter: Fitter, values: dict[str, float]) -> Fit:
+    """Return the best fit found of a shaft that hardens much; `values` are a linear one's."""
+    hardens = NONLINEAR[0]
+    (variant,) = variants_of(hardens, fitter.problem.scene)
+    twists = next(entry.starts for entry in hardens.parameters if entry.name == 'stiffness_twist')
+
+    def begun(change: float) -> Fit:
+        settings = [{**values, 'damping_ratio': LIGHTLY, 'frequency': part * values['frequency'],
+                     'stiffness_change': change, 'stiffness_twist': twist}
+                    for part in SLOWER for twist in twists]
+        promised = promises(fitter, fitter.base(), fitter.hypothesis((variant,)), settings)[0]
+        return search_around(fitter, fitter.evaluate(promised.hypothesis, promised.vector),
+                             FIRST_MOVES)
+
+    best = min(side_by_side(begun, HARDER, fitter.threads), key=lambda fit: fit.cost)
+    return fitter.refine(search_around(fitter, best, FURTHER_MOVES), ROUNDS)
 
 
 def _damping(values: dict[str, float]) -> float:

@@ -143,5 +143,6 @@ def _with_spring(spring: float, change: Parameter) -> Effect:
 # Tried where a linear shaft leaves much. The frequency is that of small motion where the shaft
 # hardens, and that beyond a soft centre.
 NONLINEAR = (
-    _with_spring(HARDENS, Parameter('stiffness_change', '-', 0.0, 100.0, starts=(1.0, 10.0))),
+    _with_spring(HARDENS, Parameter('stiffness_change', '-', 0.1, 1000.0, logarithmic=True,
+                                    starts=(1.0, 10.0, 100.0))),
     _with_spring(SOFT_CENTRE, Parameter('stiffness_change', '-', 0.0, 0.95, starts=(0.5,))))

@@ -40,7 +40,8 @@ def test_hysteresis_ratio_is_half_the_widest_opening(sense, elements, distance, 
     power = float(np.log2(peak / effort(BARE, up)[2000]))
     torque = effort(with_effect(
         'load_hysteresis', hysteresis_ratio=0.05, memory_distance=distance, load_exponent=0.5,
-        sharpness=sharpness, peak_load=peak, sense=sense, reach=TOP, elements=elements, load_power=power),
+        sharpness=sharpness, peak_load=peak, sense=sense, reach=TOP, elements=elements,
+        load_power=power),
         np.concatenate([up, up[::-1]]))
     opening = 0.5 * np.abs(torque[:4000] - torque[:3999:-1]).max()
     assert opening / torque.max() == pytest.approx(0.05, rel=0.06)

@@ -1,7 +1,7 @@
 """Drive of the truth plant: what becomes of the measured torque-producing current.
 
 Saturation: 1 inverse root, 2 tanh, 3 a soft knee. Lag: 1 dead time, 2 damped second order, 3 two
-equal first orders, 4 mean over a window. Ripple and cogging: 1 a tone with a weak third, 2 a
+equal first orders, 4 mean over a window. Ripple and cogging: 1 a tone with weak odd harmonics, 2 a
 skewed wave, 3 a pulse per period.
 """
 from __future__ import annotations
@@ -20,7 +20,8 @@ _ZETA = 0.8
 def wave(kind, a, second, second_phase):
     """One period in `a` = order·θ + phase; `second` shapes it."""
     if kind == 1:
-        return sin(a) + second * sin(3.0 * a + second_phase)
+        return sin(a) + second * (0.8 * sin(3.0 * a + second_phase)
+                                  + 0.6 * sin(5.0 * a - second_phase))
     if kind == 2:
         return sin(a + second * sin(a))
     mean = term = 1.0

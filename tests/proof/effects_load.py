@@ -124,7 +124,8 @@ def load_torque(p, hyst, creep, disc, theta, previous, t, speed, angle, temperat
         load = relaxed
     load *= disc_factor(p, disc, load, speed, temperature, dt)
     if p.runout_kind > 0 and abs(speed) > 0.0:
-        wave = sin(angle + p.runout_phase) + p.runout_second * sin(2.0 * angle)
+        turn = angle + p.runout_phase
+        wave = sin(turn) + p.runout_second * sin(2.0 * turn + p.runout_shape)
         if p.runout_kind == 1:
             load += p.runout * wave * max(load, 0.0) / (max(load, 0.0) + 0.02)
         else:

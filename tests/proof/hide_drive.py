@@ -16,7 +16,7 @@ def _order(rng: np.random.Generator) -> float:
     return float(np.round(rng.uniform(0.4, 3.0), 3))
 
 
-_WAVES = ('tone and weak third', 'skewed wave', 'pulses')
+_WAVES = ('tone, weak odd harmonics', 'skewed wave', 'pulses')
 
 
 def _drawn_wave(rng: np.random.Generator) -> tuple[int, float]:

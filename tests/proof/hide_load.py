@@ -129,10 +129,11 @@ def _fade(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
 def _runout(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
     kind = int(rng.integers(1, 3))
     phase, second = rng.uniform(0, 2 * np.pi), rng.uniform(0.0, 0.2)
+    shape = rng.uniform(0, 2 * np.pi)
 
     def put(plant: np.ndarray, m: float) -> None:
         plant['runout_kind'], plant['runout'], plant['runout_phase'] = kind, m, phase
-        plant['runout_second'] = second
+        plant['runout_second'], plant['runout_shape'] = second, shape
 
     def describe(context: Context) -> dict[str, float]:
         if kind == 1:

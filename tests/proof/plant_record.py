@@ -38,6 +38,7 @@ PLANT = np.dtype([
     ('self_kind', _I), ('self_gain', _F), ('self_speed', _F),
     ('fade_kind', _I), ('fade', _F), ('fade_from', _F), ('fade_to', _F),
     ('runout_kind', _I), ('runout', _F), ('runout_phase', _F), ('runout_second', _F),
+    ('runout_shape', _F),
     # outside the library
     ('dent_kind', _I), ('dent', _F), ('dent_at', _F), ('dent_width', _F),
     ('fault_kind', _I), ('fault', _F), ('fault_from', _F), ('fault_to', _F),

@@ -1,0 +1,51 @@
+"""The numbers of what was chosen, from a sharper motion than the search can afford.
+
+The search works on a motion that is smoothed so far that a coarse grid holds it. What is decided
+there stands; but friction turns within milliseconds of a reversal, and a fit to the smoothed
+motion puts part of that into the numbers: distances of presliding come out too long, inertia and
+drag take up what the edges of a motion leave.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.flexible import best_table
+from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.problem import Problem, sharper
+from engb_core.diagnose.rugged import is_rugged
+from engb_core.model import Model
+
+__all__ = ['Sharpened', 'sharpened']
+
+ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class Sharpened:
+    """An explanation with the numbers that a sharper motion tells.
+
+    Attributes:
+        explanation: evaluated on the motion that the search worked on.
+        models: corrected model files, the fullest one first.
+        problem: the recordings' motion that these were fitted to.
+    """
+
+    explanation: Explanation
+    models: tuple[Model, ...]
+    problem: Problem
+
+
+def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:
+    """Return the explanation with numbers, effects' parameters and table as a sharper motion tells
+    them; as it is, where the cost has too many minima for a few steps downhill."""
+    fit = explanation.fit
+    if is_rugged(fit):
+        return Sharpened(explanation, explanation.models(), fitter.problem)
+    other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier)
+    moved = other.finish(other.refine(other.evaluate(fit.hypothesis, fit.vector), ROUNDS))
+    table = None if explanation.table is None else best_table(other, moved)
+    here = fitter.finish(fitter.evaluate(fit.hypothesis, moved.vector))
+    return Sharpened(replace(explanation, fit=here),
+                     replace(explanation, fit=moved, table=table).models(), other.problem)
