@@ -21,16 +21,26 @@ def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     data leave a parameter of an effect freer than its bounds, these count as knowledge of it.
     """
     gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
+    free = np.ones(fit.vector.size, bool)
     held = delay_held(fit.hypothesis)
     if held is not None:
         # What was not free is known, and takes nothing from a lag that acts just like it.
-        gram[held] = gram[:, held] = 0.0
+        free[held] = False
     residual = (fit.residual / fitter.spread)[fitter.fitted]
-    information = gram / _inflation(residual)
+    information = gram[np.ix_(free, free)] / _inflation(residual)
+    width = (np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0))[free]
+    effects = (np.arange(free.size) >= len(fit.hypothesis.numbers))[free]
+    deviations = np.zeros(free.size)
+    deviations[free] = _beside_bounds(information, width, effects)
+    return deviations
+
+
+def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],
+                   effects: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the deviations (size,), where effects' parameters that the data leave freer than
+    `width` (size,) are held by that for all others."""
     alone = _deviations(information)
-    width = np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0)
-    loose = alone > width
-    loose[:len(fit.hypothesis.numbers)] = False
+    loose = effects & (alone > width)
     if not loose.any():
         return alone
 

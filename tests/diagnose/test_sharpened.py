@@ -1,0 +1,89 @@
+"""Numbers from a sharper motion, and how sure they are."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.held_load import numbers_without_load
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.problem import problem_of, sharper
+from engb_core.diagnose.sharpened import sharpened
+from engb_core.diagnose.uncertainty import estimates, vector_deviations
+from engb_core.effects.catalogue import get_effect
+from engb_core.model import Friction, Model
+
+from .simulated_brake import brake_with, equal_strokes, NOMINAL, recorded
+
+STROKES = equal_strokes(9.0, acceleration=900.0)
+
+
+def fitted(brake: Model, effect: str, model: Model = NOMINAL) -> tuple[Fitter, Fit]:
+    """Return the finished fit of the effect's first variant to a recording of the brake."""
+    recording = recorded(brake, lambda time, _: STROKES.at(time), STROKES.duration, seed=4,
+                         noise=0.002)
+    fitter = Fitter(problem_of([recording], model))
+    variant = variants_of(get_effect(effect), fitter.problem.scene)[0]
+    return fitter, fitter.finish(fitter.refine(fitter.fit(variant, keep=2)))
+
+
+def test_a_short_distance_is_told_by_a_sharper_motion():
+    true = 0.02
+    fitter, fit = fitted(brake_with('presliding_friction', presliding_distance=true, shape=1.0),
+                         'presliding_friction')
+    told = sharpened(fitter, Explanation(fit, None, 1.0, 1.0))
+
+    def missed(fit: Fit) -> float:
+        return abs(np.log(fit.hypothesis.named(fit.vector, 0)['presliding_distance'] / true))
+
+    assert missed(told.explanation.fit) < 0.15
+    assert missed(told.explanation.fit) < missed(fit)
+    # Findings go on with what was compared before: only the numbers are others.
+    assert told.explanation.fit.residual.size == fit.residual.size
+    assert told.explanation.fit.jacobian is not None
+    assert len(told.models) == 1
+    assert told.models[0].effects[-1].parameters['presliding_distance'] == pytest.approx(
+        true, rel=0.15)
+
+
+def test_what_is_rugged_stays_as_it_is():
+    fitter, fit = fitted(brake_with('backlash', gap=0.5, inertia_fraction=0.3,
+                                    friction_fraction=0.6), 'backlash')
+    explanation = Explanation(fit, None, 1.0, 1.0)
+    told = sharpened(fitter, explanation)
+    assert told.explanation is explanation
+    assert told.problem is fitter.problem
+
+
+def test_a_sharper_problem_keeps_what_no_fit_may_see():
+    fitter, _ = fitted(NOMINAL, 'torque_offset')
+    problem = fitter.problem
+    sharp = sharper(problem)
+    assert sharp.runs[0].motion.step < problem.runs[0].motion.step
+    for one in (problem, sharp):
+        assert 0.1 < 1.0 - one.fitted.mean() < 0.3
+    assert sharp.scene is problem.scene
+
+
+def test_what_bounds_hold_is_no_doubt_of_what_the_data_tell():
+    # Without friction that goes with load nothing tells that part's asymmetry.
+    bare = replace(NOMINAL, friction=Friction(0.014, 0.0, 0.05))
+    brake = brake_with('asymmetric_friction', asymmetry=0.15, growth=0.0)
+    fitter, free = fitted(replace(brake, friction=bare.friction), 'asymmetric_friction', bare)
+    # The load's curve would take up what does not depend on speed.
+    fit = fitter.finish(fitter.refine(fitter.refit(free, numbers_without_load(fitter))))
+    found = estimates(fit, fitter, 0)
+    assert found['asymmetry'].std < 0.08
+    assert found['asymmetry'].value == pytest.approx(0.15, abs=2.0 * found['asymmetry'].std)
+
+
+def test_a_delay_that_is_held_takes_nothing_from_a_lag():
+    fitter, fit = fitted(brake_with('actuation_lag', lag=0.004, first_order=1.0), 'actuation_lag')
+    names = [number.name for number in fit.hypothesis.numbers]
+    deviations = vector_deviations(fit, fitter)
+    assert deviations[names.index('sampling_delay')] == 0.0
+    found = estimates(fit, fitter, 0)['lag']
+    assert found.value == pytest.approx(0.004, abs=2.0 * found.std)
+    assert found.std < 0.0015
