@@ -190,9 +190,10 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
                                            rounds=8, keep=BENT_KEPT))
             if level(fit, fitter) - 1.0 < least:
                 best, least = fit, level(fit, fitter) - 1.0
-    if best is linear and not _found(values):
+    if not _found(values) and least > LEAST_EXCESS:
         fit = _hardened(fitter, values)
-        return fit if level(fit, fitter) - 1.0 < least else linear
+        if level(fit, fitter) - 1.0 < least:
+            return fit
     return best
 
 
