@@ -17,7 +17,7 @@ from scipy.signal import butter, sosfiltfilt
 from engb_core.motion import bridged, Motion, motion_of, without_counts
 from engb_core.recording import Recording
 
-__all__ = ['BANDWIDTH', 'sharp_motion_of']
+__all__ = ['BANDWIDTH', 'MOST_OF_RATE', 'sharp_motion_of']
 
 # Corner [Hz] and order: friction turns within milliseconds.
 BANDWIDTH, ORDER = 150.0, 3

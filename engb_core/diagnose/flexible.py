@@ -232,8 +232,14 @@ def _fitted(fitter: Fitter, fit: Fit, table: Table) -> Flexible:
 
 
 def _folds(fitter: Fitter) -> NDArray[np.int64]:
-    parts = [(run.motion.time[run.comparison.grid] / STRETCH).astype(int) + 3 * index
-             for index, run in enumerate(fitter.problem.runs)]
+    """Return the fold (m,) of each value: stretches of time, or whole recordings where there are
+    enough of them, since the next one moves in other ways than the last."""
+    runs = fitter.problem.runs
+    if len(runs) >= FOLDS:
+        parts = [np.full(run.measured.size, index) for index, run in enumerate(runs)]
+    else:
+        parts = [(run.motion.time[run.comparison.grid] / STRETCH).astype(int) + 3 * index
+                 for index, run in enumerate(runs)]
     return np.concatenate(parts) % FOLDS
 
 

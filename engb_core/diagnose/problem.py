@@ -29,7 +29,9 @@ __all__ = ['Problem', 'Run', 'problem_of', 'sharper']
 
 Array = NDArray[np.float64]
 
-BANDWIDTH = 20.0
+# Corner of the comparison [Hz], at most this part of the sampling rate: nearer to that, what is
+# between the samples shows more than what the model lacks.
+BANDWIDTH, OF_RATE = 20.0, 0.1
 # Step of a motion that is fitted as sharp as it is told [s].
 SHARP_STEP = 1e-3
 # Share of a recording's duration that is kept out of every fit, in stretches.
@@ -82,8 +84,8 @@ class Run:
 class Problem:
     """Recordings, the model they are held against, and what they can show.
 
-    `settled` are effects that are decided elsewhere and not looked for; `before_stop` [s] is how
-    long before each stop nothing is judged.
+    `bandwidth` [Hz] is the comparison's; `settled` are effects that are decided elsewhere and not
+    looked for; `before_stop` [s] is how long before each stop nothing is judged.
     """
 
     runs: tuple[Run, ...]
@@ -91,6 +93,7 @@ class Problem:
     model: Model
     scene: Scene
     noise_floor: float
+    bandwidth: float
     before_stop: float = 0.0
     settled: tuple[str, ...] = ()
 
@@ -118,7 +121,7 @@ class Problem:
 
 
 def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence[Recording] = (),
-               bandwidth: float = BANDWIDTH,
+               bandwidth: float | None = None,
                motion_bandwidth: float = MOTION_BANDWIDTH, before_stop: float = 0.0) -> Problem:
     """Prepare recordings for diagnosis.
 
@@ -126,7 +129,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
         recordings: what may be fitted.
         model: what they are held against.
         held_out: what is only judged.
-        bandwidth: of the comparison [Hz].
+        bandwidth: of the comparison [Hz] (None: 20, or a tenth of a slower recording's rate).
         motion_bandwidth: of the smoothing of position and effort [Hz].
         before_stop: how long before each stop nothing is judged [s]: where torque comes late,
             effort is that of a shaft which stands already.
@@ -136,6 +139,8 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     """
     if not recordings:
         raise InputError('no recording given')
+    if bandwidth is None:
+        bandwidth = min(BANDWIDTH, *(OF_RATE / recording.interval for recording in recordings))
     motions = [motion_of(recording, motion_bandwidth) for recording in recordings]
     others = [motion_of(recording, motion_bandwidth) for recording in held_out]
     scene = _scene(recordings, motions, model)
@@ -151,7 +156,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
             f'{recordings[0].name}: too little motion to judge a model by ({points} filtered '
             f'values above {slowest:.3g} rad/s, {LEAST_POINTS} are needed); record strokes')
     floor = float(np.sqrt(np.mean(np.concatenate([run.noise for run in runs]) ** 2)))
-    return Problem(runs, judged, model, scene, floor, before_stop)
+    return Problem(runs, judged, model, scene, floor, bandwidth, before_stop)
 
 
 def sharper(problem: Problem) -> Problem:
@@ -160,7 +165,7 @@ def sharper(problem: Problem) -> Problem:
     motions = [sharp_motion_of(run.recording, step=SHARP_STEP) for run in problem.runs]
     slowest = slowest_speed(motions, problem.model.friction.saturation_velocity,
                             problem.scene.speed)
-    runs = tuple(_run(run.recording, motion, BANDWIDTH, slowest, problem.before_stop,
+    runs = tuple(_run(run.recording, motion, problem.bandwidth, slowest, problem.before_stop,
                       bool(problem.held_out), False)
                  for run, motion in zip(problem.runs, motions, strict=True))
     return replace(problem, runs=runs, held_out=())

@@ -16,10 +16,14 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
 from engb_core.diagnose.rugged import is_rugged
 from engb_core.model import Model
+from engb_core.motion import MOTION_BANDWIDTH
+from engb_core.sharp_motion import MOST_OF_RATE
 
 __all__ = ['Sharpened', 'sharpened']
 
 ROUNDS = 3
+# How much sharper than the smoothed motion one has to be told.
+SHARPER = 2.0
 
 
 @dataclass(frozen=True)
@@ -39,9 +43,11 @@ class Sharpened:
 
 def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:
     """Return the explanation with numbers, effects' parameters and table as a sharper motion tells
-    them; as it is, where the cost has too many minima for a few steps downhill."""
+    them; as it is, where the cost has too many minima for a few steps downhill, and where slow
+    samples tell no sharper motion."""
     fit = explanation.fit
-    if is_rugged(fit):
+    told = MOST_OF_RATE / fitter.problem.scene.sampling
+    if is_rugged(fit) or told < SHARPER * MOTION_BANDWIDTH:
         return Sharpened(explanation, explanation.models(), fitter.problem)
     other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier)
     moved = other.finish(other.refine(other.evaluate(fit.hypothesis, fit.vector), ROUNDS))

@@ -14,6 +14,7 @@ from engb_core.diagnose.sharpened import sharpened
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, Model
+from engb_core.recording import Recording
 
 from .simulated_brake import brake_with, equal_strokes, NOMINAL, recorded
 
@@ -87,3 +88,15 @@ def test_a_delay_that_is_held_takes_nothing_from_a_lag():
     found = estimates(fit, fitter, 0)['lag']
     assert found.value == pytest.approx(0.004, abs=2.0 * found.std)
     assert found.std < 0.0015
+
+
+def test_slow_samples_are_judged_in_a_lower_band_and_not_sharpened():
+    recording = recorded(brake_with('torque_offset', offset=0.004),
+                         lambda time, _: STROKES.at(time), STROKES.duration, noise=0.002)
+    slow = Recording.from_samples('slow', recording.time[::10], recording.position[::10],
+                                  recording.effort[::10])
+    assert problem_of([recording], NOMINAL).bandwidth == pytest.approx(20.0)
+    fitter = Fitter(problem_of([slow], NOMINAL))
+    assert fitter.problem.bandwidth == pytest.approx(10.0, rel=1e-3)
+    explanation = Explanation(fitter.finish(fitter.base()), None, 1.0, 1.0)
+    assert sharpened(fitter, explanation).explanation is explanation
