@@ -2,23 +2,36 @@
 
 import math
 
-from engb_core.compiled import effect_function
+from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import DISC_SPEED, Effect, LOAD, PAD_TEMPERATURE, Parameter
 
 # Part of the highest disc speed from which the disc turns.
 TURNING = 0.04
 
 
+@compiled
+def _step(way, steepness):
+    """Return a step from 0 to 1 at 0; far from it an exponential."""
+    return 1.0 / (1.0 + math.exp(min(max(-steepness * way, -50.0), 50.0)))
+
+
+@compiled
+def _progress(parameters, sample):
+    steepness, middle = parameters[2], parameters[3]
+    if parameters[4] > 0.5:
+        way = (sample[PAD_TEMPERATURE] - parameters[7]) / (parameters[8] - parameters[7])
+        first = _step(-middle, steepness)
+        last = _step(1.0 - middle, steepness)
+        return (_step(way - middle, steepness) - first) / (last - first)
+    # Friction that falls with speed levels off; it has no speed at which that sets in.
+    way = (abs(sample[DISC_SPEED]) - parameters[5]) / (parameters[6] - parameters[5])
+    return (1.0 - math.exp(-steepness * way)) / (1.0 - math.exp(-steepness))
+
+
 @effect_function
 def _load(parameters, state, sample):
     turning = math.tanh(sample[DISC_SPEED] / 0.5)
-    if parameters[3] > 0.5:
-        progress = (sample[PAD_TEMPERATURE] - parameters[6]) / (parameters[7] - parameters[6])
-    else:
-        progress = (abs(sample[DISC_SPEED]) - parameters[4]) / (parameters[5] - parameters[4])
-    bend = parameters[2]
-    if abs(bend) > 1e-3:
-        progress = (1.0 - math.exp(-bend * progress)) / (1.0 - math.exp(-bend))
+    progress = _progress(parameters, sample)
     return sample[LOAD] * (
         1.0 + turning * (parameters[1] - 1.0 + parameters[0] * (progress - 0.5)))
 
@@ -39,12 +52,14 @@ EFFECT = Effect(
     parameters=(
         Parameter('ratio_change', '-', -3.0, 3.0, none=0.0, starts=(-0.1,), form=0.08),
         Parameter('load_ratio', '-', 0.05, 3.0, starts=(0.9,)),
-        # Above zero it comes early in the range, below late.
-        Parameter('bend', '-', -6.0, 6.0, starts=(-2.0, 2.0), default=0.0),
+        # How steep the change is, and where in the range of temperature its middle lies.
+        Parameter('steepness', '-', 0.1, 20.0, starts=(2.5, 7.0), logarithmic=True, default=0.1),
+        Parameter('middle', '-', -1.0, 2.0, starts=(-0.5, 0.5, 1.5), default=0.5),
     ),
     stages={'load': _load},
     equation='T_L = (P + change·(p − ½)) · T_L(θ) while the disc turns, '
-             'p = (1 − e^(−bend·x))/(1 − e^(−bend)), x from 0 to 1 over its range',
+             'x from 0 to 1 over its range, p ∝ 1/(1 + e^(−steepness·(x − middle))) with '
+             'temperature, 1 − e^(−steepness·x) with speed',
     reference='chapter 5; Limpert, Brake Design and Safety (2011), fade',
     statement=lambda p: (
         'While the disc turns the load ratio changes by '

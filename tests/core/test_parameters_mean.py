@@ -47,12 +47,13 @@ def test_hysteresis_ratio_is_half_the_widest_opening(sense, elements, distance, 
     assert opening / torque.max() == pytest.approx(0.05, rel=0.06)
 
 
-@pytest.mark.parametrize('bend', [-4.0, 0.0, 3.0])
+@pytest.mark.parametrize(('steepness', 'middle'), [(0.1, 0.5), (4.0, -0.5), (4.0, 1.2),
+                                                   (9.0, 0.4)])
 @pytest.mark.parametrize('by_temperature', [0.0, 1.0], ids=['speed', 'temperature'])
-def test_ratio_change_is_that_over_the_range(bend, by_temperature):
-    model = with_effect('pad_friction_fade', ratio_change=-0.2, load_ratio=0.8, bend=bend,
-                        by_temperature=by_temperature, speed_from=4.0, speed_to=80.0,
-                        temperature_from=30.0, temperature_to=300.0)
+def test_ratio_change_is_that_over_the_range(steepness, middle, by_temperature):
+    model = with_effect('pad_friction_fade', ratio_change=-0.2, load_ratio=0.8,
+                        steepness=steepness, middle=middle, by_temperature=by_temperature,
+                        speed_from=4.0, speed_to=80.0, temperature_from=30.0, temperature_to=300.0)
     at = np.full(2, TOP)
     torque = effort(model, at, disc_speed=np.array([4.0, 80.0]),
                     pad_temperature=np.array([30.0, 300.0])) / effort(BARE, at)

@@ -46,7 +46,8 @@ def fade_share(p, speed, temperature):
     if p.fade_kind == 1:
         return x * abs(x)
     if p.fade_kind == 2:
-        return 1.0 / (1.0 + exp(-8.0 * (x - 0.5)))
+        u = 4.0 * (x - 0.5)
+        return 0.5 + 0.5 * u / sqrt(1.0 + u * u)
     return 1.0 - exp(-abs(speed) / p.fade_to)
 
 
