@@ -163,6 +163,10 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
         leave = TWO_LEAVE if fitter.kept else max(TWO_LEAVE, TWO_LEAVE_PART * pair[1].matters)
         if _with_only(fitter, explained, pair) < floor + leave:
             return list(pair)
+    held = [finding for finding in insisted if finding.kept]
+    if held:
+        # The file's other numbers moved to make up for it.
+        return held
     least = SECOND * max(finding.matters for finding in insisted)
     return [finding for finding in insisted if finding.matters >= least]
 
