@@ -59,8 +59,8 @@ def add_zones(page: Page, zones: tuple[Zone, ...]) -> None:
     ranked = sorted(zones, key=lambda zone: -zone.share)[:ZONES]
     page.shares([(capital(zone_range(zone)), zone.share, percent(zone.share)) for zone in ranked],
                 colour='before')
-    page.text('Each bar is the share of the mismatch (energy of the torque residual above the '
-              'noise) within that range; ranges of different coordinates overlap.', kind='caption')
+    page.text('Each bar is the share of the mismatch (energy of the residual above the noise) '
+              'within that range; ranges of different coordinates overlap.', kind='caption')
 
 
 def _intervals(page: Page, diagnosis: Diagnosis) -> None:

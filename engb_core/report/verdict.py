@@ -98,10 +98,11 @@ def _key(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
                                                     'neither odd nor even')
         items.append(('Depends on', ', '.join(coordinate(name) for name in left.depends_on),
                       f'{parity} in velocity, {"with" if left.memory else "without"} memory'))
-    for name, title in (('effort', 'Held-out torque error'), ('position', 'Closed-loop position')):
+    for name in ('effort', 'position'):
         fit = _pooled(diagnosis, name)
         if fit is None:
             continue
+        title = f'Held-out {_effort(fit)} error' if name == 'effort' else 'Closed-loop position'
         if diagnosis.verdict == 'consistent':
             value = quantity(fit.rms_before, fit.unit)
         else:
