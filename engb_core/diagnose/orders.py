@@ -14,7 +14,7 @@ BIN = 0.02          # rad; finer than a tenth of a cycle of the highest order lo
 HIGHEST_ORDER = 48.0
 WIDEST = 1e5        # rad; beyond, the angles of a recording are no strokes
 LARGEST_SPECTRUM = 4e6
-LOWEST_ORDER = 0.6
+LOWEST_ORDER = 0.4
 
 
 def leading_orders(angle: Array, residual: Array, weight: Array, count: int = 3) -> list[float]:

@@ -194,6 +194,7 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
                                            for motion in motions]).mean()),
         load_slope=_load_slope(motions, nominal, load),
         load_power=_load_power(nominal, low, high),
+        loaded_share=_loaded_share(motions, nominal, model),
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type)
@@ -203,6 +204,17 @@ def _moving(speed: Array, fastest: float) -> Array:
     """Return the speeds of a shaft that moves; all, if none does."""
     moving = speed > MOVES * fastest
     return speed[moving] if moving.any() else speed
+
+
+def _loaded_share(motions: Sequence[Motion], nominal: Array, model: Model) -> float:
+    """Return the part of the model's dry friction that goes with load, while the shaft moves."""
+    loads = np.concatenate([np.abs(load_torques(nominal, motion.position[rows]))
+                            for motion in motions
+                            if (rows := np.abs(motion.velocity) > MOVES * motion.speed).any()]
+                           or [np.zeros(1)])
+    loaded = model.friction.load_gain * float(loads.mean())
+    whole = model.friction.coulomb + loaded
+    return loaded / whole if whole > 0.0 else 0.0
 
 
 def _load_slope(motions: Sequence[Motion], nominal: Array, largest: float) -> float:

@@ -24,8 +24,9 @@ def _level(parameters, state, sample):
     loaded = sample[LOAD_GAIN] * abs(sample[LOAD])
     whole = sample[COULOMB] + loaded
     share = loaded / whole if whole > 0.0 else 0.0
-    # Of the two parts' asymmetries, asymmetry is the mean.
-    uneven = 2.0 * parameters[0] * (1.0 + (parameters[1] - 1.0) * share) / (1.0 + parameters[1])
+    # Asymmetry is that of both parts together, at the share that the load's has on average.
+    more = parameters[1] - 1.0
+    uneven = parameters[0] * (1.0 + more * share) / (1.0 + more * parameters[5])
     speed = abs(sample[VELOCITY])
     uneven *= 1.0 + parameters[2] * (speed - parameters[4]) / (speed + parameters[4])
     return sample[LEVEL] * (1.0 + uneven * sample[DIRECTION])
@@ -53,7 +54,7 @@ def _statement(p):
 EFFECT = Effect(
     id='asymmetric_friction',
     title='Asymmetric friction',
-    parameters=(Parameter('asymmetry', '-', -0.95, 0.95, none=0.0, starts=(0.1,), form=0.05),
+    parameters=(Parameter('asymmetry', '-', -0.95, 0.95, none=0.0, starts=(0.1,), form=0.08),
                 Parameter('of_load_friction', '-', 0.5, 2.0, starts=(1.0,), logarithmic=True),
                 Parameter('growth', '-', -1.0, 1.0, starts=(0.0, 0.8), default=0.0)),
     stages={'level': _level, 'torque': _drag},
@@ -63,8 +64,9 @@ EFFECT = Effect(
     reference='Armstrong-Hélouvry et al., Automatica 30 (1994) 1083',
     statement=_statement,
     reveals='velocity',
-    constants=(('of_drag', '-'), ('mean_speed', 'rad/s')),
-    defaults={'of_drag': 0.0, 'mean_speed': 10.0},
-    set_constants=lambda scene: {'mean_speed': max(scene.moving_speed, 1e-9)},
+    constants=(('of_drag', '-'), ('mean_speed', 'rad/s'), ('loaded_share', '-')),
+    defaults={'of_drag': 0.0, 'mean_speed': 10.0, 'loaded_share': 0.5},
+    set_constants=lambda scene: {'mean_speed': max(scene.moving_speed, 1e-9),
+                                 'loaded_share': scene.loaded_share},
     variants=({'of_drag': 0.0}, {'of_drag': 1.0}),
 )

@@ -73,7 +73,8 @@ class Scene:
 
     `speed` is the fastest and `moving_speed` the mean one while the shaft moves; `load_slope` the
     root mean square of the load's slope in contact, while the disc turns where there is one;
-    the load goes roughly with travel^`load_power`.
+    the load goes roughly with travel^`load_power`; `loaded_share` is the part of the dry friction
+    that goes with load, on average while the shaft moves.
     """
 
     duration: float
@@ -88,6 +89,7 @@ class Scene:
     moving_speed: float = 10.0
     load_slope: float = 0.02
     load_power: float = 2.0
+    loaded_share: float = 0.5
 
 
 @dataclass(frozen=True)
