@@ -1,8 +1,11 @@
-"""A wave with harmonics, as slots, discs and teeth make it: none of them is sinusoidal."""
+"""Waves with harmonics, as slots, discs and teeth make them: none of them is sinusoidal."""
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
+from numpy.typing import NDArray
 
 from engb_core.compiled import compiled
 
@@ -17,8 +20,11 @@ def wave(turn: float, second_sine: float, second_cosine: float) -> float:
 
 
 @compiled
-def toothed_wave(turn: float, harmonics) -> float:
-    """Return the wave of slots or poles at `turn` [rad]; `harmonics` are sine and cosine of the
-    second, then of the third, relative to the first."""
-    return (wave(turn, harmonics[0], harmonics[1]) + harmonics[2] * math.sin(3.0 * turn)
-            + harmonics[3] * math.cos(3.0 * turn))
+def toothed_wave(parameters: NDArray[np.float64], angle: float) -> float:
+    """Return the wave of slots or poles at the shaft angle [rad]; `parameters` are its size,
+    order and phase, then sine and cosine of the second and the third harmonic, relative to the
+    first."""
+    turn = parameters[1] * angle + parameters[2]
+    return parameters[0] * (
+        wave(turn, parameters[3], parameters[4])
+        + parameters[5] * math.sin(3.0 * turn) + parameters[6] * math.cos(3.0 * turn))

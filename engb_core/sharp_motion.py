@@ -1,10 +1,10 @@
-"""A recording's motion, as sharp as encoder and sampling tell it: what predictions are made from.
+"""A recording's motion, as sharp as encoder and sampling tell it: for predictions and last fits.
 
-Motion starts and stops within milliseconds, and friction turns with it. The Gaussian that fits
-use (motion.py) has no overshoot, but smears such an edge; a Butterworth low-pass of the same noise
-is sharper. Between the samples as they stand and the straight lines through the counts' edges lies
-the truth: the former are late by half a count where motion is slow, the latter know nothing of
-where between two counts the shaft came to rest.
+Motion starts and stops within milliseconds, and friction turns with it. The Gaussian that the
+search uses (motion.py) has no overshoot, but smears such an edge; a Butterworth low-pass of the
+same noise is sharper. Between the samples as they stand and the straight lines through the counts'
+edges lies the truth: the former are late by half a count where motion is slow, the latter know
+nothing of where between two counts the shaft came to rest.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy.signal import butter, sosfiltfilt
 from engb_core.motion import bridged, Motion, motion_of, without_counts
 from engb_core.recording import Recording
 
-__all__ = ['BANDWIDTH', 'MOST_OF_RATE', 'sharp_motion_of']
+__all__ = ['MOST_OF_RATE', 'sharp_motion_of']
 
 # Corner [Hz] and order: friction turns within milliseconds.
 BANDWIDTH, ORDER = 150.0, 3
@@ -29,17 +29,11 @@ STEP = 2.5e-4
 MOST_SAMPLES = 4_000_000
 
 
-def sharp_motion_of(recording: Recording, bandwidth: float = BANDWIDTH, step: float = STEP,
-                    ) -> Motion:
-    """Bring a recording onto an even grid and derive its motion.
-
-    Args:
-        recording: at most 0.3 of its rate is the corner.
-        bandwidth: of the Butterworth that passes there and back [Hz].
-        step: about that of the grid [s]; no coarser than the recording's own.
-    """
-    recorded = motion_of(recording, bandwidth)
-    bandwidth = min(bandwidth, MOST_OF_RATE / recording.interval)
+def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
+    """Bring a recording onto an even grid of about `step` [s], no coarser than its own, and derive
+    its motion, low-passed there and back."""
+    recorded = motion_of(recording, BANDWIDTH)
+    bandwidth = min(BANDWIDTH, MOST_OF_RATE / recording.interval)
     count = recording.time[-1] / recording.interval
     parts = int(np.clip(round(recording.interval / step), 1, max(1, MOST_SAMPLES // count)))
     step = recording.interval / parts

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from engb_core.compiled import compiled
 
-__all__ = ['ELEMENTS', 'built_up', 'moved_elements']
+__all__ = ['ELEMENTS', 'moved_elements']
 
 ELEMENTS = 8
 _BUILT_UP = 0.632
 
 
 @compiled
-def built_up(way, widest, shape):
+def _built_up(way, widest, shape):
     """Return the part of a full turn-round, 0 to 1, that is done after `way` [rad]."""
     total = 0.0
     for index in range(ELEMENTS):
@@ -29,7 +29,7 @@ def _widest(shape):
     low, high = 0.05, 50.0
     for _ in range(40):
         middle = (low * high) ** 0.5
-        if built_up(1.0, middle, shape) > _BUILT_UP:
+        if _built_up(1.0, middle, shape) > _BUILT_UP:
             low = middle
         else:
             high = middle

@@ -13,7 +13,7 @@ from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Une
 from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops, unseen_effort
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
-from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.numbers import wrong_numbers
 from engb_core.diagnose.openset import explain, Explanation
@@ -96,7 +96,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         where=tuple(where), unexplained=unexplained,
         held_out=quality_of_fit(problem, outcome.corrected, loops),
         next_experiment=proposal, model=outcome.corrected,
-        evidence=evidence_of(problem, outcome.fitter, outcome.chosen, selection,
+        evidence=evidence_of(problem, outcome.fitter, explanation.fit, selection,
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started))
 
@@ -130,7 +130,6 @@ class _Outcome:
 
     fitter: Fitter
     selection: Selection
-    chosen: Fit
     explanation: Explanation
     findings: list[EffectFinding]
     mismatch: np.ndarray
@@ -167,8 +166,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         findings, mismatch)
     corrected = problem.model if verdict == 'consistent' else _that_helps(
         told.problem, told.models, () if findings else (problem.model,))
-    return _Outcome(fitter, selection, told.explanation.fit, told.explanation, findings, mismatch,
-                    verdict, unexplained, corrected)
+    return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
+                    unexplained, corrected)
 
 
 def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:

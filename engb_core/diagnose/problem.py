@@ -190,8 +190,7 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
                            for recording in recordings),
         largest_load=load,
         speed=max(motion.speed for motion in motions),
-        moving_speed=float(np.concatenate([_moving(np.abs(motion.velocity), motion.speed)
-                                           for motion in motions]).mean()),
+        moving_speed=float(np.concatenate([_moving_speed(motion) for motion in motions]).mean()),
         load_slope=_load_slope(motions, nominal, load),
         load_power=_load_power(nominal, low, high),
         loaded_share=_loaded_share(motions, nominal, model),
@@ -200,19 +199,21 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         joint_type=model.joint.type)
 
 
-def _moving(speed: Array, fastest: float) -> Array:
-    """Return the speeds of a shaft that moves; all, if none does."""
-    moving = speed > MOVES * fastest
-    return speed[moving] if moving.any() else speed
+def _moves(motion: Motion) -> NDArray[np.bool_]:
+    return np.abs(motion.velocity) > MOVES * motion.speed
+
+
+def _moving_speed(motion: Motion) -> Array:
+    """Return the speeds of a shaft that moves; all, if it never does."""
+    rows = _moves(motion)
+    return np.abs(motion.velocity[rows] if rows.any() else motion.velocity)
 
 
 def _loaded_share(motions: Sequence[Motion], nominal: Array, model: Model) -> float:
     """Return the part of the model's dry friction that goes with load, while the shaft moves."""
-    loads = np.concatenate([np.abs(load_torques(nominal, motion.position[rows]))
-                            for motion in motions
-                            if (rows := np.abs(motion.velocity) > MOVES * motion.speed).any()]
-                           or [np.zeros(1)])
-    loaded = model.friction.load_gain * float(loads.mean())
+    loads = np.concatenate([np.abs(load_torques(nominal, motion.position[_moves(motion)]))
+                            for motion in motions])
+    loaded = model.friction.load_gain * float(loads.mean()) if loads.size else 0.0
     whole = model.friction.coulomb + loaded
     return loaded / whole if whole > 0.0 else 0.0
 

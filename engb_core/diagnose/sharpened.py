@@ -46,8 +46,8 @@ def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:
     them; as it is, where the cost has too many minima for a few steps downhill, and where slow
     samples tell no sharper motion."""
     fit = explanation.fit
-    told = MOST_OF_RATE / fitter.problem.scene.sampling
-    if is_rugged(fit) or told < SHARPER * MOTION_BANDWIDTH:
+    corner = MOST_OF_RATE / fitter.problem.scene.sampling
+    if is_rugged(fit) or corner < SHARPER * MOTION_BANDWIDTH:
         return Sharpened(explanation, explanation.models(), fitter.problem)
     other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier)
     moved = other.finish(other.refine(other.evaluate(fit.hypothesis, fit.vector), ROUNDS))

@@ -38,6 +38,13 @@ def _moved(parameters, state, distances):
 
 
 @compiled
+def _forget(state):
+    for index in range(ELEMENTS):
+        state[_FIRST + index] = 0.0
+    state[0] = 0.0
+
+
+@compiled
 def _widest(parameters, state):
     """Return half the widest opening of the slow loop from rest to the top and back, over what the
     whole memory does at the top; the load goes with travel^load_power. Leaves no memory."""
@@ -47,18 +54,15 @@ def _widest(parameters, state):
     for step in range(_STEPS):
         applying[step] = _moved(parameters, state, way)
     widest = 0.0
-    for step in range(_STEPS - 1, -1, -1):
+    for step in range(_STEPS - 2, -1, -1):
         part = (step + 1.0) / _STEPS
         if parameters[_SENSE] < 0.0:
             weight = power * part ** (power - 1.0)
         else:
             weight = part ** (power * parameters[_EXPONENT])
-        opening = applying[step] - (_moved(parameters, state, -way) if step < _STEPS - 1
-                                    else applying[step])
+        opening = applying[step] - _moved(parameters, state, -way)
         widest = max(widest, 0.5 * weight * opening)
-    for index in range(ELEMENTS):
-        state[_FIRST + index] = 0.0
-    state[0] = 0.0
+    _forget(state)
     return max(widest, 0.05)
 
 
@@ -94,9 +98,7 @@ def _load(parameters, state, sample):
         return load
     if load <= 0.0:
         # Out of contact the pad has no memory.
-        for index in range(ELEMENTS):
-            state[_FIRST + index] = 0.0
-        state[0] = 0.0
+        _forget(state)
         return load
     peak = parameters[_PEAK]
     weight = (min(load, peak) / peak) ** parameters[_EXPONENT]

@@ -1,18 +1,13 @@
 """Torque per ampere that is periodic in the shaft angle."""
 
-from engb_core.compiled import compiled, effect_function
+from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, EFFORT, Parameter, POSITION
 from engb_core.harmonics import toothed_wave
 
 
-@compiled
-def _periodic(parameters, angle):
-    return parameters[0] * toothed_wave(parameters[1] * angle + parameters[2], parameters[3:7])
-
-
 @effect_function
 def _actuation(parameters, state, sample):
-    return sample[EFFORT] * (1.0 + _periodic(parameters, sample[POSITION]))
+    return sample[EFFORT] * (1.0 + toothed_wave(parameters, sample[POSITION]))
 
 
 EFFECT = Effect(

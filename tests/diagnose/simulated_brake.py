@@ -51,3 +51,12 @@ def recorded(brake, setpoint, duration, name='run', seed=1, noise=0.005):
     time, position, velocity, effort, *reference = np.array(rows).T
     return Recording.from_samples(name, time, position, effort, velocity,
                                   Reference(time, *reference))
+
+
+LIVELY = equal_strokes(9.0, acceleration=900.0)
+
+
+def lively(brake: Model, seed: int = 1) -> Recording:
+    """Return a recording of fast strokes, with little noise."""
+    return recorded(brake, lambda time, _: LIVELY.at(time), LIVELY.duration, seed=seed,
+                    noise=0.002)

@@ -22,14 +22,7 @@ from engb_core.effects.drivetrain_resonance import HARDENS, LINEAR, SOFT_CENTRE
 from engb_core.model import EffectSetting, LoadTorque, Model
 from engb_core.recording import Recording
 
-from .simulated_brake import brake_with, equal_strokes, NOMINAL, recorded
-
-LIVELY = equal_strokes(9.0, acceleration=900.0)
-
-
-def lively(brake: Model, seed: int = 1) -> Recording:
-    return recorded(brake, lambda time, _: LIVELY.at(time), LIVELY.duration, seed=seed,
-                    noise=0.002)
+from .simulated_brake import brake_with, lively, NOMINAL, recorded
 
 
 @pytest.fixture(scope='module')

@@ -113,6 +113,8 @@ def test_the_experiment_settles_what_a_poor_recording_left_open(tmp_path):
     assert max(rivals.values()) > 0.1
     assert before.effects[0].effect != 'asymmetric_friction'
     assert 'asymmetric_friction' in rivals
+    assert before.effects[0].effect in before.next_experiment.discriminates
+    assert len(before.next_experiment.discriminates) > 1
 
     write_results(tmp_path, before)
     path = tmp_path / EXPERIMENT

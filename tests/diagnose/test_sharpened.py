@@ -16,16 +16,12 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, Model
 from engb_core.recording import Recording
 
-from .simulated_brake import brake_with, equal_strokes, NOMINAL, recorded
-
-STROKES = equal_strokes(9.0, acceleration=900.0)
+from .simulated_brake import brake_with, lively, NOMINAL
 
 
 def fitted(brake: Model, effect: str, model: Model = NOMINAL) -> tuple[Fitter, Fit]:
     """Return the finished fit of the effect's first variant to a recording of the brake."""
-    recording = recorded(brake, lambda time, _: STROKES.at(time), STROKES.duration, seed=4,
-                         noise=0.002)
-    fitter = Fitter(problem_of([recording], model))
+    fitter = Fitter(problem_of([lively(brake, seed=4)], model))
     variant = variants_of(get_effect(effect), fitter.problem.scene)[0]
     return fitter, fitter.finish(fitter.refine(fitter.fit(variant, keep=2)))
 
@@ -91,8 +87,7 @@ def test_a_delay_that_is_held_takes_nothing_from_a_lag():
 
 
 def test_slow_samples_are_judged_in_a_lower_band_and_not_sharpened():
-    recording = recorded(brake_with('torque_offset', offset=0.004),
-                         lambda time, _: STROKES.at(time), STROKES.duration, noise=0.002)
+    recording = lively(brake_with('torque_offset', offset=0.004))
     slow = Recording.from_samples('slow', recording.time[::10], recording.position[::10],
                                   recording.effort[::10])
     assert problem_of([recording], NOMINAL).bandwidth == pytest.approx(20.0)
