@@ -137,8 +137,31 @@ def without_counts(recording: Recording) -> tuple[Array, Array]:
     edge = 0.5 * (time[change] + time[change + 1])
     middle = 0.5 * (position[change] + position[change + 1])
     # Before the first and after the last edge the shaft stands.
-    return (np.concatenate([[time[0]], edge, [max(time[-1], edge[-1] + 1e-9)]]),
-            np.concatenate([[middle[0]], middle, [middle[-1]]]))
+    times = np.concatenate([[time[0]], edge, [max(time[-1], edge[-1] + 1e-9)]])
+    positions = np.concatenate([[middle[0]], middle, [middle[-1]]])
+    more = _beside_rest(recording, change)
+    order = np.argsort(np.concatenate([times, more[0]]), kind='stable')
+    return (np.concatenate([times, more[0]])[order],
+            np.concatenate([positions, more[1]])[order])
+
+
+def _beside_rest(recording: Recording, change: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Return times and positions of the first and last edges of changes by several counts that a
+    rest or lost samples stand beside: a line from the middle of the change to the edge before the
+    rest would have the shaft creep all that time."""
+    time, position = recording.time, recording.position
+    duration, jump = time[change + 1] - time[change], position[change + 1] - position[change]
+    quantum = _quantum(position)
+    several = np.abs(jump) > 1.5 * quantum if quantum > 0.0 else np.zeros(jump.size, bool)
+    lost = duration > 1.5 * recording.interval
+    apart = np.diff(change) > 1
+    first = np.flatnonzero(several & (lost | np.append(True, apart)))
+    last = np.flatnonzero(several & (lost | np.append(apart, True)))
+    half = 0.5 * quantum / np.abs(jump)
+    share = np.concatenate([half[first], 1.0 - half[last]])
+    which = np.concatenate([first, last])
+    return (time[change[which]] + share * duration[which],
+            position[change[which]] + share * jump[which])
 
 
 def bridged(time: Array, position: Array, recording: Recording) -> Array:

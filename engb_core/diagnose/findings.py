@@ -26,13 +26,13 @@ TOLD = 0.02
 # How sure a named effect can be beside a leading one without a name.
 COMPANION = 0.45
 # A finding is sure from here on.
-SURE = 0.5
+SURE = 2.0 / 3.0
 # An effect is no nearer to none than this many standard deviations of its size.
 STANDS_OUT = 2.0
 # How sure a wrong number is beside what has no name.
-NUMBER_BESIDE = 0.7
+NUMBER_BESIDE = 0.9
 # How sure it is, at least, that a number is wrong which a refit of the others didn't move.
-KEPT = 0.85
+KEPT = 0.93
 
 
 def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,

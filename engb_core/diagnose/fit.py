@@ -19,7 +19,7 @@ from engb_core.diagnose.descent import descended
 from engb_core.diagnose.fit_steps import derivative_step
 from engb_core.diagnose.fitted import bare, Fit, StartColumns
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
-from engb_core.diagnose.kept_number import kept_number
+from engb_core.diagnose.kept_number import kept_numbers
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
 from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
 from engb_core.diagnose.problem import Problem
@@ -82,9 +82,9 @@ class Fitter:
         return np.where(self.fitted, 1.0 / self.spread, 0.0)
 
     @cached_property
-    def kept(self) -> str | None:
-        """The number that a refit of the model file held, as `kept_number` finds it."""
-        return kept_number(self) if self.earlier is None else self.earlier.kept
+    def kept(self) -> tuple[str, ...]:
+        """The numbers that a refit of the model file held, as `kept_numbers` finds them."""
+        return kept_numbers(self) if self.earlier is None else self.earlier.kept
 
     # -- prediction ------------------------------------------------------------------------------
 

@@ -1,8 +1,9 @@
-"""Which number a refit of the model file left as it was.
+"""Which numbers a refit of the model file left as they were.
 
 A file that was refitted on the recording fits as well as it can with the numbers that the refit
 held. If setting one more number free makes it fit clearly better, and all the others free do not,
-then that one was held, and the others moved to make up for it.
+then that one was held, and the others moved to make up for it. Beside the load curve, which is
+often measured on its own, one more may have been held.
 """
 
 from __future__ import annotations
@@ -18,18 +19,21 @@ from engb_core.diagnose.nominal import DELAY, LOAD_NUMBERS
 if TYPE_CHECKING:
     from engb_core.diagnose.fit import Fit, Fitter
 
-__all__ = ['LOAD', 'kept_number']
+__all__ = ['LOAD', 'kept_numbers']
 
 LOAD = 'load curve'
-# Part of the file's mean square that the free numbers take away, at least.
-TAKEN = 0.15
-# What all others may take away of that without the number that was held.
-OTHERS_TAKE = 0.2
+# What the free numbers take away of the file's mean square, at least: so many times the noise's,
+# and that part of it; beside effects that make up most of it, more times the noise's.
+TAKEN_LEAST, TAKEN_PART, TAKEN_MUCH = 1.0, 0.15, 5.0
+# What all others may take away of that without the number that was held; the most, and what part
+# of what they take without the next number; without two that were, or where the part is small.
+OTHERS_TAKE, AT_MOST, OF_NEXT, NEXT_TO_NOTHING = 0.2, 0.3, 0.6, 0.05
 
 
-def kept_number(fitter: Fitter) -> str | None:
-    """Return the name of the number that a refit of the model file held (LOAD: all numbers of
-    the load curve), or None where no single one explains how the file misses.
+def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
+    """Return the names of the numbers that a refit of the model file held: one (LOAD: all numbers
+    of the load curve), or the load curve and one more; none where that does not explain how the
+    file misses.
 
     The question is put in plain torque, as a refit would put it, and answered linearly. It can
     only be put to the file itself, without effects that were settled before, and to all that a
@@ -38,20 +42,37 @@ def kept_number(fitter: Fitter) -> str | None:
     base = fitter.finish(fitter.base())
     file = fitter.nominal()
     if base.jacobian is None or not base.hypothesis.numbers:
-        return None
+        return ()
     names = [number.name for number in base.hypothesis.numbers]
     groups = {name: {name} for name in names if name != DELAY and name not in LOAD_NUMBERS}
     if LOAD_NUMBERS & set(names):
         groups[LOAD] = set(LOAD_NUMBERS)
     whole = _left(base, file, [place for place, name in enumerate(names) if name == DELAY])
     taken = whole - _left(base, file, list(range(len(names))))
-    if taken < TAKEN * whole:
-        return None
-    without = {group: whole - _left(base, file, [place for place, name in enumerate(names)
-                                                 if name not in members])
-               for group, members in groups.items()}
-    first = min(without, key=lambda group: without[group])
-    return first if without[first] <= OTHERS_TAKE * taken else None
+    noise = float(fitter.sigma @ fitter.sigma)
+    much = taken >= TAKEN_PART * whole
+    if taken < (TAKEN_LEAST if much else TAKEN_MUCH) * noise:
+        return ()
+
+    def others_take(*held: str) -> float:
+        """Return the part of what is taken that is taken without these."""
+        without = {name for group in held for name in groups[group]}
+        return (whole - _left(base, file, [place for place, name in enumerate(names)
+                                           if name not in without])) / taken
+
+    def first_of(cases: list[tuple[str, ...]], most: float, clear: float) -> tuple[str, ...]:
+        parts = sorted((others_take(*held), held) for held in cases)
+        if not parts or parts[0][0] > clear:
+            return ()
+        alone = parts[0][0] <= most or all(
+            part > parts[0][0] / OF_NEXT for part, _ in parts[1:])
+        return parts[0][1] if alone else ()
+
+    singles = [(group,) for group in groups]
+    with_load = [(LOAD, group) for group in groups if group != LOAD and LOAD in groups]
+    found = first_of(singles, OTHERS_TAKE, AT_MOST) if much else first_of(
+        singles, NEXT_TO_NOTHING, NEXT_TO_NOTHING)
+    return found or first_of(with_load, NEXT_TO_NOTHING, NEXT_TO_NOTHING)
 
 
 def _left(base: Fit, file: Fit, free: list[int]) -> float:

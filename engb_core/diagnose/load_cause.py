@@ -73,7 +73,7 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     the data insist that the curve is wrong and this one number mends it."""
     fitter = result.fitter
     before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
-    kept = fitter.kept == LOAD
+    kept = LOAD in fitter.kept
     if not kept and (nominal < REFITTED * before or was_refitted(fitter)) or _made_up(fitter):
         return chosen, rivals
     held = fitter.refit(chosen, numbers_without_load(fitter))
@@ -108,7 +108,7 @@ def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:
 def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     """Refitted numbers suffice; if it is the load curve that must change, ask what moved it."""
     fitter, base = result.fitter, result.base
-    if _made_up(fitter) or (was_refitted(fitter) and fitter.kept != LOAD):
+    if _made_up(fitter) or (was_refitted(fitter) and LOAD not in fitter.kept):
         return base, []
     rise = level(fitter.refit(base, numbers_without_load(fitter)), fitter) - level(base, fitter)
     if rise < max(INSISTED, INSISTED_PART * nominal):
@@ -124,7 +124,7 @@ def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
 
 def _made_up(fitter: Fitter) -> bool:
     """Whether the load curve moved to make up for another number that a refit of the file held."""
-    return fitter.kept not in (None, LOAD)
+    return bool(fitter.kept) and LOAD not in fitter.kept
 
 
 def _decided(fitter: Fitter, chosen: Fit, held: list[Fit], others: list[Fit], limit: float,

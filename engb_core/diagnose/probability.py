@@ -21,9 +21,9 @@ TEMPER = 6.0
 # Something without a name is the rarer cause, where it fits no better.
 UNNAMED = 0.15
 # So is physics that happens to look like one wrong number.
-PHYSICS_FOR_NUMBER = 0.2
+PHYSICS_FOR_NUMBER = 0.08
 # An effect that contains the chosen one would have shown more than that.
-CONTAINING = 0.05
+CONTAINING = 0.03
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:

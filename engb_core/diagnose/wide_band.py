@@ -64,7 +64,7 @@ ABOVE, MOST, LIGHT = 1.4, 0.6, 0.5
 # Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed.
 FRACTION, PROMISED = 0.3, 3
 # How sure a resonance is whose damping was found, and one whose damping stands at its bound.
-FOUND, BOUND = 0.95, 0.9
+FOUND, BOUND = 0.97, 0.92
 
 
 @dataclass(frozen=True)

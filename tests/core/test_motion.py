@@ -85,6 +85,23 @@ def test_a_stop_between_counts_stays_a_stop():
     assert np.abs(motion.velocity[moving] - 2.0).max() < 0.25
 
 
+def stroke(time: np.ndarray) -> np.ndarray:
+    """Return an angle that creeps for three seconds, rests for one and leaves at 40 rad/s."""
+    return np.where(time < 3.0, 0.05 * time, 0.15 + np.maximum(0.0, 40.0 * (time - 4.0)))
+
+
+@pytest.mark.parametrize(('rate', 'lost'), [(1000.0, 0.03), (1000.0, 0.0), (100.0, 0.0)])
+def test_a_shaft_does_not_creep_through_a_rest_to_where_it_is_seen_next(rate, lost):
+    whole = counted(stroke, rate, duration=5.0)
+    keep = (whole.time < 3.999) | (whole.time > 3.999 + lost)
+    motion = motion_of(Recording.from_samples('run', whole.time[keep], whole.position[keep],
+                                              whole.effort[keep]))
+    rest = (motion.time > 3.1) & (motion.time < 3.95)
+    leaves = (motion.time > 4.1) & (motion.time < 4.9)
+    assert np.abs(motion.velocity[rest]).max() < 0.03
+    assert np.abs(motion.velocity[leaves] - 40.0).max() < 0.5
+
+
 def test_the_encoder_is_seen():
     motion = motion_of(counted(lambda time: 0.2 * np.sin(time)))
     assert motion.quantum == pytest.approx(COUNT)

@@ -10,7 +10,7 @@ from engb_core.diagnose import selection
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.kept_number import kept_number, LOAD
+from engb_core.diagnose.kept_number import kept_numbers, LOAD
 from engb_core.diagnose.numbers import wrong_numbers
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
@@ -91,20 +91,24 @@ def refitted(recording: Recording, model: Model, held: str | tuple[str, ...]) ->
 
 @pytest.mark.parametrize(('model', 'held', 'kept'), [
     (replace(NOMINAL, motor=replace(NOMINAL.motor, inertia=1.3 * NOMINAL.motor.inertia)),
-     'inertia', 'inertia'),
+     'inertia', ('inertia',)),
     (replace(NOMINAL, motor=replace(NOMINAL.motor, viscous_friction=2e-3)),
-     'viscous_friction', 'viscous_friction'),
+     'viscous_friction', ('viscous_friction',)),
     (replace(NOMINAL, load_torque=replace(NOMINAL.load_torque,
-                                          coefficients=(0.004, 1e-3, 2e-4, 5e-6))), 'p', LOAD)])
-def test_the_number_that_a_refit_held(loose, model, held, kept):
+                                          coefficients=(0.004, 1e-3, 2e-4, 5e-6))), 'p', (LOAD,)),
+    (replace(NOMINAL, motor=replace(NOMINAL.motor, viscous_friction=1.6e-3),
+             load_torque=replace(NOMINAL.load_torque,
+                                 coefficients=(0.003, 1.5e-3, 1.5e-4, 4e-6))),
+     ('p', 'viscous_friction'), (LOAD, 'viscous_friction'))])
+def test_the_numbers_that_a_refit_held(loose, model, held, kept):
     """Beside physics that no number explains."""
     file = refitted(loose, model, held)
-    assert kept_number(Fitter(problem_of([loose], file))) == kept
+    assert kept_numbers(Fitter(problem_of([loose], file))) == kept
 
 
 def test_a_file_refitted_in_all_its_numbers_kept_none(loose):
     file = refitted(loose, NOMINAL, 'nothing')
-    assert kept_number(Fitter(problem_of([loose], file))) is None
+    assert kept_numbers(Fitter(problem_of([loose], file))) == ()
 
 
 def gap_at(fitter: Fitter, gap: float, inertia: float, friction: float) -> Fit:
@@ -187,7 +191,7 @@ def test_a_gap_is_told_from_the_offset_beside_it(seed, offset, gap):
     assert set(chosen.hypothesis.ids) == {'backlash', 'torque_offset'}
     values = {name: value for index in range(2)
               for name, value in chosen.hypothesis.named(chosen.vector, index).items()}
-    assert values['offset'] == pytest.approx(offset, rel=0.05)
+    assert values['offset'] == pytest.approx(offset, rel=0.15)
     assert values['gap'] == pytest.approx(gap, rel=0.25)
 
 
