@@ -15,7 +15,7 @@ from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.locate import intervals, zones
-from engb_core.diagnose.numbers import wrong_numbers
+from engb_core.diagnose.numbers import level, wrong_numbers
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
@@ -161,6 +161,9 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     findings, mismatch = findings_of(fitter, nominal, told.explanation, numbers, selection)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
+    if findings and not _carries_over(told, problem.model):
+        told = _without_names(fitter, explanation, findings)
+        explanation, findings, mismatch = told.explanation, [], nominal.residual
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
@@ -190,6 +193,21 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
             0.0, 1.0 - sum(finding.share for finding in findings)))
     return replace(outcome, findings=findings, mismatch=mismatch, verdict=verdict,
                    unexplained=unexplained)
+
+
+def _carries_over(told: Sharpened, file: Model) -> bool:
+    """Whether a model with what was named is clearly better than the file on what no fit has
+    seen: a fault that happened once does not come again."""
+    least = HELPS * unseen_effort(told.problem, file)
+    return any(unseen_effort(told.problem, model) <= least for model in told.models)
+
+
+def _without_names(fitter: Fitter, explanation: Explanation, findings: list[EffectFinding],
+                   ) -> Sharpened:
+    """Return refitted numbers alone, with the names that were dropped for them."""
+    base = Explanation(fitter.finish(fitter.base()), None, 0.0, level(fitter.base(), fitter),
+                       (*explanation.dropped, *(entry.effect for entry in findings)), False)
+    return Sharpened(base, base.models(), fitter.problem)
 
 
 def _that_helps(problem: Problem, corrected: tuple[Model, ...], otherwise: tuple[Model, ...],

@@ -25,8 +25,9 @@ LOAD = 'load curve'
 # What the free numbers take away of the file's mean square, at least: so many times the noise's,
 # and that part of it; beside effects that make up most of it, more times the noise's.
 TAKEN_LEAST, TAKEN_PART, TAKEN_MUCH = 1.0, 0.15, 5.0
-# What all others may take away of that without the number that was held; the most, and what part
-# of what they take without the next number; without two that were, or where the part is small.
+# What part of that all others take without the number that was held, at most; somewhat more, if it
+# is so little a part of what they take without any other number; next to nothing, without two that
+# were held or where effects make up most of what the file misses.
 OTHERS_TAKE, AT_MOST, OF_NEXT, NEXT_TO_NOTHING = 0.2, 0.3, 0.6, 0.05
 
 
@@ -60,19 +61,16 @@ def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
         return (whole - _left(base, file, [place for place, name in enumerate(names)
                                            if name not in without])) / taken
 
-    def first_of(cases: list[tuple[str, ...]], most: float, clear: float) -> tuple[str, ...]:
-        parts = sorted((others_take(*held), held) for held in cases)
-        if not parts or parts[0][0] > clear:
-            return ()
-        alone = parts[0][0] <= most or all(
-            part > parts[0][0] / OF_NEXT for part, _ in parts[1:])
-        return parts[0][1] if alone else ()
-
-    singles = [(group,) for group in groups]
-    with_load = [(LOAD, group) for group in groups if group != LOAD and LOAD in groups]
-    found = first_of(singles, OTHERS_TAKE, AT_MOST) if much else first_of(
-        singles, NEXT_TO_NOTHING, NEXT_TO_NOTHING)
-    return found or first_of(with_load, NEXT_TO_NOTHING, NEXT_TO_NOTHING)
+    parts = sorted((others_take(group), group) for group in groups)
+    least, first = parts[0]
+    stands_out = least <= OTHERS_TAKE or len(parts) > 1 and least <= OF_NEXT * parts[1][0]
+    if least <= (AT_MOST if much and stands_out else NEXT_TO_NOTHING):
+        return (first,)
+    if LOAD in groups and len(groups) > 1:
+        least, beside = min((others_take(LOAD, group), group) for group in groups if group != LOAD)
+        if least <= NEXT_TO_NOTHING:
+            return LOAD, beside
+    return ()
 
 
 def _left(base: Fit, file: Fit, free: list[int]) -> float:

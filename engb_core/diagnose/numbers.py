@@ -28,7 +28,7 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
 # and the part of the file's whole excess that it must be.
 INSISTED = 0.25
 INSISTED_PART = 0.05
-# What a refit of the file held need be no more than this part: it was seen already.
+# What a refit held need be no more than this part, where effects make up most of what is missed.
 KEPT_PART = 0.01
 # Beside effects the whole is no more than this multiple of the excess that refitted numbers leave.
 BESIDE_EFFECTS = 2.0
@@ -120,7 +120,8 @@ def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     rises = {number.name: level(fit, fitter) - floor
              for number, fit in zip(asked, held, strict=True)}
     whole = _whole(fitter, explained)
-    least = {name: max(INSISTED, (KEPT_PART if name in fitter.kept else INSISTED_PART) * whole)
+    held_beside = fitter.kept if refitted(fitter) else ()
+    least = {name: max(INSISTED, (KEPT_PART if name in held_beside else INSISTED_PART) * whole)
              for name in rises}
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least[name]

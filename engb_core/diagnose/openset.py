@@ -38,6 +38,7 @@ class Explanation:
         adequacy: part of all that can be explained that the named effects account for.
         level: mean squared residual of fit and table together (table: cross-validated).
         dropped: effects that fitted best but were not good enough to be named.
+        carried_over: whether those were better than the file on what no fit has seen.
     """
 
     fit: Fit
@@ -45,6 +46,7 @@ class Explanation:
     adequacy: float
     level: float
     dropped: tuple[str, ...] = ()
+    carried_over: bool = True
 
     def model(self) -> Model:
         """Return the corrected model file."""

@@ -70,7 +70,7 @@ def something_known(adequacy: float, after: float, before: float) -> float:
         before: excess of the model file or of its refitted numbers, the larger one.
     """
     if after < 0.3:
-        return 0.98
+        return 0.99
     left = after / max(before, 1e-9)
     evidence = 16.0 * adequacy - 12.0 - 12.0 * max(0.0, left - 0.15)
     return 1.0 / (1.0 + math.exp(-evidence))

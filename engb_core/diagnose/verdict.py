@@ -59,8 +59,10 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
                      f'{where[0].end:.3g} {where[0].unit}')
         text += '.'
     if explanation.dropped:
-        text += (f' {" and ".join(explanation.dropped)} would come nearest, but clearly more can '
-                 'be explained: no name is given.')
+        why = ('clearly more can be explained' if explanation.carried_over else
+               'what was kept out of the fit is no better with it')
+        text += (f' {" and ".join(explanation.dropped)} would come nearest, but {why}: no name is '
+                 'given.')
     memory = any(fit.hypothesis.variants[index].effect.id == 'unexplained_rest'
                  for index in unnamed) or (table is None and not unnamed and left > 0.3)
     return Unexplained(share=left, depends_on=tuple(dict.fromkeys(names)),

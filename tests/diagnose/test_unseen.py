@@ -1,0 +1,36 @@
+"""A name has to help on what no fit has seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.problem import problem_of
+from engb_core.recording import Recording
+
+from .simulated_brake import lively, NOMINAL
+
+
+def with_slots(recording: Recording, only_where_fitted: bool) -> Recording:
+    """Return the recording with a cogging torque added; perhaps only to what a fit may see."""
+    run = problem_of([recording], NOMINAL).runs[0]
+    seen = np.interp(recording.time, run.motion.time[run.comparison.grid], run.fitted) > 0.5
+    moving = np.abs(np.interp(recording.time, run.motion.time, run.motion.velocity)) > 0.3
+    where = moving & (seen | (not only_where_fitted))
+    return replace(recording, effort=recording.effort + np.where(
+        where, 0.01 * np.sin(3.0 * recording.position), 0.0))
+
+
+@pytest.mark.parametrize('only_where_fitted', [True, False])
+def test_what_does_not_carry_over_has_no_name(only_where_fitted):
+    found = diagnose([with_slots(lively(NOMINAL), only_where_fitted)], NOMINAL)
+    if only_where_fitted:
+        assert found.verdict == 'unexplained'
+        assert not found.effects
+        assert 'cogging_torque would come nearest' in found.unexplained.statement
+        assert 'kept out of the fit is no better' in found.unexplained.statement
+    else:
+        assert found.effects[0].effect == 'cogging_torque'
