@@ -196,10 +196,11 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
 
 
 def _carries_over(told: Sharpened, file: Model) -> bool:
-    """Whether a model with what was named is clearly better than the file on what no fit has
-    seen: a fault that happened once does not come again."""
-    least = HELPS * unseen_effort(told.problem, file)
-    return any(unseen_effort(told.problem, model) <= least for model in told.models)
+    """Whether a model with what was named is better than the file on what no fit has seen: a
+    fault that happened once does not come again."""
+    before = unseen_effort(told.problem, file)
+    return before == 0.0 or any(unseen_effort(told.problem, model) < before
+                                for model in told.models)
 
 
 def _without_names(fitter: Fitter, explanation: Explanation, findings: list[EffectFinding],

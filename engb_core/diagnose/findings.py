@@ -158,11 +158,14 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
         effect = get_effect(finding.effect)
         parameter = effect.parameters[0]
         std = _deviation(fitter, finding)
+        # What a refit left as it was is wrong, whatever else is missing.
+        believed = max(known, KEPT) if finding.kept else known
+        others = sum(weight for _, weight in finding.rivals)
         findings.append(EffectFinding(
-            # What a refit left as it was is wrong, whatever else is missing.
-            effect=effect.id, probability=max(known, KEPT) if finding.kept else known,
+            effect=effect.id, probability=believed * (1.0 - others),
             parameters={parameter.name: ParameterEstimate(finding.value, std, parameter.unit)},
-            share=min(1.0, taken * finding.matters / total), alternatives=(),
+            share=min(1.0, taken * finding.matters / total),
+            alternatives=tuple((other, believed * weight) for other, weight in finding.rivals),
             statement=effect.statement({parameter.name: finding.value})))
     return findings
 

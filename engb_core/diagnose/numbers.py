@@ -32,9 +32,10 @@ INSISTED_PART = 0.05
 KEPT_PART = 0.01
 # Beside effects the whole is no more than this multiple of the excess that refitted numbers leave.
 BESIDE_EFFECTS = 2.0
-# Where no one or two numbers make the file fit, a further one is named if the data insist on it
-# nearly as much as on the first: the others of a refitted file moved along with what is wrong.
-SECOND = 0.75
+# Where no one or two numbers make the file fit, and no refit is seen to have held one, the data
+# insist on the wrong one by the noise's mean square at least; others that they insist on nearly as
+# much may be it instead: of a refitted file, all but one have moved along.
+NO_SIGN, SECOND, SHARPNESS = 1.0, 0.75, 6.0
 # Two wrong numbers leave no more than this of the mean square (noise = 1): any two of a refitted
 # file leave more, since its others have moved as well.
 TWO_LEAVE = 0.03
@@ -52,15 +53,23 @@ BESIDE_LEAVES = 0.15
 
 @dataclass(frozen=True)
 class NumberFinding:
-    """A wrong number: the effect that names it, its fit, how much it matters (rise of the mean
-    squared residual when it is held at the file's value), its value, and whether a refit of the
-    file left just this one as it was."""
+    """A wrong number.
+
+    Attributes:
+        effect: that names it.
+        fit: in which it is free.
+        matters: rise of the mean squared residual when it is held at the file's value.
+        value: that it has in the fit.
+        kept: whether a refit of the file left just this one as it was.
+        rivals: (effect, weight) of numbers of which one is wrong instead, if this one isn't.
+    """
 
     effect: str
     fit: Fit
     matters: float
     value: float
     kept: bool = False
+    rivals: tuple[tuple[str, float], ...] = ()
 
 
 def level(fit: Fit, fitter: Fitter) -> float:
@@ -154,8 +163,8 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)
         if refitted(fitter):
             return []
-        apart = [finding for finding in insisted
-                 if not _moved_along(fitter, explained, finding)]
+        apart = [finding for finding in insisted if _all_but(fitter, explained, finding)
+                 or not _moved_along(fitter, explained, finding)]
         least = SECOND * max((finding.matters for finding in apart), default=0.0)
         return [finding for finding in apart
                 if finding.matters >= least and (
@@ -173,8 +182,19 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
     if held:
         # The file's other numbers moved to make up for it.
         return held
-    least = SECOND * max(finding.matters for finding in insisted)
-    return [finding for finding in insisted if finding.matters >= least]
+    return _one_of(insisted)
+
+
+def _one_of(insisted: list[NumberFinding]) -> list[NumberFinding]:
+    """Return the number that the data insist on most, and those that it may as well be."""
+    first = insisted[0]
+    if first.matters < NO_SIGN:
+        return []
+    weights = {finding.effect: (finding.matters / first.matters) ** SHARPNESS
+               for finding in insisted if finding.matters >= SECOND * first.matters}
+    total = sum(weights.values())
+    return [replace(first, rivals=tuple((effect, weight / total) for effect, weight
+                                        in weights.items() if effect != first.effect))]
 
 
 def refitted(fitter: Fitter) -> bool:
