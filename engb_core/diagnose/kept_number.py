@@ -2,12 +2,12 @@
 
 A file that was refitted on the recording fits as well as it can with the numbers that the refit
 held. If setting one more number free makes it fit clearly better, and all the others free do not,
-then that one was held, and the others moved to make up for it. Beside the load curve, which is
-often measured on its own, one more may have been held.
+then that one was held, and the others moved to make up for it. So with two.
 """
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,16 +25,15 @@ LOAD = 'load curve'
 # What the free numbers take away of the file's mean square, at least: so many times the noise's,
 # and that part of it; beside effects that make up most of it, more times the noise's.
 TAKEN_LEAST, TAKEN_PART, TAKEN_MUCH = 1.0, 0.15, 5.0
-# What part of that all others take without the number that was held, at most; somewhat more, if it
-# is so little a part of what they take without any other number; next to nothing, without two that
-# were held or where effects make up most of what the file misses.
+# What part of that all others take without the number that was held, at most; next to nothing,
+# without two that were held, or where effects make up most of what the file misses; somewhat more,
+# if no two were held, and so little a part of what they take without any other number.
 OTHERS_TAKE, AT_MOST, OF_NEXT, NEXT_TO_NOTHING = 0.2, 0.3, 0.6, 0.05
 
 
 def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
-    """Return the names of the numbers that a refit of the model file held: one (LOAD: all numbers
-    of the load curve), or the load curve and one more; none where that does not explain how the
-    file misses.
+    """Return the names of the numbers that a refit of the model file held, one or two (LOAD: all
+    numbers of the load curve); none where that does not explain how the file misses.
 
     The question is put in plain torque, as a refit would put it, and answered linearly. It can
     only be put to the file itself, without effects that were settled before, and to all that a
@@ -63,14 +62,14 @@ def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
 
     parts = sorted((others_take(group), group) for group in groups)
     least, first = parts[0]
-    stands_out = least <= OTHERS_TAKE or len(parts) > 1 and least <= OF_NEXT * parts[1][0]
-    if least <= (AT_MOST if much and stands_out else NEXT_TO_NOTHING):
+    if least <= (OTHERS_TAKE if much else NEXT_TO_NOTHING):
         return (first,)
-    if LOAD in groups and len(groups) > 1:
-        least, beside = min((others_take(LOAD, group), group) for group in groups if group != LOAD)
-        if least <= NEXT_TO_NOTHING:
-            return LOAD, beside
-    return ()
+    if len(parts) == 1:
+        return ()
+    both, pair = min((others_take(*two), two) for two in itertools.combinations(groups, 2))
+    if both <= NEXT_TO_NOTHING:
+        return pair
+    return (first,) if much and least <= min(AT_MOST, OF_NEXT * parts[1][0]) else ()
 
 
 def _left(base: Fit, file: Fit, free: list[int]) -> float:

@@ -124,7 +124,7 @@ def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
 
 def _made_up(fitter: Fitter) -> bool:
     """Whether the load curve moved to make up for another number that a refit of the file held."""
-    return bool(fitter.kept) and LOAD not in fitter.kept
+    return len(fitter.kept) == 1 and LOAD not in fitter.kept
 
 
 def _decided(fitter: Fitter, chosen: Fit, held: list[Fit], others: list[Fit], limit: float,

@@ -96,6 +96,9 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
                      None)
         return [] if alone is None else [alone]
     kept = [_BY_NUMBER[name] for name in fitter.kept if name in _BY_NUMBER]
+    if explained.hypothesis.variants and len(kept) > 1:
+        # What is missing may have passed for one of them.
+        kept = []
     insisted = [replace(finding, kept=finding.effect in kept) for finding in insisted]
     held = [finding for finding in insisted if finding.kept]
     unnamed = any(variant.effect.unnamed for variant in explained.hypothesis.variants)

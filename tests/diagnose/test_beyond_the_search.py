@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from engb_core.control.trajectory import Trajectory, TrajectoryBuilder
 from engb_core.diagnose import selection
@@ -99,7 +100,7 @@ def refitted(recording: Recording, model: Model, held: str | tuple[str, ...]) ->
     (replace(NOMINAL, motor=replace(NOMINAL.motor, viscous_friction=1.6e-3),
              load_torque=replace(NOMINAL.load_torque,
                                  coefficients=(0.003, 1.5e-3, 1.5e-4, 4e-6))),
-     ('p', 'viscous_friction'), (LOAD, 'viscous_friction'))])
+     ('p', 'viscous_friction'), ('viscous_friction', LOAD))])
 def test_the_numbers_that_a_refit_held(loose, model, held, kept):
     """Beside physics that no number explains."""
     file = refitted(loose, model, held)
@@ -232,3 +233,24 @@ def test_what_stays_far_behind_is_given_up(loose):
     early = fitter.fit(variant, rounds=8, hopeless=0.5 * fit.cost)
     assert early.cost == fitter.fit(variant, rounds=2).cost > fit.cost
     assert fitter.fit(variant, rounds=8, hopeless=1.1 * early.cost).cost == fit.cost
+
+
+@pytest.mark.parametrize(('inertia', 'load_gain'), [(1.5, 0.0), (1.2, 0.02)])
+def test_of_two_numbers_that_a_refit_held_both_are_named(inertia, load_gain):
+    """No physics is missing: the file's other numbers moved, in plain torque, to make up for
+    both."""
+    way = strokes_and_waves(1)
+    recording = recorded(NOMINAL, lambda time, _: way.at(time), way.duration, seed=2, noise=0.002)
+    wrong = Fitter(problem_of([recording], replace(
+        NOMINAL, motor=replace(NOMINAL.motor, inertia=inertia * NOMINAL.motor.inertia),
+        friction=replace(NOMINAL.friction, load_gain=load_gain))))
+    hypothesis = wrong.hypothesis((), tuple(
+        number for number in wrong.numbers if number.name not in ('inertia', 'load_gain')))
+    vector = least_squares(
+        lambda vector: wrong.predict(hypothesis, vector) - wrong.measured,
+        hypothesis.start_of_numbers(), x_scale='jac').x
+    file = replace(hypothesis.corrected(vector), effects=())
+    fitter = Fitter(problem_of([recording], file))
+    assert set(fitter.kept) == {'inertia', 'load_gain'}
+    found = wrong_numbers(fitter, fitter.finish(fitter.base()))
+    assert {entry.effect for entry in found} == {'inertia_error', 'load_dependent_friction'}
