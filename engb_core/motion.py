@@ -134,15 +134,14 @@ def without_counts(recording: Recording) -> tuple[Array, Array]:
     change = np.flatnonzero(np.diff(position))
     if change.size < 2:
         return time, position
-    edge = 0.5 * (time[change] + time[change + 1])
-    middle = 0.5 * (position[change] + position[change + 1])
+    beside = _beside_rest(recording, change)
+    edge = np.concatenate([0.5 * (time[change] + time[change + 1]), beside[0]])
+    middle = np.concatenate([0.5 * (position[change] + position[change + 1]), beside[1]])
+    order = np.argsort(edge, kind='stable')
+    edge, middle = edge[order], middle[order]
     # Before the first and after the last edge the shaft stands.
-    times = np.concatenate([[time[0]], edge, [max(time[-1], edge[-1] + 1e-9)]])
-    positions = np.concatenate([[middle[0]], middle, [middle[-1]]])
-    more = _beside_rest(recording, change)
-    order = np.argsort(np.concatenate([times, more[0]]), kind='stable')
-    return (np.concatenate([times, more[0]])[order],
-            np.concatenate([positions, more[1]])[order])
+    return (np.concatenate([[time[0]], edge, [max(time[-1], edge[-1] + 1e-9)]]),
+            np.concatenate([[middle[0]], middle, [middle[-1]]]))
 
 
 def _beside_rest(recording: Recording, change: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -152,7 +151,7 @@ def _beside_rest(recording: Recording, change: NDArray[np.int64]) -> tuple[Array
     time, position = recording.time, recording.position
     duration, jump = time[change + 1] - time[change], position[change + 1] - position[change]
     quantum = _quantum(position)
-    several = np.abs(jump) > 1.5 * quantum if quantum > 0.0 else np.zeros(jump.size, bool)
+    several = (quantum > 0.0) & (np.abs(jump) > 1.5 * quantum)
     lost = duration > 1.5 * recording.interval
     apart = np.diff(change) > 1
     first = np.flatnonzero(several & (lost | np.append(True, apart)))

@@ -166,13 +166,14 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
         before = max(level(fitter.base(), fitter) - 1.0, 0.0)
         if refitted(fitter):
             return []
-        apart = [finding for finding in insisted if _all_but(fitter, explained, finding)
+        alone = [finding.effect for finding in insisted
+                 if _all_but(fitter, explained, finding)]
+        apart = [finding for finding in insisted if finding.effect in alone
                  or not _moved_along(fitter, explained, finding)]
         least = SECOND * max((finding.matters for finding in apart), default=0.0)
         return [finding for finding in apart
-                if finding.matters >= least and (
-                    finding.matters > BESIDE * (excess - before)
-                    or _all_but(fitter, explained, finding))][:1]
+                if finding.matters >= least and (finding.matters > BESIDE * (excess - before)
+                                                 or finding.effect in alone)][:1]
     for finding in insisted:
         if _with_only(fitter, explained, (finding,)) < floor + max(INSISTED,
                                                                    0.1 * finding.matters):

@@ -102,6 +102,22 @@ def test_a_shaft_does_not_creep_through_a_rest_to_where_it_is_seen_next(rate, lo
     assert np.abs(motion.velocity[leaves] - 40.0).max() < 0.5
 
 
+@pytest.mark.parametrize('turned', [False, True], ids=['begins', 'ends'])
+def test_a_rest_at_an_end_of_the_recording_stays_one(turned):
+    """Several counts are the first, or the last, that is seen of a motion."""
+    def angle(time: np.ndarray) -> np.ndarray:
+        time = 5.0 - time if turned else time
+        return np.where(time < 4.0, np.maximum(0.0, 3.0 * (time - 2.0)), 2.0 * (7.0 - time))
+
+    whole = counted(angle, duration=5.0)
+    stop = 3.0 if turned else 2.0
+    keep = np.abs(whole.time - stop) > 0.02
+    motion = motion_of(Recording.from_samples('run', whole.time[keep], whole.position[keep],
+                                              whole.effort[keep]))
+    rest = (motion.time > 3.1 if turned else motion.time < 1.9) & (motion.time < 4.9)
+    assert np.abs(motion.velocity[rest]).max() < 1e-9
+
+
 def test_the_encoder_is_seen():
     motion = motion_of(counted(lambda time: 0.2 * np.sin(time)))
     assert motion.quantum == pytest.approx(COUNT)
