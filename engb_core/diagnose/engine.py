@@ -168,7 +168,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
     corrected = problem.model if verdict == 'consistent' else _that_helps(
-        told.problem, told.models, () if findings else (problem.model,))
+        told, () if findings else (problem.model,))
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected)
 
@@ -199,28 +199,27 @@ def _carries_over(told: Sharpened, file: Model) -> bool:
     """Whether a model with what was named is better than the file on what no fit has seen: a
     fault that happened once does not come again."""
     before = unseen_effort(told.problem, file)
-    return before == 0.0 or any(unseen_effort(told.problem, model) < before
-                                for model in told.models)
+    return before == 0.0 or min(told.unseen) < before
 
 
 def _without_names(fitter: Fitter, explanation: Explanation, findings: list[EffectFinding],
                    ) -> Sharpened:
     """Return refitted numbers alone, with the names that were dropped for them."""
-    base = Explanation(fitter.finish(fitter.base()), None, 0.0, level(fitter.base(), fitter),
-                       (*explanation.dropped, *(entry.effect for entry in findings)), False)
-    return Sharpened(base, base.models(), fitter.problem)
+    base = fitter.finish(fitter.base())
+    dropped = (*explanation.dropped, *(entry.effect for entry in findings))
+    bare = Explanation(base, None, 0.0, level(base, fitter), dropped, carried_over=False)
+    return Sharpened(bare, bare.models(), fitter.problem)
 
 
-def _that_helps(problem: Problem, corrected: tuple[Model, ...], otherwise: tuple[Model, ...],
-                ) -> Model:
+def _that_helps(told: Sharpened, otherwise: tuple[Model, ...]) -> Model:
     """Return the first of the models that is clearly better than every later, plainer one on what
     no fit has seen.
 
     A description that explains the stretches it was fitted to, and no others, is worse than none;
     and the next recording moves in other ways than what was kept of this one.
     """
-    candidates = (*corrected, *otherwise)
-    errors = [unseen_effort(problem, candidate) for candidate in candidates]
+    candidates = (*told.models, *otherwise)
+    errors = (*told.unseen, *(unseen_effort(told.problem, model) for model in otherwise))
     for place, candidate in enumerate(candidates[:-1]):
         if errors[place] <= HELPS * min(errors[place + 1:]):
             return candidate

@@ -9,7 +9,9 @@ drag take up what the edges of a motion leave.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
+from engb_core.diagnose.evidence import unseen_effort
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.flexible import best_table
 from engb_core.diagnose.openset import Explanation
@@ -39,6 +41,11 @@ class Sharpened:
     explanation: Explanation
     models: tuple[Model, ...]
     problem: Problem
+
+    @cached_property
+    def unseen(self) -> tuple[float, ...]:
+        """Each model's mean squared error [(N·m)²] on what no fit has seen."""
+        return tuple(unseen_effort(self.problem, model) for model in self.models)
 
 
 def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:
