@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 
+from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
 from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops, unseen_effort
 from engb_core.diagnose.experiment import next_experiment
@@ -147,7 +148,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     tell('refining')
     chosen = selection.chosen
     if is_rugged(chosen):
-        chosen = search_around(fitter, chosen, MOVES)
+        chosen = middle_of_basin(fitter, search_around(fitter, fitter.refine(chosen), MOVES))
     chosen = fitter.finish(fitter.refine(chosen))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)

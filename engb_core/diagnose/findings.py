@@ -113,7 +113,13 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
 
 
 def _stands_out(effect: Effect, parameters: dict[str, ParameterEstimate]) -> bool:
-    """Whether the data tell the effect's size from none."""
+    """Whether the data tell the effect's size from none.
+
+    Derivatives tell nothing of that where the cost goes by jumps: a gap that is never crossed
+    to its end has no size, and is there.
+    """
+    if effect.rugged:
+        return True
     for parameter in effect.parameters:
         if parameter.none is not None and parameter.name in parameters:
             found = parameters[parameter.name]

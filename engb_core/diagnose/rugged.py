@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from engb_core.diagnose.fit import Fit, Fitter
     from engb_core.diagnose.hypothesis import Hypothesis
 
-__all__ = ['Promise', 'best_promised', 'followed', 'is_rugged', 'promises', 'search_around']
+__all__ = ['Promise', 'Settling', 'best_promised', 'followed', 'is_rugged', 'moved_places',
+           'promises', 'search_around']
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ MOVE_OF_RANGE = 0.1
 SHRINK = 0.97
 # Promising starts that are followed, and random moves around each and around the best.
 FOLLOWED = 5
-FIRST_MOVES = 20
+FIRST_MOVES = 50
 FURTHER_MOVES = 50
 # Part of the cost that the first moves must have taken away to be worth further ones.
 HOPE = 0.02
@@ -52,8 +53,12 @@ class Promise:
     vector: Array
 
 
-class _Settling:
-    """Brings the nominal numbers to their linear optimum, wherever the effects stand."""
+class Settling:
+    """Brings the nominal numbers to their linear optimum, wherever the effects stand.
+
+    Called with a vector (size,), it returns the cost that is promised, and the vector (size,)
+    that promises it.
+    """
 
     def __init__(self, fitter: Fitter, fit: Fit, hypothesis: Hypothesis) -> None:
         self.fitter, self.hypothesis = fitter, hypothesis
@@ -65,7 +70,6 @@ class _Settling:
         self.columns = columns * weight[:, None] ** 2
 
     def __call__(self, place: Array) -> tuple[float, Array]:
-        """Return the cost that is promised, and the vector (size,) that promises it."""
         count = self.count
         low, high = self.hypothesis.bounds
         trial = self.fitter.evaluate(self.hypothesis, np.clip(place, low, high))
@@ -84,7 +88,7 @@ def promises(fitter: Fitter, start: Fit, hypothesis: Hypothesis, settings: list[
     The effect stands at each of `settings`, the numbers begin as in `start`, or as the model file
     has them: without the effect they have moved to make up for it, and may never find back.
     """
-    settled = _Settling(fitter, start, hypothesis)
+    settled = Settling(fitter, start, hypothesis)
     numbers = len(hypothesis.numbers)
     begun = []
     for setting in settings:
@@ -112,9 +116,9 @@ def best_promised(fitter: Fitter, start: Fit, promised: list[Promise], rounds: i
     return search_around(fitter, found, FURTHER_MOVES)
 
 
-def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:
-    """Return the best fit found around `fit` by so many random moves (always the same ones) of the
-    rugged effects, or of all where none is."""
+def moved_places(fit: Fit) -> tuple[list[int], Array]:
+    """Return which entries of the vector are moved at random, those of the rugged effects, or of
+    all where none is, and the standard deviation (count,) of a first move."""
     hypothesis = fit.hypothesis
     count = len(hypothesis.numbers)
     low, high = hypothesis.bounds
@@ -123,7 +127,15 @@ def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:
              if effect.rugged or not is_rugged(fit)]
     scale = np.array([MOVE_OF_LOGARITHM if hypothesis.parameter(place - count).logarithmic
                       else MOVE_OF_RANGE * (high[place] - low[place]) for place in moved])
-    settled = _Settling(fitter, fit, hypothesis)
+    return moved, scale
+
+
+def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:
+    """Return the best fit found around `fit` by so many random moves (always the same ones) of the
+    rugged effects, or of all where none is."""
+    hypothesis = fit.hypothesis
+    moved, scale = moved_places(fit)
+    settled = Settling(fitter, fit, hypothesis)
     generator = np.random.default_rng(0)
     best = fit
     for _ in range(moves):

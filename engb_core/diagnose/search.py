@@ -9,7 +9,7 @@ import math
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.numbers import level
-from engb_core.diagnose.rugged import is_rugged
+from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.effects.base import Effect
@@ -26,6 +26,8 @@ ALIKE = 2
 RUGGED_COMPANION = 6
 # Singles and pairs that are iterated on with derivatives at the fit itself.
 REFINED = 5
+# Random moves around the best of them, where its cost is rugged.
+MOVES = 100
 # No fit is iterated on that costs this many times what the best one does: in 22 recordings further
 # steps took away six tenths at most.
 HOPELESS = 5.0
@@ -135,6 +137,10 @@ def _refine(result: Search, size: int) -> None:
     hopeful = [fit for fit in leading if fit.cost < HOPELESS * leading[0].cost]
     for fit in side_by_side(result.fitter.refine, hopeful, result.fitter.threads):
         result.add(fit)
+    best = result.of_size(size)[0]
+    if is_rugged(best):
+        # Far from its optimum it would leave room for one effect more.
+        result.add(search_around(result.fitter, best, MOVES))
 
 
 def _with_companions(fitter: Fitter, companions: list[_Companion]) -> Iterator[Fit]:

@@ -7,6 +7,7 @@ from engb_core.compiled import effect_function
 from engb_core.dry_friction import slowed_rate
 from engb_core.effects.base import (
     ACCELERATION,
+    COULOMB,
     DIRECTION,
     Effect,
     INERTIA,
@@ -38,7 +39,8 @@ def _shift(parameters, state, sample):
 def _torque(parameters, state, sample):
     gap = parameters[0]
     inertia = parameters[1] * sample[INERTIA]
-    friction = parameters[2] * sample[LEVEL]
+    constant = sample[COULOMB]
+    friction = parameters[2] * constant + parameters[3] * (sample[LEVEL] - constant)
     load = sample[LOAD]
     acceleration = sample[ACCELERATION]
     motor = sample[VELOCITY]
@@ -83,10 +85,13 @@ EFFECT = Effect(
     title='Backlash',
     parameters=(
         Parameter('gap', 'rad', 1e-3, 20.0, none=0.0,
-                  starts=(0.015, 0.03, 0.06, 0.11, 0.18, 0.28, 0.44, 0.7, 1.1, 1.6, 2.4, 3.7),
+                  starts=(0.015, 0.03, 0.06, 0.11, 0.18, 0.28, 0.44, 0.7, 1.1, 1.6, 2.4, 3.7,
+                          5.5, 8.0),
                   logarithmic=True, form=0.1),
         Parameter('inertia_fraction', '-', 0.01, 0.9, starts=(0.18, 0.35)),
+        # Of the constant friction, and of what load adds: the two need not sit on one side.
         Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.4, 0.7)),
+        Parameter('loaded_friction_fraction', '-', 0.0, 1.0, starts=(0.3,)),
     ),
     stages={'shift': _shift, 'torque': _torque},
     equation='load free while |θ_load − θ| < gap/2; coupled again when the gap is crossed',

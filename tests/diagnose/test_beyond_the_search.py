@@ -8,6 +8,7 @@ from scipy.optimize import least_squares
 
 from engb_core.control.trajectory import Trajectory, TrajectoryBuilder
 from engb_core.diagnose import selection
+from engb_core.diagnose.cross_entropy import DEARER, middle_of_basin
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
@@ -115,7 +116,7 @@ def test_a_file_refitted_in_all_its_numbers_kept_none(loose):
 def gap_at(fitter: Fitter, gap: float, inertia: float, friction: float) -> Fit:
     variant = variants_of(get_effect('backlash'), fitter.problem.scene)[0]
     return fitter.evaluate(fitter.hypothesis((variant,)), np.concatenate(
-        [fitter.base().vector, [np.log(gap), inertia, friction]]))
+        [fitter.base().vector, [np.log(gap), inertia, friction, 0.3]]))
 
 
 def test_random_moves_lead_out_of_a_narrow_minimum(loose):
@@ -127,6 +128,24 @@ def test_random_moves_lead_out_of_a_narrow_minimum(loose):
     assert found.cost < 0.6 * start.cost
     assert search_around(fitter, start, 80).cost == found.cost
     assert search_around(fitter, found, 5).cost <= found.cost
+
+
+def test_the_middle_of_a_basin_is_good_and_the_same_each_time(loose):
+    fitter = Fitter(problem_of([loose], NOMINAL))
+    found = search_around(fitter, gap_at(fitter, 0.7, 0.25, 0.5), 80)
+    middle = middle_of_basin(fitter, found)
+    assert middle.vector == pytest.approx(middle_of_basin(fitter, found).vector)
+    assert middle.cost < DEARER * found.cost
+    assert not np.array_equal(middle.vector, found.vector)
+
+
+def test_a_gap_that_is_never_crossed_to_its_end_is_there():
+    """How wide it is can't be known: no deviation, and a name all the same."""
+    wide = lively(brake_with('backlash', gap=12.0, inertia_fraction=0.3, friction_fraction=0.6))
+    found = diagnose([wide], NOMINAL)
+    assert [entry.effect for entry in found.effects] == ['backlash']
+    assert found.effects[0].probability > 0.9
+    assert found.effects[0].parameters['gap'].std is None
 
 
 def strokes_and_waves(seed: int) -> Trajectory:
