@@ -43,8 +43,6 @@ HELPS = 0.9
 # A lag from here on [s] has efforts before a stop belong to a shaft that stands; for how long, as
 # a multiple of the lag.
 SHORTEST_LAG, LATE = 1e-3, 1.5
-# Random moves around the chosen fit, where its cost is rugged.
-MOVES = 100
 
 
 def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Recording] = (),
@@ -148,7 +146,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     tell('refining')
     chosen = selection.chosen
     if is_rugged(chosen):
-        chosen = middle_of_basin(fitter, search_around(fitter, fitter.refine(chosen), MOVES))
+        chosen = middle_of_basin(fitter, search_around(fitter, fitter.refine(chosen)))
     chosen = fitter.finish(fitter.refine(chosen))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)

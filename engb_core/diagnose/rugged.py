@@ -34,6 +34,8 @@ SHRINK = 0.97
 FOLLOWED = 5
 FIRST_MOVES = 50
 FURTHER_MOVES = 50
+# Random moves around a leading fit.
+MOVES = 100
 # Part of the cost that the first moves must have taken away to be worth further ones.
 HOPE = 0.02
 
@@ -130,7 +132,7 @@ def moved_places(fit: Fit) -> tuple[list[int], Array]:
     return moved, scale
 
 
-def search_around(fitter: Fitter, fit: Fit, moves: int) -> Fit:
+def search_around(fitter: Fitter, fit: Fit, moves: int = MOVES) -> Fit:
     """Return the best fit found around `fit` by so many random moves (always the same ones) of the
     rugged effects, or of all where none is."""
     hypothesis = fit.hypothesis

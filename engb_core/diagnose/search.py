@@ -26,8 +26,6 @@ ALIKE = 2
 RUGGED_COMPANION = 6
 # Singles and pairs that are iterated on with derivatives at the fit itself.
 REFINED = 5
-# Random moves around the best of them, where its cost is rugged.
-MOVES = 100
 # No fit is iterated on that costs this many times what the best one does: in 22 recordings further
 # steps took away six tenths at most.
 HOPELESS = 5.0
@@ -140,7 +138,7 @@ def _refine(result: Search, size: int) -> None:
     best = result.of_size(size)[0]
     if is_rugged(best):
         # Far from its optimum it would leave room for one effect more.
-        result.add(search_around(result.fitter, best, MOVES))
+        result.add(search_around(result.fitter, best))
 
 
 def _with_companions(fitter: Fitter, companions: list[_Companion]) -> Iterator[Fit]:

@@ -39,7 +39,8 @@ def _shift(parameters, state, sample):
 def _torque(parameters, state, sample):
     gap = parameters[0]
     inertia = parameters[1] * sample[INERTIA]
-    constant = sample[COULOMB]
+    # What drifts below the constant part leaves none that load adds.
+    constant = min(sample[COULOMB], sample[LEVEL])
     friction = parameters[2] * constant + parameters[3] * (sample[LEVEL] - constant)
     load = sample[LOAD]
     acceleration = sample[ACCELERATION]

@@ -15,7 +15,22 @@ import numpy as np
 import pytest
 from scipy.ndimage import convolve1d, maximum_filter1d
 
-from engb_core.effects.base import Effect, EFFORT, POSITION, STAGES, VELOCITY
+from engb_core.effects.base import (
+    COULOMB,
+    DIRECTION,
+    Effect,
+    EFFORT,
+    INERTIA,
+    LEVEL,
+    LOAD,
+    POSITION,
+    SAMPLE_SIZE,
+    STAGES,
+    STATE_SIZE,
+    TIME,
+    TIME_STEP,
+    VELOCITY,
+)
 from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
@@ -273,3 +288,28 @@ def test_without_numba_the_same_numbers(tmp_path):
         for name in plain.files:
             np.testing.assert_allclose(plain[name], compiled[name], rtol=1e-7, atol=1e-10,
                                        err_msg=name)
+
+
+def test_friction_beyond_a_gap_stays_friction_where_it_has_drifted_down():
+    """Below its constant part nothing is left that load adds."""
+    sample = np.zeros(SAMPLE_SIZE)
+    sample[[TIME_STEP, INERTIA, COULOMB, LEVEL]] = 1e-3, 7e-5, 0.02, 0.012
+    sample[[VELOCITY, DIRECTION, LOAD]] = 5.0, 1.0, 0.01
+    torque = get_effect('backlash').stages['torque']
+
+    def passed(loaded: float) -> list[float]:
+        state = np.zeros(STATE_SIZE)
+        return [float(torque(np.array([0.5, 0.3, 0.2, loaded]), state, _at(sample, moment)))
+                for moment in (0.0, 1e-3, 2e-3, 3e-3)]
+
+    assert passed(1.0) == passed(0.0)
+    sample[LEVEL] = 0.03
+    assert passed(1.0) != passed(0.0)
+
+
+def _at(sample: np.ndarray, moment: float) -> np.ndarray:
+    moved = sample.copy()
+    moved[TIME] = moment
+    # The motor reverses.
+    moved[VELOCITY] -= 3e3 * moment
+    return moved
