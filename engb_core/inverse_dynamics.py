@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 # The actuation maps are near identity: the fixed point for their inverse converges fast.
 _INVERSE_ROUNDS = 6
+# Torque per effort that a step towards the effort believes in.
+_SLOPES = (0.1, 3.0)
 
 
 @kernel
@@ -89,6 +91,9 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
 
 def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: Array) -> Array:
     effort = torque.copy()
+    slope = np.ones_like(torque)
+    before = step = np.zeros_like(torque)
+    tiny = 1e-9 * np.max(np.abs(torque), initial=0.0)
     for _ in range(_INVERSE_ROUNDS):
         samples[:, EFFORT] = effort
         for function, effect in physics.stages['actuation']:
@@ -96,7 +101,12 @@ def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: A
         change = torque - samples[:, EFFORT]
         if not np.isfinite(change).all():
             return torque
-        effort += change
+        # Secants: where a motor saturates, plain steps would be many.
+        np.divide(before - change, step, out=slope, where=np.abs(step) > tiny)
+        np.clip(slope, *_SLOPES, out=slope)
+        step = change / slope
+        effort += step
+        before = change
         if np.max(np.abs(change)) < 1e-6 * np.max(np.abs(torque)):
             break
     return effort

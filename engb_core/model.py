@@ -53,11 +53,17 @@ class LoadTorque:
 
 @dataclass(frozen=True)
 class Friction:
-    """T_C = (coulomb + load_gain·|T_L|)·sat(ω / saturation_velocity), from (13) and (42)."""
+    """T_C = (coulomb + load_gain·|T_L|)·sat(ω / saturation_velocity), from (13) and (42).
+
+    With a `load_curvature` what goes with load is a parabola that crosses this line at
+    `reference_load` [N·m] (dry_friction.py).
+    """
 
     coulomb: float = 0.0
     load_gain: float = 0.0
     saturation_velocity: float = 0.5
+    load_curvature: float = 0.0
+    reference_load: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -147,6 +153,12 @@ class Model:
         friction = _section(Friction, data.get('friction'), 'friction')
         if friction.saturation_velocity <= 0:
             raise InputError('friction.saturation_velocity must be above 0 rad/s')
+        if not -1.0 <= friction.load_curvature <= 1.0:
+            raise InputError(f'friction.load_curvature is {friction.load_curvature}; it must lie '
+                             'within -1 and 1')
+        if friction.load_curvature and friction.reference_load <= 0:
+            raise InputError('friction.reference_load must be above 0 N·m where there is a '
+                             'load_curvature')
         controller = None
         if data.get('controller') is not None:
             controller = _section(Controller, data['controller'], 'controller')
@@ -170,12 +182,15 @@ class Model:
             angle = self.load_torque.contact_angle
             load |= {'coefficients': [float(value) for value in self.load_torque.coefficients],
                      'contact_angle': None if angle is None else float(angle)}
+        friction = _floats(self.friction)
+        if self.friction.load_curvature == 0.0:
+            del friction['load_curvature'], friction['reference_load']
         data: dict[str, Any] = {
             'format': FORMAT,
             'joint': dataclasses.asdict(self.joint),
             'motor': _floats(self.motor),
             'load_torque': load,
-            'friction': _floats(self.friction),
+            'friction': friction,
             'cogging': [_floats(entry) for entry in self.cogging],
         }
         if self.controller is not None:

@@ -45,17 +45,18 @@ from engb_core.effects.base import (
 )
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
+from engb_core.load_friction import load_friction_gain
 from engb_core.model import EffectSetting, Model
 
 __all__ = ['ACTUATION_STAGE', 'MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'effects_of',
-           'load_torque', 'load_torques', 'nominal_vector', 'physics_of',
+           'friction_gain', 'load_torque', 'load_torques', 'nominal_vector', 'physics_of',
            'torque_without_inertia', 'with_values']
 
 Array = NDArray[np.float64]
 
 # Places in the nominal vector.
-(N_INERTIA, N_VISCOUS, N_COULOMB, N_LOAD_GAIN, N_SATURATION, N_CONTACT, N_FORM, N_AMPLITUDE,
- N_PHASE, N_DELAY, N_TERMS) = range(11)
+(N_INERTIA, N_VISCOUS, N_COULOMB, N_LOAD_GAIN, N_LOAD_CURVATURE, N_REFERENCE_LOAD, N_SATURATION,
+ N_CONTACT, N_FORM, N_AMPLITUDE, N_PHASE, N_DELAY, N_TERMS) = range(13)
 MAXIMUM_LOAD_TERMS = 12
 NOMINAL_SIZE = N_TERMS + 1 + MAXIMUM_LOAD_TERMS
 ACTUATION_STAGE = STAGES.index('actuation')
@@ -106,6 +107,8 @@ def nominal_vector(model: Model) -> Array:
     vector[N_VISCOUS] = model.motor.viscous_friction
     vector[N_COULOMB] = model.friction.coulomb
     vector[N_LOAD_GAIN] = model.friction.load_gain
+    vector[N_LOAD_CURVATURE] = model.friction.load_curvature
+    vector[N_REFERENCE_LOAD] = model.friction.reference_load
     vector[N_SATURATION] = model.friction.saturation_velocity
     vector[N_CONTACT] = math.nan if load.contact_angle is None else load.contact_angle
     vector[N_FORM] = float(load.form == 'sinusoid')
@@ -272,6 +275,9 @@ def load_torques(nominal: Array, positions: Array) -> Array:
     return torques
 
 
+friction_gain = compiled(load_friction_gain)
+
+
 @compiled
 def torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters, state, sample):
     """Return the torque that the motor must give beside J·ω̇ [N·m]; fills in the sample's stages.
@@ -282,7 +288,6 @@ def torque_without_inertia(nominal, cogging, functions, bounds, owner, parameter
     sample[INERTIA] = nominal[N_INERTIA]
     sample[VISCOUS] = nominal[N_VISCOUS]
     sample[COULOMB] = nominal[N_COULOMB]
-    sample[LOAD_GAIN] = nominal[N_LOAD_GAIN]
     shift = 0.0
     for index in range(bounds[0], bounds[1]):
         shift += call_effect(functions, index, parameters, owner[index], state, sample)
@@ -291,7 +296,9 @@ def torque_without_inertia(nominal, cogging, functions, bounds, owner, parameter
     for index in range(bounds[1], bounds[2]):
         sample[LOAD] = call_effect(functions, index, parameters, owner[index], state, sample)
     sample[DIRECTION] = min(1.0, max(-1.0, sample[VELOCITY] / nominal[N_SATURATION]))
-    sample[LEVEL] = nominal[N_COULOMB] + nominal[N_LOAD_GAIN] * abs(sample[LOAD])
+    sample[LOAD_GAIN] = friction_gain(nominal[N_LOAD_GAIN], nominal[N_LOAD_CURVATURE],
+                                      nominal[N_REFERENCE_LOAD], sample[LOAD])
+    sample[LEVEL] = nominal[N_COULOMB] + sample[LOAD_GAIN] * abs(sample[LOAD])
     for index in range(bounds[2], bounds[3]):
         sample[LEVEL] = call_effect(functions, index, parameters, owner[index], state, sample)
     for index in range(bounds[3], bounds[4]):

@@ -30,10 +30,13 @@ from engb_core.effects.base import (
 from engb_core.errors import InputError
 from engb_core.model import Controller, Model
 from engb_core.plant import (
+    friction_gain,
     load_torque,
     N_COULOMB,
     N_INERTIA,
+    N_LOAD_CURVATURE,
     N_LOAD_GAIN,
+    N_REFERENCE_LOAD,
     N_SATURATION,
     N_VISCOUS,
     physics_of,
@@ -101,6 +104,8 @@ def _advance_nominal(nominal, cogging, sample, effort, steps):
     viscous = nominal[N_VISCOUS]
     coulomb = nominal[N_COULOMB]
     load_gain = nominal[N_LOAD_GAIN]
+    curvature = nominal[N_LOAD_CURVATURE]
+    reference = nominal[N_REFERENCE_LOAD]
     saturation = nominal[N_SATURATION]
     position = sample[POSITION]
     velocity = sample[VELOCITY]
@@ -111,7 +116,7 @@ def _advance_nominal(nominal, cogging, sample, effort, steps):
     for _ in range(steps):
         load = load_torque(nominal, position)
         direction = min(1.0, max(-1.0, velocity / saturation))
-        level = coulomb + load_gain * abs(load)
+        level = coulomb + friction_gain(load_gain, curvature, reference, load) * abs(load)
         rest = viscous * velocity + load + level * direction
         for index in range(cogging.shape[0]):
             rest += cogging[index, 1] * math.sin(cogging[index, 0] * position

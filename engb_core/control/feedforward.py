@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from engb_core.control.trajectory import Setpoint
+from engb_core.load_friction import load_friction_gain
 from engb_core.model import Model
 
 __all__ = ['Feedforward']
@@ -71,7 +72,9 @@ class Feedforward:
         """Return T_C [N·m] at load torque `load` [N·m] and `velocity` [rad/s]."""
         friction = self.model.friction
         saturation = min(max(velocity / friction.saturation_velocity, -1.0), 1.0)
-        return (friction.coulomb + friction.load_gain * abs(load)) * saturation
+        gain = load_friction_gain(friction.load_gain, friction.load_curvature,
+                                  friction.reference_load, load)
+        return (friction.coulomb + gain * abs(load)) * saturation
 
     def cogging_torque(self, position: float) -> float:
         """Return T_cog [N·m] at `position` [rad]."""

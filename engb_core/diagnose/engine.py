@@ -11,7 +11,13 @@ import numpy as np
 
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
-from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops, unseen_effort
+from engb_core.diagnose.evidence import (
+    evidence_of,
+    quality_of_fit,
+    simulated_loops,
+    unseen_effort,
+    unseen_stretches,
+)
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
@@ -40,6 +46,8 @@ LEAST_PROBABILITY = 0.05
 # Mean square on what no fit has seen, as a part of a plainer model's, from which on a model is
 # clearly better.
 HELPS = 0.9
+# The same on most stretches, from which on a name may be given all the same.
+MUCH_BETTER = 0.5
 # A lag from here on [s] has efforts before a stop belong to a shaft that stands; for how long, as
 # a multiple of the lag.
 SHORTEST_LAG, LATE = 1e-3, 1.5
@@ -195,10 +203,14 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
 
 
 def _carries_over(told: Sharpened, file: Model) -> bool:
-    """Whether a model with what was named is better than the file on what no fit has seen: a
-    fault that happened once does not come again."""
-    before = unseen_effort(told.problem, file)
-    return before == 0.0 or min(told.unseen) < before
+    """Whether a model with what was named is better than the file on what no fit has seen, or much
+    better on most of its stretches: a fault that happened once does not come again; but a disc
+    may stand in one stretch only, and no fit has seen what the effects do then."""
+    before = unseen_stretches(told.problem, file)
+    if not before.size or min(told.unseen) < unseen_effort(told.problem, file):
+        return True
+    return any(np.median(unseen_stretches(told.problem, model) / before) < MUCH_BETTER
+               for model in told.models)
 
 
 def _without_names(fitter: Fitter, explanation: Explanation, findings: list[EffectFinding],

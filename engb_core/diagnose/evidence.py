@@ -30,7 +30,8 @@ from engb_core.plant import physics_of
 from engb_core.prediction import find_phases
 from engb_core.simulation import simulate_closed_loop
 
-__all__ = ['evidence_of', 'quality_of_fit', 'simulated_loops', 'unseen_effort']
+__all__ = ['evidence_of', 'quality_of_fit', 'simulated_loops', 'unseen_effort',
+           'unseen_stretches']
 
 Array = NDArray[np.float64]
 BINS = 40
@@ -51,9 +52,24 @@ def _predicted(run: Run, model: Model) -> Array:
 def unseen_effort(problem: Problem, model: Model) -> float:
     """Return the mean squared error of the filtered effort [(N·m)²] on what the recordings kept
     from the fit; 0 where they kept nothing."""
-    errors = [(run.measured - _predicted(run, model))[~run.fitted] for run in problem.runs]
-    together = np.concatenate(errors)
+    together = np.concatenate([np.zeros(0), *_unseen_errors(problem, model)])
     return float(np.mean(together ** 2)) if together.size else 0.0
+
+
+def unseen_stretches(problem: Problem, model: Model) -> Array:
+    """Return the same for each stretch that was kept from the fit, (stretches,) [(N·m)²]."""
+    return np.array([np.mean(errors ** 2) for errors in _unseen_errors(problem, model)])
+
+
+def _unseen_errors(problem: Problem, model: Model) -> list[Array]:
+    """Return the error on each stretch that was kept from the fit."""
+    found = []
+    for run in problem.runs:
+        error = run.measured - _predicted(run, model)
+        ends = np.flatnonzero(np.diff(run.fitted)) + 1
+        found += [part for part, kept in zip(np.split(error, ends), np.split(~run.fitted, ends),
+                                             strict=True) if part.size and kept[0]]
+    return found
 
 
 def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLoop],

@@ -21,7 +21,12 @@ from engb_core.diagnose.fitted import bare, Fit, StartColumns
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.kept_number import kept_numbers
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
-from engb_core.diagnose.nominal import DELAY, nominal_numbers, NominalNumber
+from engb_core.diagnose.nominal import (
+    DELAY,
+    nominal_numbers,
+    NominalNumber,
+    with_reference_load,
+)
 from engb_core.diagnose.problem import Problem
 from engb_core.diagnose.rugged import best_promised, Promise, promises
 from engb_core.diagnose.side_by_side import side_by_side
@@ -55,6 +60,7 @@ class Fitter:
         self.spread = self.sigma
         self.fitted = problem.fitted
         self.numbers = nominal_numbers(problem.model, problem.scene)
+        self._model = with_reference_load(problem.model, problem.scene)
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
         self._base: dict[tuple[NominalNumber, ...], Fit] = {}
         self._starts: dict[tuple, list[StartColumns]] = {}
@@ -91,7 +97,7 @@ class Fitter:
     def hypothesis(self, variants: tuple[Variant, ...] = (),
                    numbers: tuple[NominalNumber, ...] | None = None) -> Hypothesis:
         """Return a hypothesis of these effects with these free numbers (None: all)."""
-        return Hypothesis(self.problem.model, self.numbers if numbers is None else numbers,
+        return Hypothesis(self._model, self.numbers if numbers is None else numbers,
                           variants, len(self.problem.runs))
 
     def predict(self, hypothesis: Hypothesis, vector: Array) -> Array:
@@ -256,7 +262,10 @@ class Fitter:
         if not np.isfinite(scaled).all():
             return np.inf
         centre, spread = hypothesis.prior
-        return float(scaled @ scaled + np.sum(((vector - centre) / spread) ** 2))
+        with np.errstate(over='ignore'):
+            # Far from anything real it is infinite.
+            squares = scaled @ scaled
+        return float(squares + np.sum(((vector - centre) / spread) ** 2))
 
     def _one_more(self, start: Fit, variant: Variant) -> Hypothesis:
         return self.hypothesis((*start.hypothesis.variants, variant), start.hypothesis.numbers)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from engb_core.diagnose.nominal import DELAY, LOAD_NUMBERS
+from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS
 
 if TYPE_CHECKING:
     from engb_core.diagnose.fit import Fit, Fitter
@@ -29,6 +29,8 @@ TAKEN_LEAST, TAKEN_PART, TAKEN_MUCH = 1.0, 0.15, 5.0
 # without two that were held, or where effects make up most of what the file misses; somewhat more,
 # if no two were held, and so little a part of what they take without any other number.
 OTHERS_TAKE, AT_MOST, OF_NEXT, NEXT_TO_NOTHING = 0.2, 0.3, 0.6, 0.05
+# What part they may take without two, where numbers alone make up for all but so much.
+WITHOUT_TWO, ALL_BUT = 0.1, 0.1
 
 
 def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
@@ -44,11 +46,13 @@ def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
     if base.jacobian is None or not base.hypothesis.numbers:
         return ()
     names = [number.name for number in base.hypothesis.numbers]
-    groups = {name: {name} for name in names if name != DELAY and name not in LOAD_NUMBERS}
+    groups = {name: {name} for name in names if name not in (DELAY, CURVATURE)
+              and name not in LOAD_NUMBERS}
     if LOAD_NUMBERS & set(names):
         groups[LOAD] = set(LOAD_NUMBERS)
     whole = _left(base, file, [place for place, name in enumerate(names) if name == DELAY])
-    taken = whole - _left(base, file, list(range(len(names))))
+    free = [place for place, name in enumerate(names) if name != CURVATURE]
+    taken = whole - _left(base, file, free)
     noise = float(fitter.sigma @ fitter.sigma)
     much = taken >= TAKEN_PART * whole
     if taken < (TAKEN_LEAST if much else TAKEN_MUCH) * noise:
@@ -57,8 +61,8 @@ def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
     def others_take(*held: str) -> float:
         """Return the part of what is taken that is taken without these."""
         without = {name for group in held for name in groups[group]}
-        return (whole - _left(base, file, [place for place, name in enumerate(names)
-                                           if name not in without])) / taken
+        return (whole - _left(base, file, [place for place in free
+                                           if names[place] not in without])) / taken
 
     parts = sorted((others_take(group), group) for group in groups)
     least, first = parts[0]
@@ -67,7 +71,8 @@ def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
     if len(parts) == 1:
         return ()
     both, pair = min((others_take(*two), two) for two in itertools.combinations(groups, 2))
-    if both <= NEXT_TO_NOTHING:
+    numbers_alone = taken >= (1.0 - ALL_BUT) * whole
+    if both <= (WITHOUT_TWO if numbers_alone else NEXT_TO_NOTHING):
         return pair
     return (first,) if much and least <= min(AT_MOST, OF_NEXT * parts[1][0]) else ()
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 __all__ = ['added', 'start_columns', 'start_vector']
 
 Array = NDArray[np.float64]
+# Weight, where 1 is that of all data, with which a number is held.
+HELD = 1e9
 
 
 def start_vector(hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
@@ -64,7 +66,7 @@ def start_columns(fitter: Fitter, hypothesis: Hypothesis, base: Fit, setting: di
 
 def added(fitter: Fitter, base: Fit, design: Array) -> tuple[Array, float]:
     """Return sizes (k,) and cost when the columns of `design` (m, k) are added to a fit: those of
-    its numbers, held by their priors, and what comes new."""
+    its numbers, held by their priors and where they stand at a bound, and what comes new."""
     target = np.where(fitter.fitted, base.residual / fitter.spread, 0.0)
     gram, right = normal_equations(design, base.residual, fitter.weight)
     norm = np.sqrt(np.diag(gram))
@@ -78,6 +80,9 @@ def added(fitter: Fitter, base: Fit, design: Array) -> tuple[Array, float]:
         ridge[:count] = 1.0 / (spread[:count] * norm[:count]) ** 2
         pull[:count] = (centre[:count] - base.vector[:count]) / spread[:count] ** 2 \
             / norm[:count]
+        # A delay that may grow no further must not stand for a lag.
+        low, high = (bound[:count] for bound in base.hypothesis.bounds)
+        ridge[:count][(base.vector[:count] <= low) | (base.vector[:count] >= high)] = HELD
     right = right / norm + pull
     solution = np.linalg.solve(gram + np.diag(ridge + 1e-12), right)
     return solution / norm, float(target @ target - solution @ right)

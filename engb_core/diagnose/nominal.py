@@ -13,6 +13,7 @@ from engb_core.plant import (
     N_COULOMB,
     N_DELAY,
     N_INERTIA,
+    N_LOAD_CURVATURE,
     N_LOAD_GAIN,
     N_PHASE,
     N_SATURATION,
@@ -20,10 +21,13 @@ from engb_core.plant import (
     N_VISCOUS,
 )
 
-__all__ = ['DELAY', 'LOAD_NUMBERS', 'NominalNumber', 'nominal_numbers', 'with_numbers']
+__all__ = ['CURVATURE', 'DELAY', 'LOAD_NUMBERS', 'NominalNumber', 'nominal_numbers',
+           'with_numbers', 'with_reference_load']
 
 # Effort and position may be sampled up to a sample apart; fitted along, never claimed.
 DELAY = 'sampling_delay'
+# How friction departs from a straight line over load: no refit of a file knew of it.
+CURVATURE = 'load_curvature'
 # Those that make up the load curve.
 LOAD_NUMBERS = frozenset({'contact_angle', 'load_amplitude', 'load_phase',
                           *(f'p{power}' for power in range(12))})
@@ -69,6 +73,8 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
     ]
     if scene.largest_load > 1e-3 * effort:
         numbers.append(NominalNumber('load_gain', N_LOAD_GAIN, '-', 0.2, 0.0, 3.0))
+        if scene.reference_load > 0.0:
+            numbers.append(NominalNumber(CURVATURE, N_LOAD_CURVATURE, '-', 0.4, -0.9, 0.9))
     if friction.saturation_velocity > 0.004 * scene.speed:
         # A narrower one acts at speeds that count as standstill: no data could move it.
         numbers.append(NominalNumber(
@@ -107,13 +113,23 @@ def _used_terms(model: Model) -> list[int]:
     return list(range(first, len(coefficients)))
 
 
+def with_reference_load(model: Model, scene: Scene) -> Model:
+    """Return the model with a load about which its friction may be curved."""
+    if model.friction.load_curvature:
+        return model
+    return replace(model, friction=replace(model.friction, reference_load=scene.reference_load))
+
+
 def with_numbers(model: Model, values: dict[str, float]) -> Model:
     """Return the model with nominal numbers replaced, by the names of `nominal_numbers`."""
     motor = replace(model.motor, **{name: values[name] for name in
                                     ('inertia', 'viscous_friction') if name in values})
     friction = replace(model.friction, **{name: values[name] for name in
-                                          ('coulomb', 'load_gain', 'saturation_velocity')
+                                          ('coulomb', 'load_gain', CURVATURE,
+                                           'saturation_velocity')
                                           if name in values})
+    if not friction.load_curvature:
+        friction = replace(friction, reference_load=0.0)
     load = model.load_torque
     coefficients = list(load.coefficients)
     for name, value in values.items():

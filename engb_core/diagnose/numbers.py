@@ -15,7 +15,7 @@ import numpy as np
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.kept_number import LOAD
-from engb_core.diagnose.nominal import DELAY, NominalNumber
+from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber
 from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['BESIDE', 'BESIDE_EFFECTS', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED',
@@ -28,8 +28,8 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
 # and the part of the file's whole excess that it must be.
 INSISTED = 0.25
 INSISTED_PART = 0.05
-# What a refit held need be no more than this part, where effects make up most of what is missed.
-KEPT_PART = 0.01
+# What a refit is seen to have held need be no more than this multiple of what the effects leave.
+KEPT_LEFT = 5.0
 # Beside effects the whole is no more than this multiple of the excess that refitted numbers leave.
 BESIDE_EFFECTS = 2.0
 # Where no one or two numbers make the file fit, and no refit is seen to have held one, the data
@@ -89,11 +89,15 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     if load_kept and refitted(fitter):
         # All others moved to make up for the load curve, which has its own cause.
         return []
-    insisted = _insisted(fitter, explained)
+    insisted = _insisted(fitter, explained, load_kept)
     if load_kept:
         # The file was not refitted, and may stand but for one number.
-        alone = next((finding for finding in insisted if _all_but(fitter, explained, finding)),
-                     None)
+        least = 0.0
+        if level(fitter.base(), fitter) - 1.0 < NO_SIGN:
+            # Or numbers alone do: then it may have moved a little along with the load curve.
+            least = INSISTED_PART * (level(fitter.nominal(), fitter) - 1.0)
+        alone = next((finding for finding in insisted if finding.matters >= least
+                      and _all_but(fitter, explained, finding)), None)
         return [] if alone is None else [alone]
     kept = [_BY_NUMBER[name] for name in fitter.kept if name in _BY_NUMBER]
     if explained.hypothesis.variants and len(kept) > 1:
@@ -117,8 +121,9 @@ def number_place(numbers: tuple[NominalNumber, ...], effect: str) -> int:
                 if _BY_NUMBER.get(number.name) == effect)
 
 
-def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
-    """Return the numbers that the data insist on changing, the weightiest first."""
+def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[NumberFinding]:
+    """Return the numbers that the data insist on changing, the weightiest first; with less that
+    they matter where it is `told` otherwise which of them is wrong."""
     numbers = explained.hypothesis.numbers
     variants = explained.hypothesis.variants
     if any(variant.effect.number_only for variant in variants) and not all(
@@ -132,8 +137,8 @@ def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     rises = {number.name: level(fit, fitter) - floor
              for number, fit in zip(asked, held, strict=True)}
     whole = _whole(fitter, explained)
-    held_beside = fitter.kept if refitted(fitter) else ()
-    least = {name: max(INSISTED, (KEPT_PART if name in held_beside else INSISTED_PART) * whole)
+    least = {name: max(INSISTED, min(INSISTED_PART * whole, KEPT_LEFT * max(floor - 1.0, 0.0))
+                       if told or name in fitter.kept else INSISTED_PART * whole)
              for name in rises}
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least[name]
@@ -202,11 +207,19 @@ def _one_of(insisted: list[NumberFinding]) -> list[NumberFinding]:
 
 
 def refitted(fitter: Fitter) -> bool:
-    """Whether the file fits nearly as well as any numbers do without effects: it was refitted
-    around what is missing."""
-    file, base = fitter.nominal(), fitter.base()
+    """Whether the file was refitted around what is missing: it fits nearly as well as any numbers
+    do without effects, or that drove a number of both down to none."""
+    file, base = fitter.nominal(), fitter.base(tuple(
+        number for number in fitter.numbers if number.name != CURVATURE))
     return (level(file, fitter) - 1.0 < REFITTED * max(level(base, fitter) - 1.0, 0.0)
-            or mean_square(file) < REFITTED * mean_square(base))
+            or mean_square(file) < REFITTED * mean_square(base) or _driven_to_none(base))
+
+
+def _driven_to_none(base: Fit) -> bool:
+    return any(number.name in ('viscous_friction', 'coulomb') and start <= number.low >= value
+               for number, start, value in zip(
+                   base.hypothesis.numbers, base.hypothesis.start_of_numbers(), base.vector,
+                   strict=True))
 
 
 def was_refitted(fitter: Fitter) -> bool:
@@ -223,8 +236,8 @@ def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool
     moved = next(value for number, value in zip(base.hypothesis.numbers, base.vector, strict=True)
                  if number.name == name)
     file = explained.hypothesis.start_of_numbers()[place]
-    if file <= explained.hypothesis.bounds[0][place]:
-        # Neither goes below none, whoever moved it.
+    if name == 'load_gain' and file <= explained.hypothesis.bounds[0][place]:
+        # A file without load-dependent friction is none that was refitted so.
         return False
     return abs(file - moved) < 0.5 * abs(file - explained.vector[place])
 
@@ -239,6 +252,8 @@ def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...])
     """Return the level that the file reaches when only these numbers are refitted."""
     free = {DELAY, *(number for number, effect in _BY_NUMBER.items()
                      if effect in [finding.effect for finding in wrong])}
+    if 'load_gain' in free:
+        free.add(CURVATURE)
     return level(fitter.refit(explained, tuple(number for number in explained.hypothesis.numbers
                                                if number.name in free)), fitter)
 

@@ -176,6 +176,8 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
     high = max(float(motion.position.max()) for motion in motions)
     nominal = nominal_vector(model)
     load = float(np.abs(load_torques(nominal, np.linspace(low, high, 200))).max())
+    loads = np.concatenate([np.abs(load_torques(nominal, motion.position[_moves(motion)]))
+                            for motion in motions])
     disc = [motion.disc_speed for motion in motions if motion.has_disc]
     warm = [motion.pad_temperature for motion in motions if motion.has_temperature]
 
@@ -193,7 +195,8 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         moving_speed=float(np.concatenate([_moving_speed(motion) for motion in motions]).mean()),
         load_slope=_load_slope(motions, nominal, load),
         load_power=_load_power(nominal, low, high),
-        loaded_share=_loaded_share(motions, nominal, model),
+        loaded_share=_loaded_share(loads, model),
+        reference_load=_reference_load(loads),
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type)
@@ -209,10 +212,15 @@ def _moving_speed(motion: Motion) -> Array:
     return np.abs(motion.velocity[rows] if rows.any() else motion.velocity)
 
 
-def _loaded_share(motions: Sequence[Motion], nominal: Array, model: Model) -> float:
+def _reference_load(loads: Array) -> float:
+    """Return the load at which a parabola through none crosses its best straight line over these
+    loads (n,); 0 where there is one load only."""
+    spread = float(np.var(loads)) if loads.size else 0.0
+    return float(np.cov(loads, loads ** 2, bias=True)[0, 1]) / spread if spread > 0.0 else 0.0
+
+
+def _loaded_share(loads: Array, model: Model) -> float:
     """Return the part of the model's dry friction that goes with load, while the shaft moves."""
-    loads = np.concatenate([np.abs(load_torques(nominal, motion.position[_moves(motion)]))
-                            for motion in motions])
     loaded = model.friction.load_gain * float(loads.mean()) if loads.size else 0.0
     whole = model.friction.coulomb + loaded
     return loaded / whole if whole > 0.0 else 0.0

@@ -75,6 +75,8 @@ class Settling:
         count = self.count
         low, high = self.hypothesis.bounds
         trial = self.fitter.evaluate(self.hypothesis, np.clip(place, low, high))
+        if not np.isfinite(trial.cost):
+            return trial.cost, trial.vector
         right = np.einsum('ij,i->j', self.columns, trial.residual) \
             + (self.centre - trial.vector[:count]) / self.spread ** 2
         step = self.inverse @ right

@@ -30,10 +30,10 @@ FIRST_PART = 0.15
 FURTHER_LEAST = 0.15
 FURTHER_OF_WHOLE = 0.02
 THIRD_OF_WHOLE = 0.06
-# How little of the whole does not matter if a second effect takes away more than the noise itself,
-# and this part of what is left, and if any other leaves this multiple of what it leaves: errors
-# of the first one's formula suit no other effect so well.
-UNMISTAKABLE, MOST_OF_REST, NEXT_LEAVES = 1.0, 0.7, 2.0
+# How little of the whole does not matter if a second effect takes away half of the noise or more,
+# and this part of what is left, and if any pair without it leaves this multiple of what it leaves:
+# errors of the first one's formula suit no other effect so well.
+UNMISTAKABLE, MOST_OF_REST, NEXT_LEAVES = 0.5, 0.7, 2.0
 MOST_EFFECTS = 3
 # Refitted numbers suffice if they leave no more than this part of the file's excess, and no
 # more than this in units of the noise.
@@ -46,6 +46,8 @@ PLAIN_NOISE = 2.5
 PLAIN_PART = 0.5
 # A further effect may raise the plain mean square by this factor at most.
 HARM = 1.02
+# Part of the largest size that is possible, from which on a further effect is not believed.
+EDGE = 0.97
 
 
 @dataclass(frozen=True)
@@ -154,7 +156,24 @@ def _harmless(fit: Fit, chosen: Fit) -> bool:
         if parameter.name == 'frequency' and value > math.log(0.97 * parameter.high):
             # Driven to the edge of what can be seen, it stands for something else.
             return False
-    return mean_square(fit) <= HARM * mean_square(chosen)
+    return not _at_the_edge(fit, chosen) and mean_square(fit) <= HARM * mean_square(chosen)
+
+
+def _at_the_edge(fit: Fit, chosen: Fit) -> bool:
+    """Whether an effect beside the chosen ones is as large as any that is possible: it stands for
+    something else."""
+    if not chosen.hypothesis.variants:
+        return False
+    for index, variant in enumerate(fit.hypothesis.variants):
+        sizing = variant.sizing
+        if sizing.none is None or variant.effect.id in chosen.hypothesis.ids:
+            continue
+        size = fit.hypothesis.named(fit.vector, index)[sizing.name]
+        if abs(size - sizing.none) > EDGE * max(
+                abs(bound - sizing.none) for bound in (sizing.low, sizing.high)
+                if (bound > sizing.none) == (size > sizing.none)):
+            return True
+    return False
 
 
 def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fit]) -> bool:
@@ -166,7 +185,9 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fi
         return gain > FURTHER_LEAST and gain > FIRST_PART * old
     pair = len(best.hypothesis.variants) == 2
     least = FURTHER_OF_WHOLE if pair else THIRD_OF_WHOLE
+    further = set(best.hypothesis.ids) - set(chosen.hypothesis.ids)
     unmistakable = pair and gain > max(UNMISTAKABLE, MOST_OF_REST * old) and all(
-        excess(other, fitter) > NEXT_LEAVES * new for other in others if other is not best)
+        excess(other, fitter) > NEXT_LEAVES * new for other in others
+        if not further & set(other.hypothesis.ids))
     return gain > FURTHER_LEAST and gain > FURTHER_PART * old and (
         gain > least * whole or unmistakable)

@@ -74,7 +74,8 @@ class Scene:
     `speed` is the fastest and `moving_speed` the mean one while the shaft moves; `load_slope` the
     root mean square of the load's slope in contact, while the disc turns where there is one;
     the load goes roughly with travel^`load_power`; `loaded_share` is the part of the dry friction
-    that goes with load, on average while the shaft moves.
+    that goes with load, on average while the shaft moves; a parabola through none crosses its best
+    straight line over the loads at `reference_load`.
     """
 
     duration: float
@@ -90,6 +91,7 @@ class Scene:
     load_slope: float = 0.02
     load_power: float = 2.0
     loaded_share: float = 0.5
+    reference_load: float = 0.2
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ EFFECT = Effect(
     id='nonlinear_viscous_friction',
     title='Nonlinear viscous friction',
     parameters=(Parameter('quadratic_viscous_friction', 'N·m·s²/rad²', -1e6, 1e6, none=0.0,
-                          starts=(1e-5,), form=0.025),),
+                          starts=(1e-5,), form=0.014),),
     stages={'torque': _torque},
     equation='T = B₂ ω |ω|',
     reference='Armstrong-Hélouvry et al., Automatica 30 (1994) 1083 (churning, thinning)',

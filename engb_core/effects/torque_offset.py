@@ -12,7 +12,7 @@ def _actuation(parameters, state, sample):
 EFFECT = Effect(
     id='torque_offset',
     title='Torque (current) offset',
-    parameters=(Parameter('offset', 'N·m', -1e6, 1e6, none=0.0, starts=(0.005,), form=0.03),),
+    parameters=(Parameter('offset', 'N·m', -1e6, 1e6, none=0.0, starts=(0.005,), form=0.015),),
     stages={'actuation': _actuation},
     equation='T_M = effort − offset',
     reference='contract, table 4; current sensor offset',

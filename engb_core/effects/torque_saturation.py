@@ -1,15 +1,30 @@
 """Less torque per ampere at high current (iron saturation)."""
 
-from engb_core.compiled import effect_function
+from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import Effect, EFFORT, Parameter
+
+# So much of a further ampere's torque may be lost: more current never gives less torque.
+STEEPEST = 0.8
+
+
+@compiled
+def _lost(loss, shape, onset, effort):
+    """Return the torque that is lost, both it and `effort` over the largest effort."""
+    room = 1.0 - onset
+    relative = max(effort - onset, 0.0) / room
+    slope = loss * shape * relative ** (shape - 1.0) / room
+    if slope <= STEEPEST:
+        return loss * relative ** shape
+    # From where it is steepest it goes on straight.
+    steepest = 0.0 if shape <= 1.0 else relative * (STEEPEST / slope) ** (1.0 / (shape - 1.0))
+    return loss * steepest ** shape + STEEPEST * room * (relative - steepest)
 
 
 @effect_function
 def _actuation(parameters, state, sample):
-    onset = parameters[2]
     largest = parameters[3]
-    relative = max(abs(sample[EFFORT]) / largest - onset, 0.0) / (1.0 - onset)
-    loss = parameters[0] * largest * relative ** parameters[1]
+    loss = largest * _lost(parameters[0], parameters[1], parameters[2],
+                           abs(sample[EFFORT]) / largest)
     return sample[EFFORT] - loss if sample[EFFORT] > 0.0 else sample[EFFORT] + loss
 
 
@@ -17,12 +32,13 @@ EFFECT = Effect(
     id='torque_saturation',
     title='Torque saturation',
     parameters=(
-        Parameter('torque_loss', '-', 0.0, 0.6, none=0.0, starts=(0.08,), form=0.03),
+        Parameter('torque_loss', '-', 0.0, 0.6, none=0.0, starts=(0.08,), form=0.045),
         Parameter('shape', '-', 1.0, 8.0, starts=(1.2, 3.0), logarithmic=True),
         Parameter('onset', '-', 0.0, 0.8, starts=(0.0, 0.4)),
     ),
     stages={'actuation': _actuation},
-    equation='T_M = e − loss · e_max · ((|e/e_max| − onset)/(1 − onset))₊^shape, e the effort',
+    equation='T_M = e − loss · e_max · ((|e/e_max| − onset)/(1 − onset))₊^shape, e the effort; '
+             'never less torque for more effort',
     reference='Jahns, in: Design of PM motors; iron saturation of the q axis',
     statement=lambda p: (
         f"At the largest recorded effort the motor gives {p['torque_loss'] * 100:.1f} % less "

@@ -13,6 +13,9 @@ MODELS = {
                         friction=Friction(0.014, 0.11, 0.3), cogging=(Cogging(12.0, 4e-3, 0.7),)),
     'contact': Model(load_torque=LoadTorque(coefficients=(0.0, 3e-3, 1e-4), contact_angle=4.0),
                      friction=Friction(0.01, 0.2, 0.5)),
+    'curved friction': Model(
+        load_torque=LoadTorque(coefficients=(0.0, 3e-3, 1e-4), contact_angle=4.0),
+        friction=Friction(0.01, 0.2, 0.5, -0.6, 0.06)),
     'sinusoid': Model(Motor(1.0, 1e-2, 0.1), LoadTorque('sinusoid', amplitude=1.5, phase=0.2),
                       Friction(0.1, 0.0, 0.05)),
 }

@@ -16,6 +16,7 @@ import pytest
 from scipy.ndimage import convolve1d, maximum_filter1d
 
 from engb_core.effects.base import (
+    ACCELERATION,
     COULOMB,
     DIRECTION,
     Effect,
@@ -33,6 +34,7 @@ from engb_core.effects.base import (
 )
 from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.errors import InputError
+from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import gaussian_kernel
 from engb_core.plant import physics_of
@@ -313,3 +315,19 @@ def _at(sample: np.ndarray, moment: float) -> np.ndarray:
     # The motor reverses.
     moved[VELOCITY] -= 3e3 * moment
     return moved
+
+
+@pytest.mark.parametrize('parameters', [(0.23, 5.7, 0.0), (0.6, 8.0, 0.8), (0.6, 1.0, 0.8),
+                                        (0.1, 1.5, 0.3)])
+def test_a_saturated_motor_gives_more_for_more(parameters):
+    """Whatever a fit tries: else no effort could be told from the torque that is needed."""
+    effect = get_effect('torque_saturation')
+    physics = physics_of(Model(), [(effect, [*parameters, 0.3])])
+    torque = np.linspace(-0.3, 0.3, 301)
+    samples = np.zeros((301, SAMPLE_SIZE))
+    samples[:, ACCELERATION] = torque / Model().motor.inertia
+    effort = effort_of_motion(samples, 1e-3, physics)
+    assert (np.diff(effort) > 0.0).all()
+    samples[:, EFFORT] = effort
+    effect.stages['actuation'].loop(physics.parameters[0], np.zeros(STATE_SIZE), samples, EFFORT)
+    np.testing.assert_allclose(samples[:, EFFORT], torque, atol=3e-6)

@@ -81,9 +81,10 @@ def refusal(path) -> str:
                                  contact_angle=-3.25)),
     Model(cogging=tuple(Cogging(order, 1e-4 * order, 1.0) for order in (1.0, 6.0, 12.5)),
           controller=Controller(0.05, effort_limit=math.inf)),
+    Model(friction=Friction(0.012, 0.11, 1.5, -0.4, 0.2)),
     Model(effects=(EffectSetting('pad_creep', {'relaxed_fraction': 0.1, 'time_constant': 1e-5}),
                    EffectSetting('anything', {'list': [1.0, -2.5e-12]}))),
-], ids=['default', 'full', 'sinusoid', 'prismatic', 'long', 'cogging', 'effects'])
+], ids=['default', 'full', 'sinusoid', 'prismatic', 'long', 'cogging', 'curved', 'effects'])
 def test_what_is_written_is_read(model, tmp_path):
     path = tmp_path / 'model.yaml'
     model.write(path)
@@ -105,6 +106,14 @@ def test_every_number_of_the_contract_is_read(file):
     assert [entry.effect for entry in model.effects] == ['stribeck_friction',
                                                          'asymmetric_friction']
     assert model.effects[0].parameters == {'breakaway_ratio': 1.4, 'stribeck_velocity': 2.0}
+
+
+def test_curved_friction_is_kept_with_the_load_that_it_is_about(file):
+    """Contract, section 2, knows neither: they are written only where friction is curved."""
+    straight = Model(friction=Friction(0.012, 0.11, 1.5, reference_load=0.2))
+    assert set(straight.to_mapping()['friction']) == {'coulomb', 'load_gain',
+                                                      'saturation_velocity'}
+    assert 'friction.reference_load' in refusal(file(changed('friction.load_curvature', -0.3)))
 
 
 def test_what_may_be_left_out(file):
@@ -170,6 +179,7 @@ def test_sections_of_the_wrong_kind_are_named(file, place, value):
     ('format', 'engb-model/2'), ('joint.type', 'spherical'), ('joint.name', 3),
     ('motor.inertia', 0.0), ('motor.inertia', -1e-5), ('motor.torque_constant', 0),
     ('friction.saturation_velocity', 0.0), ('friction.saturation_velocity', -1),
+    ('friction.load_curvature', 1.5),
     ('controller.rate', 0.0), ('controller.effort_limit', 0.0), ('controller.effort_limit', -1),
     ('load_torque.form', 'spline'), ('load_torque.coefficients', []),
     ('load_torque.coefficients', [0.0] * 13), ('effects.0.effect', 4)])

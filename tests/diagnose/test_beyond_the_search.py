@@ -13,6 +13,7 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.kept_number import kept_numbers, LOAD
+from engb_core.diagnose.nominal import CURVATURE
 from engb_core.diagnose.numbers import wrong_numbers
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
@@ -87,7 +88,7 @@ def refitted(recording: Recording, model: Model, held: str | tuple[str, ...]) ->
     """Return the model file refitted on the recording in all numbers but those that begin so."""
     fitter = Fitter(problem_of([recording], model))
     fit = fitter.base(tuple(number for number in fitter.numbers if not number.name.startswith(
-        held)))
+        held) and number.name != CURVATURE))
     return replace(fit.hypothesis.corrected(fit.vector), effects=())
 
 
@@ -141,7 +142,8 @@ def test_the_middle_of_a_basin_is_good_and_the_same_each_time(loose):
 
 def test_a_gap_that_is_never_crossed_to_its_end_is_there():
     """How wide it is can't be known: no deviation, and a name all the same."""
-    wide = lively(brake_with('backlash', gap=12.0, inertia_fraction=0.3, friction_fraction=0.6))
+    wide = lively(brake_with('backlash', gap=12.0, inertia_fraction=0.2, friction_fraction=0.8),
+                  seed=2)
     found = diagnose([wide], NOMINAL)
     assert [entry.effect for entry in found.effects] == ['backlash']
     assert found.effects[0].probability > 0.9

@@ -83,6 +83,16 @@ def test_the_load_twists_a_drivetrain(both):
     assert settled.model.effects[-1].parameters['load_beyond'] < 0.5
 
 
+def test_a_lag_beside_saturation_is_no_late_sampling():
+    """The delay between position and effort, which is fitted along, may grow to half a sample."""
+    strokes = equal_strokes(9.0, acceleration=900.0)
+    found = diagnose([run(replace(NOMINAL, effects=(
+        EffectSetting('torque_saturation', {'torque_loss': 0.2, 'shape': 1.5, 'onset': 0.3,
+                                            'largest_effort': 0.2}),
+        EffectSetting('actuation_lag', {'lag': 0.003, 'first_order': 0.0}))), strokes)], NOMINAL)
+    assert {entry.effect for entry in found.effects} == {'torque_saturation', 'actuation_lag'}
+
+
 def test_what_comes_too_late_before_a_stop_is_left_out():
     late = run(brake_with('actuation_lag', lag=0.004, first_order=0.0))
     whole, cut = (problem_of([late], NOMINAL, before_stop=seconds) for seconds in (0.0, 0.006))

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.evidence import unseen_effort, unseen_stretches
 from engb_core.diagnose.problem import problem_of
+from engb_core.model import Cogging
 from engb_core.recording import Recording
 
 from .simulated_brake import lively, NOMINAL
@@ -34,3 +36,24 @@ def test_what_does_not_carry_over_has_no_name(only_where_fitted):
         assert 'kept out of the fit is no better' in found.unexplained.statement
     else:
         assert found.effects[0].effect == 'cogging_torque'
+
+
+def test_what_helps_on_most_of_what_was_kept_has_its_name():
+    """In one stretch of these it acts the other way, and outweighs the others."""
+    recording = with_slots(lively(NOMINAL), only_where_fitted=False)
+    run = problem_of([recording], NOMINAL).runs[0]
+    ends = np.flatnonzero(np.diff(run.fitted)) + 1
+    kept = [part for part in np.split(np.arange(run.fitted.size), ends) if not run.fitted[part[0]]]
+    grid = run.motion.time[run.comparison.grid]
+    odd = (recording.time >= grid[kept[1][0]]) & (recording.time <= grid[kept[1][-1]])
+    moving = np.abs(np.interp(recording.time, run.motion.time, run.motion.velocity)) > 0.3
+    recording = replace(recording, effort=recording.effort - np.where(
+        odd & moving, 0.03 * np.sin(3.0 * recording.position), 0.0))
+    problem = problem_of([recording], NOMINAL)
+    slots = replace(NOMINAL, cogging=(Cogging(3.0, 0.01),))
+    assert unseen_effort(problem, slots) > unseen_effort(problem, NOMINAL)
+    stretches = unseen_stretches(problem, slots) / unseen_stretches(problem, NOMINAL)
+    assert stretches.size == len(kept)
+    assert np.median(stretches) < 0.5
+    found = diagnose([recording], NOMINAL)
+    assert found.effects[0].effect == 'cogging_torque'
