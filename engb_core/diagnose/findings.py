@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.nominal import CURVATURE
 from engb_core.diagnose.numbers import level, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
@@ -162,25 +163,31 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     findings = []
     for finding in numbers:
         effect = get_effect(finding.effect)
-        parameter = effect.parameters[0]
-        std = _deviation(fitter, finding)
+        parameters = _estimates(fitter, finding)
         # What a refit left as it was is wrong, whatever else is missing.
         believed = max(known, KEPT) if finding.kept else known
         others = sum(weight for _, weight in finding.rivals)
         findings.append(EffectFinding(
             effect=effect.id, probability=believed * (1.0 - others),
-            parameters={parameter.name: ParameterEstimate(finding.value, std, parameter.unit)},
+            parameters=parameters,
             share=min(1.0, taken * finding.matters / total),
             alternatives=tuple((other, believed * weight) for other, weight in finding.rivals),
-            statement=effect.statement({parameter.name: finding.value})))
+            statement=effect.statement({name: entry.value for name, entry in parameters.items()})))
     return findings
 
 
-def _deviation(fitter: Fitter, finding: NumberFinding) -> float:
+def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEstimate]:
+    """Return the wrong number, and how its curve bends where friction goes with load."""
     fit = finding.fit if finding.fit.jacobian is not None else fitter.finish(finding.fit)
     deviations = vector_deviations(fit, fitter)
     parameter = get_effect(finding.effect).parameters[0]
-    place = next(place for place, number in enumerate(fit.hypothesis.numbers)
-                 if number.name == parameter.name)
+    places = {number.name: place for place, number in enumerate(fit.hypothesis.numbers)}
+    place = places[parameter.name]
     scale = finding.value if fit.hypothesis.numbers[place].logarithmic else 1.0
-    return float(np.hypot(deviations[place] * scale, parameter.form * finding.value))
+    std = float(np.hypot(deviations[place] * scale, parameter.form * finding.value))
+    found = {parameter.name: ParameterEstimate(finding.value, std, parameter.unit)}
+    if parameter.name == 'load_gain' and CURVATURE in places:
+        place = places[CURVATURE]
+        found[CURVATURE] = ParameterEstimate(float(fit.vector[place]), float(deviations[place]),
+                                             '-')
+    return found

@@ -13,7 +13,9 @@ def _load(parameters, state, sample):
     if sample[TIME] <= 0.0:
         state[0] = turning
     state[0] += (turning - state[0]) * (1.0 - math.exp(-sample[TIME_STEP] / parameters[2]))
-    return sample[LOAD] * (1.0 + (parameters[0] - 1.0) * state[0])
+    # Pad friction falls with pressure, or rises; it does not turn round.
+    share = max(1.0 - parameters[3] * (sample[LOAD] / parameters[4] - 1.0), 0.0)
+    return sample[LOAD] * (1.0 + (parameters[0] - 1.0) * state[0] * share)
 
 
 EFFECT = Effect(
@@ -26,14 +28,19 @@ EFFECT = Effect(
                   default=0.5),
         Parameter('build_up', 's', 1e-3, 1.0, starts=(0.005, 0.1), logarithmic=True,
                   default=1e-3),
+        # By this part pad friction is less at the reference load than at none.
+        Parameter('fall_with_load', '-', -0.9, 0.9, starts=(0.0,), default=0.0),
     ),
     stages={'load': _load},
-    equation='T_L = (1 + (P − 1) z) · T_L(θ), z → tanh(ω_disc/turning_speed) within build_up, '
-             'P = 1 − μ r/d',
+    equation='T_L = (1 + (P − 1) z f) · T_L(θ), z → tanh(ω_disc/turning_speed) within build_up, '
+             'P = 1 − μ r/d, f = 1 − fall · (T_L(θ)/T_ref − 1)',
     reference='chapter 5, equations (43), (44) corrected',
     statement=lambda p: ('While the disc turns the load torque is '
                          f"{p['load_ratio']:.3f} times that with the disc standing "
                          '(self-energizing).'),
     reveals='load',
+    constants=(('reference_load', 'N·m'),),
+    defaults={'reference_load': 0.2},
+    set_constants=lambda scene: {'reference_load': max(scene.reference_load, 1e-9)},
     applies=lambda scene: bool(scene.disc_speed_range) and scene.largest_load > 0,
 )

@@ -36,6 +36,9 @@ def test_its_shape_is_not_taken_for_other_physics(beside):
     recording = Bench(rubbing=levels_off, further=torque).run(ways())
     found = diagnose([recording], MODEL)
     assert {entry.effect for entry in found.effects} == {effect, 'load_dependent_friction'}
+    claim, = (entry for entry in found.effects if entry.effect == 'load_dependent_friction')
+    assert 'the less the higher the load' in claim.statement
+    assert claim.parameters['load_curvature'].value < -0.15
     friction = found.model.friction
     for load in (0.03, 0.08, 0.13, 0.17):
         gain = load_friction_gain(friction.load_gain, friction.load_curvature,
