@@ -197,6 +197,7 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         load_power=_load_power(nominal, low, high),
         loaded_share=_loaded_share(loads, model),
         reference_load=_reference_load(loads),
+        effective_load=float(np.sum(loads ** 3) / max(np.sum(loads ** 2), 1e-30)),
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type)

@@ -75,7 +75,8 @@ class Scene:
     root mean square of the load's slope in contact, while the disc turns where there is one;
     the load goes roughly with travel^`load_power`; `loaded_share` is the part of the dry friction
     that goes with load, on average while the shaft moves; a parabola through none crosses its best
-    straight line over the loads at `reference_load`.
+    straight line over the loads at `reference_load`; a share of the load that changes in
+    proportion to it has at `effective_load` the value that least squares give for all loads.
     """
 
     duration: float
@@ -92,6 +93,7 @@ class Scene:
     load_power: float = 2.0
     loaded_share: float = 0.5
     reference_load: float = 0.2
+    effective_load: float = 0.2
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,6 @@ EFFECT = Effect(
     reveals='load',
     constants=(('reference_load', 'N·m'),),
     defaults={'reference_load': 0.2},
-    set_constants=lambda scene: {'reference_load': max(scene.reference_load, 1e-9)},
+    set_constants=lambda scene: {'reference_load': max(scene.effective_load, 1e-9)},
     applies=lambda scene: bool(scene.disc_speed_range) and scene.largest_load > 0,
 )

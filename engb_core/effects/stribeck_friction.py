@@ -5,6 +5,9 @@ import math
 from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, LEVEL, Parameter, VELOCITY
 
+# Friction near standstill, over that at speed, from which on a fall is believed.
+LEAST = 1.03
+
 
 @effect_function
 def _level(parameters, state, sample):
@@ -28,4 +31,6 @@ EFFECT = Effect(
         f"Friction near standstill is {p['breakaway_ratio']:.2f} times that at speed and "
         f"falls off over about {p['stribeck_velocity']:.2g} rad/s."),
     reveals='velocity',
+    # So little is within what formulas of presliding miss.
+    credence=lambda p: 1.0 if p['breakaway_ratio'] > LEAST else 0.3,
 )

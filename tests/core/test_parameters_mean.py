@@ -102,3 +102,16 @@ def test_pad_friction_builds_up_in_the_given_time():
     assert ratio[99] == pytest.approx(1.0)
     assert ratio[200] == pytest.approx(1.0 - 0.3 * (1.0 - np.exp(-1.0)), abs=0.005)
     assert ratio[-1] == pytest.approx(0.7, abs=0.005)
+
+
+@pytest.mark.parametrize('fall', [-0.5, 0.0, 0.5])
+def test_load_ratio_is_that_at_the_reference_load(fall):
+    """Without load pad friction is by `fall` more, or less."""
+    place = np.array([1.0, 10.0, TOP])
+    standing = effort(BARE, place)
+    model = with_effect('self_energizing', load_ratio=0.9, fall_with_load=fall,
+                        reference_load=float(standing[1]))
+    ratio = effort(model, place, disc_speed=np.full(3, 50.0)) / standing
+    assert ratio[1] == pytest.approx(0.9)
+    assert ratio[0] == pytest.approx(1.0 - 0.1 * (1.0 + fall * (1.0 - standing[0] / standing[1])))
+    assert ratio[2] <= 1.0
