@@ -56,7 +56,7 @@ class Friction:
     """T_C = (coulomb + load_gain·|T_L|)·sat(ω / saturation_velocity), from (13) and (42).
 
     With a `load_curvature` what goes with load is a parabola that crosses this line at
-    `reference_load` [N·m] (dry_friction.py).
+    `reference_load` [N·m] (load_friction.py).
     """
 
     coulomb: float = 0.0

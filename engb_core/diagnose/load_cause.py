@@ -159,4 +159,8 @@ def standing(fitter: Fitter, chosen: Fit, rivals: list[Fit]) -> tuple[Fit, list[
     if own < least + max(STANDS_BETTER, STANDS_BETTER_PART * excess(fitter.nominal(), fitter)):
         return chosen, [*stand[1:], *others]
     place = min(range(len(stand)), key=lambda entry: price(stand[entry], fitter))
+    if close[place].hypothesis.size > chosen.hypothesis.size and level(
+            close[place], fitter) >= level(chosen, fitter):
+        # What has more to be fitted by stands more easily.
+        return chosen, rivals
     return close[place], [*(fit for entry, fit in enumerate(stand) if entry != place), *others]
