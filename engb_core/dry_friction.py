@@ -1,10 +1,14 @@
-"""Dry friction at the end of a step of time, where it can stop a mass but never turn it back."""
+"""Dry friction, compiled: how it grows with load, and what it does within a step of time, where it
+can stop a mass but never turn it back."""
 
 from __future__ import annotations
 
 from engb_core.compiled import compiled
+from engb_core.load_friction import load_friction_gain
 
-__all__ = ['slowed_rate']
+__all__ = ['friction_gain', 'slowed_rate']
+
+friction_gain = compiled(load_friction_gain)
 
 
 @compiled

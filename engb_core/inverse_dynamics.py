@@ -17,7 +17,7 @@ __all__ = ['effort_of_motion']
 
 Array = NDArray[np.float64]
 
-# The actuation maps are near identity: the fixed point for their inverse converges fast.
+# The actuation maps rise: their inverse by secants converges fast.
 _INVERSE_ROUNDS = 6
 # Torque per effort that a step towards the effort believes in.
 _SLOPES = (0.1, 3.0)

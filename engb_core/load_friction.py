@@ -1,4 +1,5 @@
-"""How friction grows with load. Plain Python, for the controller; plant.py compiles it."""
+"""How friction grows with load. Plain Python, for the controller; dry_friction.py
+compiles it."""
 
 from __future__ import annotations
 

@@ -26,6 +26,7 @@ from engb_core.compiled import (
     kernel,
     PARAMETER_SIZE,
 )
+from engb_core.dry_friction import friction_gain
 from engb_core.effects.base import (
     COULOMB,
     DIRECTION,
@@ -45,11 +46,10 @@ from engb_core.effects.base import (
 )
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
-from engb_core.load_friction import load_friction_gain
 from engb_core.model import EffectSetting, Model
 
 __all__ = ['ACTUATION_STAGE', 'MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'effects_of',
-           'friction_gain', 'load_torque', 'load_torques', 'nominal_vector', 'physics_of',
+           'load_torque', 'load_torques', 'nominal_vector', 'physics_of',
            'torque_without_inertia', 'with_values']
 
 Array = NDArray[np.float64]
@@ -273,9 +273,6 @@ def load_torques(nominal: Array, positions: Array) -> Array:
     torques = np.empty(positions.size)
     _load_torques(nominal, np.ascontiguousarray(positions), torques)
     return torques
-
-
-friction_gain = compiled(load_friction_gain)
 
 
 @compiled

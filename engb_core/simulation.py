@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.compiled import call_effect, compiled, kernel
+from engb_core.dry_friction import friction_gain
 from engb_core.effects.base import (
     ACCELERATION,
     DIRECTION,
@@ -30,7 +31,6 @@ from engb_core.effects.base import (
 from engb_core.errors import InputError
 from engb_core.model import Controller, Model
 from engb_core.plant import (
-    friction_gain,
     load_torque,
     N_COULOMB,
     N_INERTIA,

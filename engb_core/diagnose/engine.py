@@ -13,10 +13,10 @@ from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
 from engb_core.diagnose.evidence import (
     evidence_of,
+    pooled,
     quality_of_fit,
     simulated_loops,
-    unseen_effort,
-    unseen_stretches,
+    unseen_errors,
 )
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
@@ -206,11 +206,12 @@ def _carries_over(told: Sharpened, file: Model) -> bool:
     """Whether a model with what was named is better than the file on what no fit has seen, or much
     better on most of its stretches: a fault that happened once does not come again; but a disc
     may stand in one stretch only, and no fit has seen what the effects do then."""
-    before = unseen_stretches(told.problem, file)
-    if not before.size or min(told.unseen) < unseen_effort(told.problem, file):
+    before = unseen_errors(told.problem, file)
+    if not before or min(told.unseen) < pooled(before):
         return True
-    return any(np.median(unseen_stretches(told.problem, model) / before) < MUCH_BETTER
-               for model in told.models)
+    return any(np.median([pooled([now]) / pooled([then])
+                          for now, then in zip(after, before, strict=True)]) < MUCH_BETTER
+               for after in told.unseen_errors)
 
 
 def _without_names(fitter: Fitter, explanation: Explanation, findings: list[EffectFinding],
@@ -230,7 +231,7 @@ def _that_helps(told: Sharpened, otherwise: tuple[Model, ...]) -> Model:
     and the next recording moves in other ways than what was kept of this one.
     """
     candidates = (*told.models, *otherwise)
-    errors = (*told.unseen, *(unseen_effort(told.problem, model) for model in otherwise))
+    errors = (*told.unseen, *(pooled(unseen_errors(told.problem, model)) for model in otherwise))
     for place, candidate in enumerate(candidates[:-1]):
         if errors[place] <= HELPS * min(errors[place + 1:]):
             return candidate

@@ -30,8 +30,7 @@ from engb_core.plant import physics_of
 from engb_core.prediction import find_phases
 from engb_core.simulation import simulate_closed_loop
 
-__all__ = ['evidence_of', 'quality_of_fit', 'simulated_loops', 'unseen_effort',
-           'unseen_stretches']
+__all__ = ['evidence_of', 'pooled', 'quality_of_fit', 'simulated_loops', 'unseen_errors']
 
 Array = NDArray[np.float64]
 BINS = 40
@@ -49,27 +48,21 @@ def _predicted(run: Run, model: Model) -> Array:
     return run.predicted(physics_of(find_phases(run.motion, model)))
 
 
-def unseen_effort(problem: Problem, model: Model) -> float:
-    """Return the mean squared error of the filtered effort [(N·m)²] on what the recordings kept
-    from the fit; 0 where they kept nothing."""
-    together = np.concatenate([np.zeros(0), *_unseen_errors(problem, model)])
-    return float(np.mean(together ** 2)) if together.size else 0.0
-
-
-def unseen_stretches(problem: Problem, model: Model) -> Array:
-    """Return the same for each stretch that was kept from the fit, (stretches,) [(N·m)²]."""
-    return np.array([np.mean(errors ** 2) for errors in _unseen_errors(problem, model)])
-
-
-def _unseen_errors(problem: Problem, model: Model) -> list[Array]:
-    """Return the error on each stretch that was kept from the fit."""
+def unseen_errors(problem: Problem, model: Model) -> list[Array]:
+    """Return the error of the filtered effort [N·m] on each stretch that the recordings kept from
+    the fit."""
     found = []
     for run in problem.runs:
         error = run.measured - _predicted(run, model)
         ends = np.flatnonzero(np.diff(run.fitted)) + 1
-        found += [part for part, kept in zip(np.split(error, ends), np.split(~run.fitted, ends),
-                                             strict=True) if part.size and kept[0]]
+        found += [part for part, fitted in zip(np.split(error, ends), np.split(run.fitted, ends),
+                                               strict=True) if part.size and not fitted[0]]
     return found
+
+
+def pooled(errors: list[Array]) -> float:
+    """Return the mean square of errors on all stretches together; 0 where there are none."""
+    return float(np.mean(np.concatenate(errors) ** 2)) if errors else 0.0
 
 
 def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLoop],

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
-from engb_core.diagnose.nominal import CURVATURE
 from engb_core.diagnose.numbers import level, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
@@ -177,17 +176,21 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
 
 
 def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEstimate]:
-    """Return the wrong number, and how its curve bends where friction goes with load."""
+    """Return the effect's parameters, which are nominal numbers of the fit."""
     fit = finding.fit if finding.fit.jacobian is not None else fitter.finish(finding.fit)
     deviations = vector_deviations(fit, fitter)
-    parameter = get_effect(finding.effect).parameters[0]
-    places = {number.name: place for place, number in enumerate(fit.hypothesis.numbers)}
-    place = places[parameter.name]
-    scale = finding.value if fit.hypothesis.numbers[place].logarithmic else 1.0
-    std = float(np.hypot(deviations[place] * scale, parameter.form * finding.value))
-    found = {parameter.name: ParameterEstimate(finding.value, std, parameter.unit)}
-    if parameter.name == 'load_gain' and CURVATURE in places:
-        place = places[CURVATURE]
-        found[CURVATURE] = ParameterEstimate(float(fit.vector[place]), float(deviations[place]),
-                                             '-')
+    numbers = {number.name: (number, place)
+               for place, number in enumerate(fit.hypothesis.numbers)}
+    found = {}
+    for parameter in get_effect(finding.effect).parameters:
+        if parameter.name not in numbers:
+            continue
+        number, place = numbers[parameter.name]
+        value = float(fit.vector[place])
+        std = deviations[place]
+        if number.logarithmic:
+            value = float(np.exp(value))
+            std *= value
+        found[parameter.name] = ParameterEstimate(
+            value, float(np.hypot(std, parameter.form * value)), parameter.unit)
     return found

@@ -36,6 +36,8 @@ BESIDE_EFFECTS = 2.0
 # insist on the wrong one by the noise's mean square at least; others that they insist on nearly as
 # much may be it instead: of a refitted file, all but one have moved along.
 NO_SIGN, SECOND, SHARPNESS = 1.0, 0.75, 6.0
+# What refitted numbers leave, in units of the noise's mean square, where no physics is missing.
+NUMBERS_SUFFICE = 1.0
 # Two wrong numbers leave no more than this of the mean square (noise = 1): any two of a refitted
 # file leave more, since its others have moved as well.
 TWO_LEAVE = 0.03
@@ -93,8 +95,8 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     if load_kept:
         # The file was not refitted, and may stand but for one number.
         least = 0.0
-        if level(fitter.base(), fitter) - 1.0 < NO_SIGN:
-            # Or numbers alone do: then it may have moved a little along with the load curve.
+        if level(fitter.base(), fitter) - 1.0 < NUMBERS_SUFFICE:
+            # Or it was: then the number may have moved a little along with the load curve.
             least = INSISTED_PART * (level(fitter.nominal(), fitter) - 1.0)
         alone = next((finding for finding in insisted if finding.matters >= least
                       and _all_but(fitter, explained, finding)), None)

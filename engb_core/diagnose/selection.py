@@ -169,9 +169,8 @@ def _at_the_edge(fit: Fit, chosen: Fit) -> bool:
         if sizing.none is None or variant.effect.id in chosen.hypothesis.ids:
             continue
         size = fit.hypothesis.named(fit.vector, index)[sizing.name]
-        if abs(size - sizing.none) > EDGE * max(
-                abs(bound - sizing.none) for bound in (sizing.low, sizing.high)
-                if (bound > sizing.none) == (size > sizing.none)):
+        most = sizing.high if size > sizing.none else sizing.low
+        if abs(size - sizing.none) > EDGE * abs(most - sizing.none):
             return True
     return False
 

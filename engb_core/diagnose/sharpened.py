@@ -11,7 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from engb_core.diagnose.evidence import unseen_effort
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.flexible import best_table
 from engb_core.diagnose.openset import Explanation
@@ -22,6 +25,8 @@ from engb_core.motion import MOTION_BANDWIDTH
 from engb_core.sharp_motion import MOST_OF_RATE
 
 __all__ = ['Sharpened', 'sharpened']
+
+Array = NDArray[np.float64]
 
 ROUNDS = 3
 # How much sharper than the smoothed motion one has to be told.
@@ -43,9 +48,14 @@ class Sharpened:
     problem: Problem
 
     @cached_property
+    def unseen_errors(self) -> tuple[list[Array], ...]:
+        """Each model's error [N·m] on each stretch that no fit has seen."""
+        return tuple(unseen_errors(self.problem, model) for model in self.models)
+
+    @cached_property
     def unseen(self) -> tuple[float, ...]:
         """Each model's mean squared error [(N·m)²] on what no fit has seen."""
-        return tuple(unseen_effort(self.problem, model) for model in self.models)
+        return tuple(map(pooled, self.unseen_errors))
 
 
 def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:

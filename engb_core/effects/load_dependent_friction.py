@@ -1,15 +1,17 @@
 """Friction grows with the load on screw and gears."""
 
 from engb_core.compiled import effect_function
+from engb_core.dry_friction import friction_gain
 from engb_core.effects.base import Effect, LEVEL, LOAD, LOAD_GAIN, Parameter
 
-# Curvature over load (load_friction.py) that the statement mentions.
+# Curvature that the statement mentions.
 TOLD = 0.15
 
 
 @effect_function
 def _level(parameters, state, sample):
-    return sample[LEVEL] + (parameters[0] - sample[LOAD_GAIN]) * abs(sample[LOAD])
+    gain = friction_gain(parameters[0], parameters[1], parameters[2], sample[LOAD])
+    return sample[LEVEL] + (gain - sample[LOAD_GAIN]) * abs(sample[LOAD])
 
 
 def _statement(p):
@@ -23,11 +25,16 @@ def _statement(p):
 EFFECT = Effect(
     id='load_dependent_friction',
     title='Load-dependent friction',
-    parameters=(Parameter('load_gain', '-', 0.0, 3.0, form=0.02),),
+    parameters=(Parameter('load_gain', '-', 0.0, 3.0, form=0.02),
+                # How the curve over load departs from a straight line (load_friction.py).
+                Parameter('load_curvature', '-', -0.9, 0.9, form=0.0, default=0.0)),
     stages={'level': _level},
-    equation='T_C = (C₀ + C₁ |T_L|) sat(ω)',
+    equation='T_C = (C₀ + C₁ |T_L|) sat(ω), or C₁ (1 + curvature (|T_L|/T_ref − 1)) for C₁',
     reference='equations (13), (42)',
     statement=_statement,
     reveals='load',
+    constants=(('reference_load', 'N·m'),),
+    defaults={'reference_load': 0.2},
+    set_constants=lambda scene: {'reference_load': max(scene.reference_load, 1e-9)},
     applies=lambda scene: scene.largest_load > 0,
 )

@@ -32,7 +32,8 @@ MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6), conta
               friction=Friction(0.012, 0.11, 0.1), controller=CONTROLLER)
 # Their own numbers, for what the model file has and for what only a recording can say.
 NOMINAL = {'inertia': MODEL.motor.inertia, 'viscous_friction': MODEL.motor.viscous_friction,
-           'coulomb': MODEL.friction.coulomb, 'load_gain': MODEL.friction.load_gain}
+           'coulomb': MODEL.friction.coulomb, 'load_gain': MODEL.friction.load_gain,
+           'load_curvature': MODEL.friction.load_curvature}
 PLACES = {'begin': 1.1, 'end': 2.6, 'centre': 9.0, 'width': 2.0}
 TABLE = {'x_code': float(POSITION), 'x_from': 0.0, 'x_to': 20.0, 'x_count': 12.0,
          'y_code': float(DIRECTION), 'y_from': -1.0, 'y_to': 1.0, 'y_count': 2.0}
@@ -88,9 +89,9 @@ def nothing(effect: Effect, seed: int) -> dict[str, float]:
         for parameter in catalogue()[entry].parameters:
             if parameter.none is not None:
                 values[parameter.name] = parameter.none
-    first = effect.parameters[0]
-    if first.none is None:
-        values[first.name] = NOMINAL[first.name]
+    for parameter in effect.parameters:
+        if parameter.none is None and parameter.name in NOMINAL:
+            values[parameter.name] = NOMINAL[parameter.name]
     return values
 
 

@@ -140,10 +140,14 @@ def test_the_middle_of_a_basin_is_good_and_the_same_each_time(loose):
     assert not np.array_equal(middle.vector, found.vector)
 
 
-def test_a_gap_that_is_never_crossed_to_its_end_is_there():
+@pytest.mark.parametrize(('inertia', 'friction', 'seed'), [
+    (0.2, 0.8, 2),
+    pytest.param(0.3, 0.6, 1, marks=pytest.mark.xfail(
+        strict=False, reason='a second name beside it: its fit ends in a poor minimum'))])
+def test_a_gap_that_is_never_crossed_to_its_end_is_there(inertia, friction, seed):
     """How wide it is can't be known: no deviation, and a name all the same."""
-    wide = lively(brake_with('backlash', gap=12.0, inertia_fraction=0.2, friction_fraction=0.8),
-                  seed=2)
+    wide = lively(brake_with('backlash', gap=12.0, inertia_fraction=inertia,
+                             friction_fraction=friction), seed=seed)
     found = diagnose([wide], NOMINAL)
     assert [entry.effect for entry in found.effects] == ['backlash']
     assert found.effects[0].probability > 0.9

@@ -47,7 +47,6 @@ def test_its_shape_is_not_taken_for_other_physics(beside):
             levels_off(0.012 + 0.11 * load, 5.0), rel=0.04)
 
 
-
 def test_a_straight_line_stays_one():
     recording = Bench().run(ways())
     found = diagnose([recording], replace(MODEL, friction=Friction(0.012, 0.11, 0.1)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.evidence import unseen_effort, unseen_stretches
+from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.problem import problem_of
 from engb_core.model import Cogging
 from engb_core.recording import Recording
@@ -51,9 +51,10 @@ def test_what_helps_on_most_of_what_was_kept_has_its_name():
         odd & moving, 0.03 * np.sin(3.0 * recording.position), 0.0))
     problem = problem_of([recording], NOMINAL)
     slots = replace(NOMINAL, cogging=(Cogging(3.0, 0.01),))
-    assert unseen_effort(problem, slots) > unseen_effort(problem, NOMINAL)
-    stretches = unseen_stretches(problem, slots) / unseen_stretches(problem, NOMINAL)
-    assert stretches.size == len(kept)
-    assert np.median(stretches) < 0.5
+    after, before = (unseen_errors(problem, model) for model in (slots, NOMINAL))
+    assert pooled(after) > pooled(before)
+    assert len(after) == len(before) == len(kept)
+    assert np.median([pooled([now]) / pooled([then])
+                      for now, then in zip(after, before, strict=True)]) < 0.5
     found = diagnose([recording], NOMINAL)
     assert found.effects[0].effect == 'cogging_torque'
