@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 TOLD = 0.02
 # How sure a named effect can be beside a leading one without a name.
 COMPANION = 0.45
+# So often a wave must repeat along the stroke to be told from what stands in some places once.
+REPEATS = 5.0
 # A finding is sure from here on.
 SURE = 2.0 / 3.0
 # An effect is no nearer to none than this many standard deviations of its size.
@@ -98,6 +100,8 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
         believed = known * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not _stands_out(variant.effect, parameters):
             believed = 0.0
+        elif _something_left(explanation) and not _repeats(fitter, variant.effect, values):
+            believed *= COMPANION
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
         weights = rival_weights(chosen, rivals, fitter, before)
@@ -110,6 +114,19 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
             share=share * matters[index] / total, alternatives=alternatives,
             statement=variant.effect.statement(values)))
     return findings
+
+
+def _something_left(explanation: Explanation) -> bool:
+    """Whether a part of the mismatch has no name."""
+    return explanation.table is not None or any(
+        variant.effect.unnamed for variant in explanation.fit.hypothesis.variants)
+
+
+def _repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
+    """Whether a wave over the motor angle, if that is what the effect is, comes often enough."""
+    low, high = fitter.problem.scene.position_range
+    return effect.reveals != 'motor_angle' or \
+        values['order'] * (high - low) >= 2.0 * np.pi * REPEATS
 
 
 def _stands_out(effect: Effect, parameters: dict[str, ParameterEstimate]) -> bool:
@@ -154,8 +171,7 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     after = max(level(chosen, fitter) - 1.0, 0.0)
     taken = max(0.0, 1.0 - after / before)
     known = something_known(taken, after, before)
-    if explanation.table is not None or any(variant.effect.unnamed
-                                            for variant in chosen.hypothesis.variants):
+    if _something_left(explanation):
         known *= NUMBER_BESIDE
     if chosen.hypothesis.variants:
         taken *= min(1.0, total / (total + before))

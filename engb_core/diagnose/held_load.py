@@ -13,10 +13,12 @@ from engb_core.diagnose.search import Search, with_variant
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.catalogue import get_effect
 
-__all__ = ['best_of_each', 'both_moved', 'load_held', 'load_moved', 'numbers_without_load']
+__all__ = ['MOVE_THE_LOAD', 'best_of_each', 'both_moved', 'load_held', 'load_moved',
+           'numbers_without_load']
 
-# Effects that move the whole load curve by one number.
-_MOVE_THE_LOAD = ('load_stiffness_error', 'contact_shift', 'torque_offset')
+# Effects that move the whole load curve: by one number, and each way by another.
+_BY_ONE_NUMBER = ('load_stiffness_error', 'contact_shift', 'torque_offset')
+MOVE_THE_LOAD = (*_BY_ONE_NUMBER, 'asymmetric_friction')
 
 
 def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
@@ -77,7 +79,7 @@ def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
     fitter = result.fitter
     numbers = numbers_without_load(fitter)
     start = fitter.base(numbers) if fit is None else fitter.refit(fit, numbers)
-    movers = _MOVE_THE_LOAD if fit is None else (*_MOVE_THE_LOAD, 'asymmetric_friction')
+    movers = _BY_ONE_NUMBER if fit is None else MOVE_THE_LOAD
     effects = [effect for effect in map(get_effect, movers)
                if effect.id not in start.hypothesis.ids
                and (effect.applies is None or effect.applies(fitter.problem.scene))]

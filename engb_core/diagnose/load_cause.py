@@ -6,12 +6,15 @@ by one number, it tells rivals apart; where all of the file's numbers are right,
 
 from __future__ import annotations
 
+import math
+
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.held_load import (
     best_of_each,
     both_moved,
     load_held,
     load_moved,
+    MOVE_THE_LOAD,
     numbers_without_load,
 )
 from engb_core.diagnose.kept_number import LOAD
@@ -24,7 +27,7 @@ from engb_core.diagnose.numbers import (
     refitted,
     was_refitted,
 )
-from engb_core.diagnose.ranking import excess, NUMBER_BONUS, price, simplest
+from engb_core.diagnose.ranking import excess, NUMBER_BONUS, plain_price, price, simplest
 from engb_core.diagnose.search import Search
 from engb_core.diagnose.side_by_side import side_by_side
 
@@ -39,6 +42,8 @@ KEPT_RISE = 0.45
 HELD_LOSS = 0.12
 # Single causes of a moved load curve that may have a second one beside them.
 LEADING = 4
+# By this much in the log mean square two such causes must fit better than one, or than two others.
+BETTER = 0.03
 # Part of what a moved load curve gains that the file's other numbers may cost where they stand.
 STANDING_PART = 0.1
 # Hypotheses that are tried with the file's numbers as they stand, and how much better one must
@@ -64,7 +69,7 @@ def told_by_the_load(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
     decided, rivals = _decided(fitter, chosen, held, others, limit)
     if decided is chosen:
         return _with_load_moved(result, chosen, rivals, limit)
-    return decided, rivals
+    return _or_two(result, decided, rivals, held)
 
 
 def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: float,
@@ -93,6 +98,7 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     others = [fit for fit in rivals if level(fit, fitter) < near
               and len(fit.hypothesis.variants) == len(chosen.hypothesis.variants)]
     alike = best_of_each([*moved, *both_moved(result, others[:LEADING - 1])])
+    best = _better(best, alike, fitter)
     return best, [fit for fit in alike
                   if set(fit.hypothesis.ids) != set(best.hypothesis.ids)]
 
@@ -117,9 +123,36 @@ def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     held = load_held(result, result.of_size(1))
     decided, rivals = _decided(fitter, base, held, [], limit)
     if decided is not base:
-        return decided, rivals
+        return _or_two(result, decided, rivals, held)
     leading = sorted(held, key=lambda fit: price(fit, fitter))[:LEADING]
     return _decided(fitter, base, both_moved(result, leading), [], limit)
+
+
+def _or_two(result: Search, decided: Fit, rivals: list[Fit], held: list[Fit],
+            ) -> tuple[Fit, list[Fit]]:
+    """Return two causes of the moved load curve in place of the one that was decided on, where
+    they fit better than any one does."""
+    fitter = result.fitter
+    if len(decided.hypothesis.variants) != 1 or decided.hypothesis.ids[0] not in MOVE_THE_LOAD:
+        return decided, rivals
+    single = [fitter.refine(fit) for fit in held if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
+    free = [fit for fit in result.of_size(1) if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
+    least = min(level(fit, fitter) for fit in (result.base, *free))
+    if math.log(min(level(fit, fitter) for fit in single) / least) < BETTER:
+        # No second one can move it to where it were better.
+        return decided, rivals
+    pairs = both_moved(result, single)
+    best = _better(min(single, key=lambda fit: plain_price(fit, fitter)), pairs, fitter)
+    if len(best.hypothesis.variants) == 1:
+        return decided, rivals
+    return best, [fit for fit in pairs if fit is not best]
+
+
+def _better(best: Fit, others: list[Fit], fitter: Fitter) -> Fit:
+    """Return the best of the `others`, where it is clearly better than `best`."""
+    other = min(others, key=lambda fit: plain_price(fit, fitter), default=best)
+    clearly = plain_price(other, fitter) + BETTER < plain_price(best, fitter)
+    return other if clearly else best
 
 
 def _made_up(fitter: Fitter) -> bool:

@@ -10,13 +10,13 @@ import math
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.numbers import level
 
-__all__ = ['NUMBER_BONUS', 'excess', 'price', 'simplest']
+__all__ = ['NUMBER_BONUS', 'excess', 'plain_price', 'price', 'simplest']
 
 # An effect that contains another one is preferred only if it takes away this part of what the
 # simpler one leaves.
 CONTAINING_PART = 0.30
 # Log mean square by which one wrong number may fit worse than physics and is preferred.
-NUMBER_BONUS = 0.08
+NUMBER_BONUS = 0.03
 # Log mean square by which a description without a name must fit better than physics.
 NAMELESS_PRICE = 0.2
 # Each fitted parameter must lower the logarithm of the mean square by this much.
@@ -29,13 +29,18 @@ def excess(fit: Fit, fitter: Fitter) -> float:
 
 
 def price(fit: Fit, fitter: Fitter) -> float:
-    """Return what fits of like size are ranked by: log mean square plus a price a parameter."""
-    parameters = fit.hypothesis.size - len(fit.hypothesis.numbers)
+    """Return what fits of like size are ranked by: the plain price, less for wrong numbers and
+    more for what has no name."""
     variants = fit.hypothesis.variants
     number = bool(variants) and all(variant.effect.number_only for variant in variants)
-    return math.log(max(level(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters \
-        - NUMBER_BONUS * number \
+    return plain_price(fit, fitter) - NUMBER_BONUS * number \
         + NAMELESS_PRICE * sum(variant.effect.unnamed for variant in variants)
+
+
+def plain_price(fit: Fit, fitter: Fitter) -> float:
+    """Return log mean square plus a price a parameter."""
+    parameters = fit.hypothesis.size - len(fit.hypothesis.numbers)
+    return math.log(max(level(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters
 
 
 def simplest(candidates: list[Fit], fitter: Fitter) -> Fit:

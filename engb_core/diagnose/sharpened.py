@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.evidence import pooled, unseen_errors
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table
+from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
 from engb_core.diagnose.rugged import is_rugged
@@ -28,7 +29,7 @@ __all__ = ['Sharpened', 'sharpened']
 
 Array = NDArray[np.float64]
 
-ROUNDS = 3
+ROUNDS, FORM_ROUNDS = 3, 8
 # How much sharper than the smoothed motion one has to be told.
 SHARPER = 2.0
 
@@ -67,8 +68,25 @@ def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:
     if is_rugged(fit) or corner < SHARPER * MOTION_BANDWIDTH:
         return Sharpened(explanation, explanation.models(), fitter.problem)
     other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier)
-    moved = other.finish(other.refine(other.evaluate(fit.hypothesis, fit.vector), ROUNDS))
+    moved = other.finish(_best_form(other, other.refine(
+        other.evaluate(fit.hypothesis, fit.vector), ROUNDS)))
     table = None if explanation.table is None else best_table(other, moved)
-    here = fitter.finish(fitter.evaluate(fit.hypothesis, moved.vector))
+    here = fitter.finish(fitter.evaluate(moved.hypothesis, moved.vector))
     return Sharpened(replace(explanation, fit=here),
                      replace(explanation, fit=moved, table=table).models(), other.problem)
+
+
+def _best_form(fitter: Fitter, fit: Fit) -> Fit:
+    """Return the fit, or one that is better with an effect in another form of it: in the smoothed
+    motion a form is hardly told from the next."""
+    best = fit
+    for index, variant in enumerate(fit.hypothesis.variants):
+        for form in variants_of(variant.effect, fitter.problem.scene):
+            if form.constants == variant.constants or variant.effect.unnamed:
+                continue
+            variants = list(best.hypothesis.variants)
+            variants[index] = form
+            other = fitter.evaluate(fitter.hypothesis(tuple(variants), fit.hypothesis.numbers),
+                                    best.vector)
+            best = min(best, fitter.refine(other, FORM_ROUNDS), key=lambda entry: entry.cost)
+    return best

@@ -1,7 +1,14 @@
 """The order of what is claimed."""
 
+import numpy as np
+import pytest
+
 from engb_core.diagnose.diagnosis import EffectFinding
+from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.findings import in_order
+from engb_core.recording import Recording
+
+from .simulated_brake import lively, NOMINAL
 
 
 def finding(effect: str, probability: float, share: float) -> EffectFinding:
@@ -18,3 +25,17 @@ def test_what_is_sure_comes_first():
 def test_where_nothing_is_sure_shares_stay():
     found = in_order([finding('lesser', 0.3, 0.2), finding('greater', 0.4, 0.7)])
     assert [(entry.effect, entry.share) for entry in found] == [('greater', 0.7), ('lesser', 0.2)]
+
+
+@pytest.mark.parametrize(('slots', 'sure'), [(2.0, False), (9.0, True)])
+def test_a_wave_is_one_that_repeats(slots, sure):
+    """Twice along the stroke, and what does not repeat beside it: that may be all of it."""
+    recording = lively(NOMINAL)
+    phase = 2.0 * np.pi * recording.position / 20.0
+    effort = recording.effort + 0.012 * np.sin(slots * phase) + 0.02 * np.exp(
+        -((recording.position - 13.0) / 0.7) ** 2)
+    found = diagnose([Recording.from_samples('dented', recording.time, recording.position, effort,
+                                             recording.velocity)], NOMINAL)
+    waves = [entry for entry in found.effects
+             if entry.effect in ('cogging_torque', 'torque_ripple')]
+    assert any(entry.probability > 0.5 for entry in waves) == sure

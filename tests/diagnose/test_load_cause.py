@@ -34,6 +34,26 @@ def test_two_causes_may_have_moved_the_load_curve(offset):
     assert all(len(fit.hypothesis.variants) == 2 for fit in found.rivals)
 
 
+@pytest.mark.parametrize('shift', [0.5, -0.35])
+def test_two_causes_that_one_nearly_explains(shift):
+    """Friction that differs by direction is nearly an offset beside a load curve that moved."""
+    friction = NOMINAL.friction
+    brake = brake_with_both(EffectSetting('torque_offset', {'offset': -0.01 * shift}),
+                            EffectSetting('contact_shift', {'shift': shift}))
+    # Refitted around what is missing: the load curve was kept.
+    refit = replace(NOMINAL, friction=replace(friction, coulomb=0.97 * friction.coulomb,
+                                              load_gain=0.97 * friction.load_gain),
+                    motor=replace(NOMINAL.motor, inertia=1.03 * NOMINAL.motor.inertia))
+    found = selected(brake, refit)
+    assert set(found.chosen.hypothesis.ids) == {'torque_offset', 'contact_shift'}
+
+
+def test_one_cause_needs_no_second_one():
+    brake = replace(NOMINAL, effects=(EffectSetting(
+        'asymmetric_friction', {'asymmetry': 0.2, 'of_load_friction': 1.6}),))
+    assert selected(brake).chosen.hypothesis.ids == ('asymmetric_friction',)
+
+
 def test_rivals_are_told_apart_by_a_file_that_stands():
     brake = replace(NOMINAL, effects=(EffectSetting('asymmetric_friction', {'asymmetry': 0.1}),))
     found = selected(brake)

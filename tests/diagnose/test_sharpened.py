@@ -45,6 +45,18 @@ def test_a_short_distance_is_told_by_a_sharper_motion():
         true, rel=0.15)
 
 
+def test_the_form_is_told_by_a_sharper_motion():
+    """Elements that slip one after the other, chosen in the smoothed motion as Dahl's."""
+    true = 0.025
+    fitter, fit = fitted(brake_with('presliding_friction', presliding_distance=true, shape=1.3,
+                                    elements=1.0), 'presliding_friction')
+    assert fit.hypothesis.variants[0].constants == (0.0,)
+    told = sharpened(fitter, Explanation(fit, None, 1.0, 1.0)).explanation.fit
+    assert told.hypothesis.variants[0].constants == (1.0,)
+    found = told.hypothesis.named(told.vector, 0)['presliding_distance']
+    assert found == pytest.approx(true, rel=0.25)
+
+
 def test_what_is_rugged_stays_as_it_is():
     fitter, fit = fitted(brake_with('backlash', gap=0.5, inertia_fraction=0.3,
                                     friction_fraction=0.6), 'backlash')
