@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from engb_core.diagnose.side_by_side import OwnSamples
 from engb_core.effects.base import Scene
@@ -192,7 +193,7 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
                            for recording in recordings),
         largest_load=load,
         speed=max(motion.speed for motion in motions),
-        moving_speed=float(np.concatenate([_moving_speed(motion) for motion in motions]).mean()),
+        middle_speed=_middle_speed(np.concatenate([_moving_speed(motion) for motion in motions])),
         load_slope=_load_slope(motions, nominal, load),
         load_power=_load_power(nominal, low, high),
         loaded_share=_loaded_share(loads, model),
@@ -211,6 +212,15 @@ def _moving_speed(motion: Motion) -> Array:
     """Return the speeds of a shaft that moves; all, if it never does."""
     rows = _moves(motion)
     return np.abs(motion.velocity[rows] if rows.any() else motion.velocity)
+
+
+def _middle_speed(speeds: Array) -> float:
+    """Return the speed m [rad/s] for which (|ω| − m)/(|ω| + m) is none on average."""
+    most = float(speeds.max())
+    if most == 0.0:
+        return 0.0
+    return float(brentq(lambda middle: np.mean(speeds / (speeds + middle)) - 0.5,
+                        1e-9 * most, most))
 
 
 def _reference_load(loads: Array) -> float:

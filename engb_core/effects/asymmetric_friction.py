@@ -24,7 +24,8 @@ def _level(parameters, state, sample):
     loaded = sample[LOAD_GAIN] * abs(sample[LOAD])
     whole = sample[COULOMB] + loaded
     share = loaded / whole if whole > 0.0 else 0.0
-    # Asymmetry is that of both parts together, at the share that the load's has on average.
+    # Asymmetry is that of both parts together, at the share that the load's has on average, and
+    # at the speed for which it is that of all speeds on average.
     more = parameters[1] - 1.0
     uneven = parameters[0] * (1.0 + more * share) / (1.0 + more * parameters[5])
     speed = abs(sample[VELOCITY])
@@ -66,7 +67,7 @@ EFFECT = Effect(
     reveals='velocity',
     constants=(('of_drag', '-'), ('mean_speed', 'rad/s'), ('loaded_share', '-')),
     defaults={'of_drag': 0.0, 'mean_speed': 10.0, 'loaded_share': 0.5},
-    set_constants=lambda scene: {'mean_speed': max(scene.moving_speed, 1e-9),
+    set_constants=lambda scene: {'mean_speed': max(scene.middle_speed, 1e-9),
                                  'loaded_share': scene.loaded_share},
     variants=({'of_drag': 0.0}, {'of_drag': 1.0}),
 )

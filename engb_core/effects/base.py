@@ -71,8 +71,9 @@ class Parameter:
 class Scene:
     """What a recording can tell an effect before any fit: ranges, for constants and relevance.
 
-    `speed` is the fastest and `moving_speed` the mean one while the shaft moves; `load_slope` the
-    root mean square of the load's slope in contact, while the disc turns where there is one;
+    `speed` is the fastest one; what grows in proportion to (|ω| − m)/(|ω| + m) is on average,
+    while the shaft moves, what it is at m = `middle_speed`; `load_slope` is the root mean square
+    of the load's slope in contact, while the disc turns where there is one;
     the load goes roughly with travel^`load_power`; `loaded_share` is the part of the dry friction
     that goes with load, on average while the shaft moves; a parabola through none crosses its best
     straight line over the loads at `reference_load`; a share of the load that changes in
@@ -88,7 +89,7 @@ class Scene:
     disc_speed_range: tuple[float, float] | None
     temperature_range: tuple[float, float] | None
     joint_type: str = 'revolute'
-    moving_speed: float = 10.0
+    middle_speed: float = 10.0
     load_slope: float = 0.02
     load_power: float = 2.0
     loaded_share: float = 0.5

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from engb_core.diagnose.problem import problem_of
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model, Motor
 from engb_core.plant import physics_of
+from engb_core.recording import Recording
 from engb_core.sample_table import sample_table
 
 STEP, TOP = 1e-3, 20.0
@@ -115,3 +117,23 @@ def test_load_ratio_is_that_at_the_reference_load(fall):
     assert ratio[1] == pytest.approx(0.9)
     assert ratio[0] == pytest.approx(1.0 - 0.1 * (1.0 + fall * (1.0 - standing[0] / standing[1])))
     assert ratio[2] <= 1.0
+
+
+@pytest.mark.parametrize('growth', [-0.6, 0.0, 0.8])
+def test_asymmetry_is_that_of_all_speeds_on_average(growth):
+    rng = np.random.default_rng(5)
+    ways = [rng.uniform(4.0, TOP) for _ in range(6)]
+    counts = rng.integers(300, 3000, 6)
+    way = np.concatenate([np.concatenate([np.linspace(0.0, top, count),
+                                          np.linspace(top, 0.0, count)])
+                          for top, count in zip(ways, counts, strict=True)])
+    dry = replace(BARE, friction=Friction(0.02, 0.0, 1e-6), load_torque=LoadTorque(
+        coefficients=(0.0, 1e-3)))
+    time = STEP * np.arange(way.size)
+    scene = problem_of([Recording.from_samples('dry', time, way, effort(dry, way))], dry).scene
+    uneven = with_effect('asymmetric_friction', dry, asymmetry=0.1, of_load_friction=1.0,
+                         growth=growth, mean_speed=scene.middle_speed, loaded_share=0.0)
+    velocity = np.gradient(way, STEP)
+    moving = np.abs(velocity) > 1.0
+    more = (effort(uneven, way) - effort(dry, way))[moving]
+    assert float(more.mean()) / 0.02 == pytest.approx(0.1, rel=0.03)
