@@ -16,7 +16,7 @@ __all__ = ['NUMBER_BONUS', 'excess', 'plain_price', 'price', 'simplest']
 # simpler one leaves.
 CONTAINING_PART = 0.30
 # Log mean square by which one wrong number may fit worse than physics and is preferred.
-NUMBER_BONUS = 0.03
+NUMBER_BONUS = 0.01
 # Log mean square by which a description without a name must fit better than physics.
 NAMELESS_PRICE = 0.2
 # Each fitted parameter must lower the logarithm of the mean square by this much.

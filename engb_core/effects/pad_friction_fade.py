@@ -18,19 +18,19 @@ def _step(way, steepness):
 @compiled
 def _progress(parameters, sample):
     steepness, middle = parameters[2], parameters[3]
-    if parameters[4] > 0.5:
-        way = (sample[PAD_TEMPERATURE] - parameters[7]) / (parameters[8] - parameters[7])
+    if parameters[5] > 0.5:
+        way = (sample[PAD_TEMPERATURE] - parameters[8]) / (parameters[9] - parameters[8])
         first = _step(-middle, steepness)
         last = _step(1.0 - middle, steepness)
         return (_step(way - middle, steepness) - first) / (last - first)
     # Friction that falls with speed levels off; it has no speed at which that sets in.
-    way = (abs(sample[DISC_SPEED]) - parameters[5]) / (parameters[6] - parameters[5])
+    way = (abs(sample[DISC_SPEED]) - parameters[6]) / (parameters[7] - parameters[6])
     return (1.0 - math.exp(-steepness * way)) / (1.0 - math.exp(-steepness))
 
 
 @effect_function
 def _load(parameters, state, sample):
-    turning = math.tanh(sample[DISC_SPEED] / 0.5)
+    turning = math.tanh(sample[DISC_SPEED] / parameters[4])
     progress = _progress(parameters, sample)
     return sample[LOAD] * (
         1.0 + turning * (parameters[1] - 1.0 + parameters[0] * (progress - 0.5)))
@@ -55,9 +55,12 @@ EFFECT = Effect(
         # How steep the change is, and where in the range of temperature its middle lies.
         Parameter('steepness', '-', 0.1, 20.0, starts=(2.5, 7.0), logarithmic=True, default=0.1),
         Parameter('middle', '-', -1.0, 2.0, starts=(-0.5, 0.5, 1.5), default=0.5),
+        # From here on the disc turns.
+        Parameter('turning_speed', 'rad/s', 0.1, 20.0, starts=(0.5,), logarithmic=True,
+                  default=0.5),
     ),
     stages={'load': _load},
-    equation='T_L = (P + change·(p − ½)) · T_L(θ) while the disc turns, '
+    equation='T_L = (1 + (P − 1 + change·(p − ½)) tanh(ω_disc/turning_speed)) · T_L(θ), '
              'x from 0 to 1 over its range, p ∝ 1/(1 + e^(−steepness·(x − middle))) with '
              'temperature, 1 − e^(−steepness·x) with speed',
     reference='chapter 5; Limpert, Brake Design and Safety (2011), fade',

@@ -137,3 +137,18 @@ def test_asymmetry_is_that_of_all_speeds_on_average(growth):
     moving = np.abs(velocity) > 1.0
     more = (effort(uneven, way) - effort(dry, way))[moving]
     assert float(more.mean()) / 0.02 == pytest.approx(0.1, rel=0.03)
+
+
+@pytest.mark.parametrize('speed', [0.4, 3.0, 60.0])
+def test_a_fade_turns_the_load_as_far_as_the_disc_turns(speed):
+    """A disc that hardly turns helps little, with a pad that fades and with one that doesn't."""
+    at, disc_speed = np.full(2, TOP), np.full(2, speed)
+    steady = effort(with_effect('self_energizing', load_ratio=0.7, turning_speed=3.0,
+                                build_up=1e-3, fall_with_load=0.0, reference_load=0.2),
+                    at, disc_speed=disc_speed)
+    fading = effort(with_effect('pad_friction_fade', ratio_change=0.0, load_ratio=0.7,
+                                turning_speed=3.0, steepness=3.0, middle=0.5, by_temperature=1.0,
+                                speed_from=1.0, speed_to=80.0, temperature_from=30.0,
+                                temperature_to=300.0), at, disc_speed=disc_speed,
+                    pad_temperature=np.full(2, 100.0))
+    assert fading == pytest.approx(steady, rel=1e-9)
