@@ -1,5 +1,4 @@
-"""How friction grows with load. Plain Python, for the controller; dry_friction.py
-compiles it."""
+"""How friction grows with load. Plain Python, for the controller; dry_friction.py compiles it."""
 
 from __future__ import annotations
 

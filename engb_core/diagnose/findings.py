@@ -23,7 +23,7 @@ __all__ = ['findings_of', 'in_order']
 Array = NDArray[np.float64]
 # A rival is worth telling from here on.
 TOLD = 0.02
-# How sure a named effect can be beside a leading one without a name.
+# How sure a named effect can be beside what has no name, where that leads or may be all of it.
 COMPANION = 0.45
 # So often a wave must repeat along the stroke to be told from what stands in some places once.
 REPEATS = 5.0

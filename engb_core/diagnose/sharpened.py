@@ -21,6 +21,7 @@ from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
 from engb_core.diagnose.rugged import is_rugged
+from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 from engb_core.motion import MOTION_BANDWIDTH
 from engb_core.sharp_motion import MOST_OF_RATE
@@ -29,6 +30,7 @@ __all__ = ['Sharpened', 'sharpened']
 
 Array = NDArray[np.float64]
 
+# Steps downhill from where the smoothed motion's fit stands, and from there in another form.
 ROUNDS, FORM_ROUNDS = 3, 8
 # How much sharper than the smoothed motion one has to be told.
 SHARPER = 2.0
@@ -81,8 +83,11 @@ def _best_form(fitter: Fitter, fit: Fit) -> Fit:
     motion a form is hardly told from the next."""
     best = fit
     for index, variant in enumerate(fit.hypothesis.variants):
-        for form in variants_of(variant.effect, fitter.problem.scene):
-            if form.constants == variant.constants or variant.effect.unnamed:
+        if variant.effect.unnamed:
+            continue
+        # Of the effect as its file has it: the variant's own has been scaled to the stroke.
+        for form in variants_of(get_effect(variant.effect.id), fitter.problem.scene):
+            if form.constants == variant.constants:
                 continue
             variants = list(best.hypothesis.variants)
             variants[index] = form

@@ -1,4 +1,4 @@
-"""The order of what is claimed."""
+"""The order of what is claimed, and how sure a wave is."""
 
 import numpy as np
 import pytest
