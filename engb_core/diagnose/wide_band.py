@@ -20,7 +20,7 @@ from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Problem, problem_of, Run
-from engb_core.diagnose.rugged import followed, promises, search_around
+from engb_core.diagnose.rugged import followed, Promise, promises, search_around
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.catalogue import get_effect
@@ -48,11 +48,18 @@ BENT_SHARE = 0.4
 # Its best starts that are followed; a linear one takes up with damping what isn't linear.
 BENT_KEPT = 3
 LIGHTLY = 0.03
-# Where damping comes to its bound, one that hardens much is looked for below the frequency of a
-# linear one, which is that of a shaft twisted by the load: stiffness is multiplied by so much. Its
-# minima are many: random moves from each such start, and from the best of them.
-SLOWER, HARDER = (1.0, 0.7, 0.5), (10.0, 100.0)
-FIRST_MOVES, FURTHER_MOVES, ROUNDS = 60, 150, 12
+# One that hardens much is no linear one at all, and rings far below it: its minima are many, but
+# wide where it is damped. Tried from each frequency [Hz], change of stiffness and twist [rad] that
+# takes twice a linear one's torque; what promises most at a frequency is followed by random moves,
+# and the best two of these by more.
+SLOW, CHANGES = (7.0, 10.0, 14.0, 20.0, 28.0, 40.0), (10.0, 100.0, 600.0)
+TWICE_THE_TORQUE = (0.02, 0.04, 0.08, 0.16)
+DAMPED = {'inertia_fraction': 0.3, 'damping_ratio': 0.15, 'friction_fraction': 0.1}
+FOLLOWED, FIRST_MOVES = 4, 60
+SETTLED, FURTHER_MOVES, ROUNDS = 2, 150, 12
+# Where no linear one tells it is looked for if the excess is as large; it must promise to take
+# away a tenth of the cost, and take away as much of the excess as one above the band.
+MUCH, HOPE = 4.0, 0.1
 # Less of the inertia beyond the shaft is no shaft's resonance; more only smooths what the motor's
 # acceleration holds of noise and timing.
 LEAST_FRACTION, MOST_FRACTION = 0.15, 0.7
@@ -121,17 +128,24 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
     before = level(fitter.base(), fitter)
     if before - 1.0 < LEAST_EXCESS:
         return None, False
-    fit = _linear(fitter)
-    if not _tells(fitter, fit, before):
+    linear = _linear(fitter)
+
+    def share(fit: Fit) -> float:
+        return (before - level(fit, fitter)) / (before - 1.0)
+
+    def rings(fit: Fit) -> bool:
+        return _rings(fit, bandwidth, above if share(fit) > MOST else 1.0)
+
+    tells, fit, least = _tells(fitter, linear, before), linear, MOST
+    if tells and rings(linear):
+        fit, least = _bent(fitter, linear), 0.0
+    elif before - 1.0 > MUCH:
+        fit = _hardened(fitter, linear)
+    if share(fit) < least or not rings(fit):
+        return None, tells and max(map(_frequency, (linear, fit))) > bandwidth
+    if level(_rival(fitter), fitter) < level(fit, fitter):
         return None, False
-    fit = _bent(fitter, fit)
-    gain = before - level(fit, fitter)
-    share = gain / (before - 1.0)
-    if not _rings(fit, bandwidth, above if share > MOST else 1.0):
-        return None, fit.hypothesis.named(fit.vector, 0)['frequency'] > bandwidth
-    if before - level(_rival(fitter), fitter) > gain:
-        return None, False
-    return _resonance(fitter, fitter.finish(fit), share), False
+    return _resonance(fitter, fitter.finish(fit), share(fit)), False
 
 
 def _as_it_stands(problem: Problem) -> float:
@@ -153,7 +167,7 @@ def _linear(fitter: Fitter) -> Fit:
     best = fitter.refine(min(fitter.fit(first, rounds=8, keep=4), *_promised(fitter, first),
                              key=lambda entry: entry.cost))
     for variant in further:
-        starts = fitter.starts(variant, [best.hypothesis.named(best.vector, 0)])
+        starts = fitter.starts(variant, [_values(best)])
         fit = fitter.refine(fitter.fit(variant, starts=starts, rounds=8, keep=4))
         best = min(best, fit, key=lambda entry: entry.cost)
     return best
@@ -179,7 +193,7 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
     left = level(linear, fitter) - 1.0
     if left < LEAST_EXCESS:
         return linear
-    values = linear.hypothesis.named(linear.vector, 0)
+    values = _values(linear)
     best, least = linear, (1.0 - BENT_SHARE) * left
     for effect in NONLINEAR:
         added = effect.parameters[len(get_effect(RESONANCE).parameters):]
@@ -192,29 +206,44 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
                                            rounds=8, keep=BENT_KEPT))
             if level(fit, fitter) - 1.0 < least:
                 best, least = fit, level(fit, fitter) - 1.0
-    if not _found(values) and least > LEAST_EXCESS:
-        fit = _hardened(fitter, values)
+    if least > LEAST_EXCESS:
+        fit = _hardened(fitter, linear)
         if level(fit, fitter) - 1.0 < least:
             return fit
     return best
 
 
-def _hardened(fitter: Fitter, values: dict[str, float]) -> Fit:
-    """Return the best fit found of a shaft that hardens much; `values` are a linear one's."""
-    hardens = NONLINEAR[0]
-    (variant,) = variants_of(hardens, fitter.problem.scene)
-    twists = next(entry.starts for entry in hardens.parameters if entry.name == 'stiffness_twist')
+def _hardened(fitter: Fitter, than: Fit) -> Fit:
+    """Return the best fit found of a shaft that hardens much, where one promises to be better
+    than another fit; else that one."""
+    (variant,) = variants_of(NONLINEAR[0], fitter.problem.scene)
+    hypothesis, base = fitter.hypothesis((variant,)), fitter.base()
+    promised = sorted((promises(fitter, base, hypothesis, [
+        {**DAMPED, 'frequency': frequency, 'stiffness_change': change,
+         'stiffness_twist': twist * np.sqrt(change / 3.0)}
+        for change in CHANGES for twist in TWICE_THE_TORQUE])[0] for frequency in SLOW),
+        key=lambda promise: promise.cost)
+    if promised[0].cost > (1.0 - HOPE) * base.cost:
+        return than
 
-    def begun(change: float) -> Fit:
-        settings = [{**values, 'damping_ratio': LIGHTLY, 'frequency': part * values['frequency'],
-                     'stiffness_change': change, 'stiffness_twist': twist}
-                    for part in SLOWER for twist in twists]
-        promised = promises(fitter, fitter.base(), fitter.hypothesis((variant,)), settings)[0]
-        return search_around(fitter, fitter.evaluate(promised.hypothesis, promised.vector),
-                             FIRST_MOVES)
+    def moved(promise: Promise) -> Fit:
+        return search_around(fitter, fitter.evaluate(hypothesis, promise.vector), FIRST_MOVES)
 
-    best = min(side_by_side(begun, HARDER, fitter.threads), key=lambda fit: fit.cost)
-    return fitter.refine(search_around(fitter, best, FURTHER_MOVES), ROUNDS)
+    def settled(fit: Fit) -> Fit:
+        return fitter.refine(search_around(fitter, fit, FURTHER_MOVES), ROUNDS)
+
+    first = sorted(side_by_side(moved, promised[:FOLLOWED], fitter.threads),
+                   key=lambda fit: fit.cost)
+    better = [fit for fit in first if fit.cost < than.cost][:SETTLED]
+    return min([than, *side_by_side(settled, better, fitter.threads)], key=lambda fit: fit.cost)
+
+
+def _values(fit: Fit) -> dict[str, float]:
+    return fit.hypothesis.named(fit.vector, 0)
+
+
+def _frequency(fit: Fit) -> float:
+    return _values(fit)['frequency']
 
 
 def _damping(values: dict[str, float]) -> float:
@@ -229,7 +258,7 @@ def _found(values: dict[str, float]) -> bool:
 
 
 def _rings(fit: Fit, bandwidth: float, above: float) -> bool:
-    values = fit.hypothesis.named(fit.vector, 0)
+    values = _values(fit)
     highest = bandwidth * (DAMPED_BELOW if not _found(values)
                            else above if _damping(values) < LIGHT else 1.0)
     return (LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION
@@ -237,7 +266,7 @@ def _rings(fit: Fit, bandwidth: float, above: float) -> bool:
 
 
 def _resonance(fitter: Fitter, fit: Fit, share: float) -> Resonance:
-    values = fit.hypothesis.named(fit.vector, 0)
+    values = _values(fit)
     effect = get_effect(RESONANCE)
     without = fitter.predict(fitter.hypothesis(()), fit.vector[:len(fit.hypothesis.numbers)])
     finding = EffectFinding(
