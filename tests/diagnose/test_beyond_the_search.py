@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from engb_core.control.trajectory import Trajectory, TrajectoryBuilder
-from engb_core.diagnose import selection
+from engb_core.diagnose import selection, wide_band
 from engb_core.diagnose.cross_entropy import DEARER, middle_of_basin
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fit, Fitter
@@ -187,19 +187,32 @@ def test_a_shaft_is_called_linear_if_it_is(spring, change, twist, words):
     assert words in found.finding.statement
 
 
-@pytest.mark.parametrize(('inertia', 'change', 'twist'), [
-    (0.25, 70.0, 0.4), (0.2, 600.0, 1.1), (0.2, 1000.0, 0.8), (0.35, 300.0, 0.8)])
-def test_a_shaft_that_hardens_much_rings_slower_than_a_linear_one_would(inertia, change, twist):
+def hardening(inertia: float, change: float, twist: float) -> Recording:
     brake = brake_with(RESONANCE, inertia_fraction=inertia, frequency=10.0, damping_ratio=0.05,
                        friction_fraction=0.1, load_beyond=1.0, spring=HARDENS,
                        stiffness_change=change, stiffness_twist=twist)
     way = strokes_and_waves(1)
-    recording = recorded(brake, lambda time, _: way.at(time), way.duration, seed=2, noise=0.002)
+    return recorded(brake, lambda time, _: way.at(time), way.duration, seed=2, noise=0.002)
+
+
+@pytest.mark.parametrize(('inertia', 'change', 'twist'), [
+    (0.25, 70.0, 0.4), (0.2, 600.0, 1.1), (0.2, 1000.0, 0.8), (0.35, 300.0, 0.8)])
+def test_a_shaft_that_hardens_much_rings_slower_than_a_linear_one_would(inertia, change, twist):
+    recording = hardening(inertia, change, twist)
     values = resonance_beside(problem_of([recording], NOMINAL), NOMINAL).setting.parameters
     # The best linear shaft rings at 20 to 27 Hz and takes away less than half as much.
     assert values['spring'] == HARDENS
     assert 8.0 < values['frequency'] < 14.0
     assert values['inertia_fraction'] == pytest.approx(inertia, abs=0.05)
+
+
+def test_a_shaft_that_hardens_much_is_found_where_no_linear_one_shows(monkeypatch, clean, loose):
+    # A linear one takes away a quarter of the excess here.
+    monkeypatch.setattr(wide_band, 'LEAST_SHARE', 0.5)
+    problem = problem_of([hardening(0.2, 600.0, 1.1)], NOMINAL)
+    assert resonance_beside(problem, NOMINAL).setting.parameters['spring'] == HARDENS
+    for other in (clean, loose):
+        assert resonance_beside(problem_of([other], NOMINAL), NOMINAL) is None
 
 
 @pytest.mark.parametrize(('seed', 'offset', 'gap'), [(1, 0.0036, 0.21), (2, 0.0036, 0.21),
