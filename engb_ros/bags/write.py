@@ -175,7 +175,7 @@ def joint_state_rows(stamp: NDArray[np.int64], position: NDArray[np.float64] | N
         nonlocal size
         gap = -(size - 4) % to
         if gap:
-            fields.append((f'pad{size}', 'u1', gap))
+            fields.append((f'pad{size}', 'u1', (gap,)))
             size += gap
 
     def put(value: int | bytes) -> None:
