@@ -142,7 +142,8 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
     elif before - 1.0 > MUCH:
         fit = _hardened(fitter, linear)
     if share(fit) < least or not rings(fit):
-        return None, tells and max(map(_frequency, (linear, fit))) > bandwidth
+        return None, tells and max(
+            _values(entry)['frequency'] for entry in (linear, fit)) > bandwidth
     if level(_rival(fitter), fitter) < level(fit, fitter):
         return None, False
     return _resonance(fitter, fitter.finish(fit), share(fit)), False
@@ -218,13 +219,15 @@ def _hardened(fitter: Fitter, than: Fit) -> Fit:
     than another fit; else that one."""
     (variant,) = variants_of(NONLINEAR[0], fitter.problem.scene)
     hypothesis, base = fitter.hypothesis((variant,)), fitter.base()
-    promised = sorted((promises(fitter, base, hypothesis, [
+    promised = promises(fitter, base, hypothesis, [
         {**DAMPED, 'frequency': frequency, 'stiffness_change': change,
          'stiffness_twist': twist * np.sqrt(change / 3.0)}
-        for change in CHANGES for twist in TWICE_THE_TORQUE])[0] for frequency in SLOW),
-        key=lambda promise: promise.cost)
+        for frequency, change, twist in itertools.product(SLOW, CHANGES, TWICE_THE_TORQUE)])
     if promised[0].cost > (1.0 - HOPE) * base.cost:
         return than
+    most: dict[float, Promise] = {}
+    for promise in promised:
+        most.setdefault(hypothesis.named(promise.vector, 0)['frequency'], promise)
 
     def moved(promise: Promise) -> Fit:
         return search_around(fitter, fitter.evaluate(hypothesis, promise.vector), FIRST_MOVES)
@@ -232,7 +235,7 @@ def _hardened(fitter: Fitter, than: Fit) -> Fit:
     def settled(fit: Fit) -> Fit:
         return fitter.refine(search_around(fitter, fit, FURTHER_MOVES), ROUNDS)
 
-    first = sorted(side_by_side(moved, promised[:FOLLOWED], fitter.threads),
+    first = sorted(side_by_side(moved, list(most.values())[:FOLLOWED], fitter.threads),
                    key=lambda fit: fit.cost)
     better = [fit for fit in first if fit.cost < than.cost][:SETTLED]
     return min([than, *side_by_side(settled, better, fitter.threads)], key=lambda fit: fit.cost)
@@ -240,10 +243,6 @@ def _hardened(fitter: Fitter, than: Fit) -> Fit:
 
 def _values(fit: Fit) -> dict[str, float]:
     return fit.hypothesis.named(fit.vector, 0)
-
-
-def _frequency(fit: Fit) -> float:
-    return _values(fit)['frequency']
 
 
 def _damping(values: dict[str, float]) -> float:
