@@ -69,13 +69,6 @@ def engine(monkeypatch):
     return module
 
 
-def test_schema_is_the_contracts():
-    contract = ROOT.parent / 'shared' / 'diagnosis.schema.json'
-    if not contract.exists():
-        pytest.skip('../shared is not there')
-    assert json.loads(SCHEMA.read_text()) == json.loads(contract.read_text())
-
-
 @pytest.mark.parametrize('change', [
     {},
     {'effects': (), 'verdict': 'consistent', 'unexplained': None, 'next_experiment': None,
