@@ -186,7 +186,7 @@ def _open(path: str, diagnosis: str | None) -> None:
     print(f'sha256 {digest(text)}')
     print(f'concealed: {effect}')
     claims = [] if diagnosis is None else _claims(diagnosis)
-    found = next((claim['parameters'] for claim in claims if claim['effect'] == effect), {})
+    found: dict = next((claim['parameters'] for claim in claims if claim['effect'] == effect), {})
     for name, value in parameters.items():
         line = f'   {name} = {value:g}'
         if name in found:
