@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 import re
+import sqlite3
+from urllib.parse import quote
 
 import yaml
 
 from engb_core.errors import InputError
 
-__all__ = ['METADATA', 'bag_files', 'recording_name']
+__all__ = ['METADATA', 'bag_files', 'recording_fault', 'recording_name']
 
 METADATA = 'metadata.yaml'
 _SUFFIXES = ('.zstd', '.zst', '.mcap', '.db3')
 _METADATA_LIMIT = 16 << 20
+_MAGIC = {'.mcap': b'\x89MCAP0\r\n', '.db3': b'SQLite format 3\0', '.zstd': b'\x28\xb5\x2f\xfd',
+          '.zst': b'\x28\xb5\x2f\xfd'}
 
 
 def recording_name(path: str | os.PathLike) -> str:
@@ -53,6 +58,46 @@ def bag_files(path: str | os.PathLike, notes: list[str]) -> list[Path]:
         raise InputError(f'{path}: cannot be read '
                          f'({getattr(error, "strerror", None) or error})') from error
     return [path]
+
+
+def recording_fault(path: Path) -> str:
+    """Return why `path` is not a recording and nothing else ('' where it is one, or empty).
+
+    A recording is a storage file by its first bytes, or a folder of such files and their
+    metadata.yaml; a database must hold rosbag2's tables.
+    """
+    try:
+        if not path.is_dir():
+            return '' if _is_bag_file(path) else f'{path.name} is no recording'
+        for entry in sorted(path.iterdir()):
+            sound = (_listed(entry) is not None if entry.name == METADATA else
+                     not entry.is_symlink() and entry.is_file() and _is_bag_file(entry))
+            if not sound:
+                return f'it holds {entry.name}, which is no part of a recording'
+    except OSError as error:
+        return f'it cannot be looked into ({error.strerror})'
+    return ''
+
+
+def _is_bag_file(path: Path) -> bool:
+    magic = _MAGIC.get(path.suffix)
+    if magic is None or not path.is_file():
+        return False
+    with path.open('rb') as file:
+        head = file.read(len(magic))
+    # A recorder that was killed at once leaves an empty file.
+    if head == magic and path.suffix == '.db3':
+        return _is_bag_database(path)
+    return head in (magic, b'')
+
+
+def _is_bag_database(path: Path) -> bool:
+    with contextlib.suppress(sqlite3.Error), contextlib.closing(sqlite3.connect(
+            f'file:{quote(str(path))}?mode=ro&immutable=1', uri=True)) as base:
+        found = {row[0] for row in base.execute(
+            'SELECT name FROM sqlite_master WHERE type = \'table\' LIMIT 1000')}
+        return {'topics', 'messages'} <= found
+    return False
 
 
 def _in_folder(folder: Path, notes: list[str]) -> list[Path]:

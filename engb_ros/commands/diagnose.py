@@ -63,9 +63,10 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     from engb_core.model import Model
     model = Model.read(arguments.model)
-    with Progress(arguments) as progress, folder_output(arguments.out, FILES) as scratch:
-        found = read_recordings([*arguments.recordings, *arguments.holdout], model,
-                                arguments.namespace, progress)
+    given = [*arguments.recordings, *arguments.holdout]
+    with Progress(arguments) as progress, folder_output(
+            arguments.out, FILES, [arguments.model, *given]) as scratch:
+        found = read_recordings(given, model, arguments.namespace, progress)
         recordings = found[:len(arguments.recordings)]
         holdout = found[len(arguments.recordings):]
         from engb_core.diagnose.engine import diagnose
