@@ -162,8 +162,9 @@ def _refuse_bursts(name: str, stamp: Array) -> None:
     span = float(stamp[-1] - stamp[0])
     if interval * stamp.size < SAMPLED * span:
         raise InputError(
-            f'{name}: {stamp.size} samples {interval:.3g} s apart lie scattered over {span:.3g} s; '
-            'record without pauses, or give the stretches between them as recordings of their own')
+            f'{name}: {stamp.size} samples {interval:.3g} s apart lie scattered over {span:.3g} '
+            's; record without pauses, or give the stretches between them as recordings of '
+            'their own')
 
 
 def _shifted_reference(reference: Reference | None, start: float) -> Reference | None:
