@@ -37,6 +37,7 @@ from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, reso
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.plant import physics_of
+from engb_core.plausibility import refuse_implausible
 from engb_core.recording import Recording
 
 __all__ = ['diagnose']
@@ -66,11 +67,12 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         threads: that fit side by side (None: one for each processor); the result is the same.
 
     Raises:
-        InputError: too little motion to judge a model by.
+        InputError: too little motion to judge a model by, or units that cannot be right.
     """
     started = time.perf_counter()
     tell = progress or (lambda text: None)
     threads = processors() if threads is None else threads
+    refuse_implausible((*recordings, *holdout), model)
     tell('reading the motion')
     problem, outcome = _without_stops(recordings, model, holdout, tell, threads)
     tell('listening for a resonance above the band')

@@ -20,6 +20,7 @@ from pathlib import Path
 import textwrap
 from typing import TYPE_CHECKING
 
+from engb_core.printable import printable
 from engb_ros.commands.common import (
     add_model,
     add_namespace,
@@ -63,9 +64,10 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     from engb_core.model import Model
     model = Model.read(arguments.model)
-    with Progress(arguments) as progress, folder_output(arguments.out, FILES) as scratch:
-        found = read_recordings([*arguments.recordings, *arguments.holdout], model,
-                                arguments.namespace, progress)
+    given = [*arguments.recordings, *arguments.holdout]
+    with Progress(arguments) as progress, folder_output(
+            arguments.out, FILES, [arguments.model, *given]) as scratch:
+        found = read_recordings(given, model, arguments.namespace, progress)
         recordings = found[:len(arguments.recordings)]
         holdout = found[len(arguments.recordings):]
         from engb_core.diagnose.engine import diagnose
@@ -123,7 +125,7 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.extend(_wrapped(f'note: {note}', ''))
     if diagnosis.next_experiment is not None:
         lines.extend(_wrapped(f'next: {diagnosis.next_experiment.reason}', ''))
-    return '\n'.join(lines)
+    return '\n'.join(printable(line) for line in lines)
 
 
 def _wrapped(text: str, indent: str = '   ') -> list[str]:

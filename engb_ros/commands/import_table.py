@@ -23,9 +23,11 @@ from __future__ import annotations
 
 import argparse
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_ros.outputs import recording_output
 
 if TYPE_CHECKING:
     import numpy as np
@@ -67,14 +69,16 @@ def run(arguments: argparse.Namespace) -> None:
               for name, value in _pairs(arguments.offset, '--offset').items()}
     _check(arguments, columns, {**scale, **offset})
     from engb_ros.bags.tables import read_table
-    values = read_table(arguments.table, columns)
-    for name in values:
-        values[name] = values[name] * scale.get(name, 1.0) + offset.get(name, 0.0)
-    time = _time(values, arguments)
-    from engb_core.recording import Recording
-    recording = Recording.from_samples(arguments.table, time, values['position'],
-                                       values['effort'], values.get('velocity'))
-    _write(arguments, time, values)
+    with recording_output(arguments.out, arguments.force, [arguments.table],
+                          f'--out {arguments.out}') as made:
+        values = read_table(arguments.table, columns)
+        for name in values:
+            values[name] = values[name] * scale.get(name, 1.0) + offset.get(name, 0.0)
+        time = _time(values, arguments)
+        from engb_core.recording import Recording
+        recording = Recording.from_samples(arguments.table, time, values['position'],
+                                           values['effort'], values.get('velocity'))
+        _write(made, arguments, time, values)
     print(f'{arguments.out}: {recording.time.size} samples, {recording.duration:.2f} s at '
           f'{1 / recording.interval:.6g} Hz, joint {arguments.joint}'
           + ('' if recording.velocity is not None else ', no velocity'))
@@ -120,7 +124,7 @@ def _time(values: dict[str, NDArray[np.float64]], arguments: argparse.Namespace,
     return time[good]
 
 
-def _write(arguments: argparse.Namespace, time: NDArray[np.float64],
+def _write(made: Path, arguments: argparse.Namespace, time: NDArray[np.float64],
            values: dict[str, NDArray[np.float64]]) -> None:
     from engb_ros.bags.write import FloatTable, JointTable, write_bag
     space = '/' + arguments.namespace.strip('/')
@@ -138,7 +142,7 @@ def _write(arguments: argparse.Namespace, time: NDArray[np.float64],
     for name, column in values.items():
         if name not in _JOINT and name not in _REFERENCE:
             topics[f'{prefix}/{name}'] = FloatTable(time, column)
-    write_bag(arguments.out, topics, replace=arguments.force)
+    write_bag(made, topics)
 
 
 def _pairs(entries: list[str], option: str) -> dict[str, str]:
