@@ -93,6 +93,7 @@ def _dispatch(name: str | None, given: list[str]) -> int:
     parser = _parser(f'engb {name}', module.__doc__ or COMMANDS[name][1])
     module.add_arguments(parser)
     parsed = parser.parse_args(given[1:])
+    parsed.command_line = ('engb', *given)      # to be repeated in advice
     _quiet_warnings()
     return module.run(parsed) or FINE
 
