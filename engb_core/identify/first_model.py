@@ -27,12 +27,18 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from engb_core.errors import InputError
-from engb_core.filtering import Comparison, comparison_of, low_passed_noise, noise_of, slowest_speed
+from engb_core.filtering import (
+    Comparison,
+    comparison_of,
+    low_passed_noise,
+    noise_of,
+    slowest_speed,
+)
 from engb_core.model import Friction, Joint, LoadTorque, Model, Motor
 from engb_core.motion import Motion, motion_of
 from engb_core.recording import Recording
 
-__all__ = ['FirstModel', 'FormScore', 'Number', 'first_model', 'load_score']
+__all__ = ['FirstModel', 'FormScore', 'Number', 'first_model']
 
 Array = NDArray[np.float64]
 
@@ -182,17 +188,6 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
         data.velocity, data.acceleration, data.effort, predicted, data.time)
 
 
-def load_score(recordings: Sequence[Recording], model: Model) -> tuple[FormScore, LoadTorque]:
-    """Return how the form of the load that the data determine predicts unseen blocks, and that
-    load; a form of name 'offset' or 'none' says that there is no load to be told.
-
-    Raises:
-        InputError: too little motion.
-    """
-    found = first_model(recordings, model.joint)
-    return found.scores[0], found.model.load_torque
-
-
 def _data(recordings: Sequence[Recording], joint: Joint) -> _Data:
     motions = [motion_of(recording) for recording in recordings]
     speed = max(motion.speed for motion in motions)
@@ -275,7 +270,8 @@ def _contact_form(data: _Data, contact: float, degree: int) -> _Form:
     def load(values: Array) -> LoadTorque:
         coefficients = [0.0] + [float(value) / reach ** (power + 1)
                                 for power, value in enumerate(values)]
-        return LoadTorque(coefficients=tuple(coefficients), contact_angle=float(contact))
+        return LoadTorque(coefficients=tuple(map(float, coefficients)),
+                          contact_angle=float(contact))
 
     return _Form(f'contact, then a polynomial of degree {degree}',
                  np.stack([column(power + 1) for power in range(degree)], axis=1), load,
