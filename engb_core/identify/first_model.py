@@ -28,14 +28,14 @@ from scipy.optimize import lsq_linear
 
 from engb_core.errors import InputError
 from engb_core.filtering import (
-    Comparison,
     comparison_of,
     low_passed_noise,
     noise_of,
     slowest_speed,
 )
-from engb_core.model import Friction, Joint, LoadTorque, Model, Motor
-from engb_core.motion import Motion, motion_of
+from engb_core.identify.load_forms import contact_form, FilteredColumns, load_forms, LoadForm
+from engb_core.model import Friction, Joint, Model, Motor
+from engb_core.motion import motion_of
 from engb_core.recording import Recording
 
 __all__ = ['FirstModel', 'FormScore', 'Number', 'first_model']
@@ -48,7 +48,6 @@ BLOCKS, SHORTEST_BLOCK = 10, 0.5
 # Corner of the comparison [Hz], and as a part of the sampling rate, as in a diagnosis.
 BANDWIDTH, OF_RATE = 20.0, 0.1
 LEAST_POINTS = 40
-DEGREES = (1, 2, 3, 4, 5)
 CONTACT_DEGREES = (1, 2, 3)
 # Places between the ends of the stroke that are tried as a contact.
 CONTACTS = 40
@@ -121,33 +120,6 @@ class FirstModel:
         return '\n'.join(lines)
 
 
-@dataclass(frozen=True)
-class _Data:
-    """The filtered columns of all recordings, (m,) each, and the block of each value."""
-
-    acceleration: Array
-    velocity: Array
-    direction: Array
-    position: Array
-    effort: Array
-    time: Array
-    noise: float
-    block: NDArray[np.int64]
-    runs: tuple[tuple[Motion, Comparison], ...]
-    slowest: float
-
-
-@dataclass(frozen=True)
-class _Form:
-    """A form of the load: its columns, and the load torque that coefficients make of them."""
-
-    name: str
-    columns: Array              # (m, k), filtered
-    load: Callable[[Array], LoadTorque]
-    names: tuple[str, ...]
-    extra: int = 0              # numbers beside the linear ones (a contact angle)
-
-
 def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
                 torque_constant: float | None = None,
                 progress: Callable[[str], None] | None = None) -> FirstModel:
@@ -188,7 +160,7 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
         data.velocity, data.acceleration, data.effort, predicted, data.time)
 
 
-def _data(recordings: Sequence[Recording], joint: Joint) -> _Data:
+def _data(recordings: Sequence[Recording], joint: Joint) -> FilteredColumns:
     motions = [motion_of(recording) for recording in recordings]
     speed = max(motion.speed for motion in motions)
     # At which speed friction turns is for a diagnosis to find: here it is below what is judged.
@@ -222,68 +194,16 @@ def _data(recordings: Sequence[Recording], joint: Joint) -> _Data:
     if joined['effort'].size < LEAST_POINTS or joined['block'].max() < 2:
         raise InputError(f'{recordings[0].name}: too little motion for a model; record several '
                          'strokes in both directions, some slow and some fast')
-    return _Data(**joined, noise=float(np.sqrt(np.mean(np.square(noises)))), runs=tuple(runs),
-                 slowest=slowest)
+    return FilteredColumns(**joined, noise=float(np.sqrt(np.mean(np.square(noises)))),
+                           runs=tuple(runs), slowest=slowest)
 
 
-def _forms(data: _Data, joint: Joint) -> list[_Form]:
-    position = data.position
-    middle, reach = 0.5 * (position.min() + position.max()), max(0.5 * np.ptp(position), 1e-12)
-    powers = [_filtered(data, lambda values, power=power: ((values - middle) / reach) ** power)
-              for power in range(max(DEGREES) + 1)]
-    ones = np.ones_like(position)
-    found = [_Form('none', np.zeros((position.size, 0)),
-                   lambda values: LoadTorque(coefficients=(0.0,)), ()),
-             _Form('offset', ones[:, None],
-                   lambda values: LoadTorque(coefficients=(float(values[0]),)), ('offset',))]
-    for degree in DEGREES:
-        columns = np.stack(powers[:degree + 1], axis=1)
-
-        def polynomial(values: Array) -> LoadTorque:
-            series = np.polynomial.Polynomial(values, domain=[middle - reach, middle + reach])
-            return LoadTorque(coefficients=tuple(map(float, series.convert().coef)))
-
-        found.append(_Form(f'polynomial of degree {degree}', columns, polynomial,
-                           ('offset', *(f'load_{power}' for power in range(1, degree + 1)))))
-    if joint.type == 'revolute':
-        found.append(_Form(
-            'sinusoid', np.stack([_filtered(data, np.sin), _filtered(data, np.cos)], axis=1),
-            lambda values: LoadTorque('sinusoid', (0.0,), None,
-                                      float(np.hypot(*values)),
-                                      float(math.atan2(values[1], values[0]))),
-            ('load_sine', 'load_cosine')))
-    return found
-
-
-def _filtered(data: _Data, function: Callable[[Array], Array]) -> Array:
-    return np.concatenate([comparison(function(motion.position))
-                           for motion, comparison in data.runs])
-
-
-def _contact_form(data: _Data, contact: float, degree: int) -> _Form:
-    reach = max(data.position.max() - contact, 1e-12)
-
-    def column(power: int) -> Array:
-        return _filtered(data, lambda position: np.maximum(
-            (position - contact) / reach, 0.0) ** power)
-
-    def load(values: Array) -> LoadTorque:
-        coefficients = [0.0] + [float(value) / reach ** (power + 1)
-                                for power, value in enumerate(values)]
-        return LoadTorque(coefficients=tuple(map(float, coefficients)),
-                          contact_angle=float(contact))
-
-    return _Form(f'contact, then a polynomial of degree {degree}',
-                 np.stack([column(power + 1) for power in range(degree)], axis=1), load,
-                 tuple(f'load_{power + 1}' for power in range(degree)), 1)
-
-
-def _design(data: _Data, form: _Form) -> Array:
+def _design(data: FilteredColumns, form: LoadForm) -> Array:
     return np.concatenate([np.stack([data.acceleration, data.velocity, data.direction], axis=1),
                            form.columns], axis=1)
 
 
-def _solve(data: _Data, form: _Form, rows: NDArray[np.bool_]) -> Array:
+def _solve(data: FilteredColumns, form: LoadForm, rows: NDArray[np.bool_]) -> Array:
     """Return the numbers by least squares; inertia and frictions are never negative."""
     design = _design(data, form)[rows]
     scale = np.sqrt(np.mean(design ** 2, axis=0))
@@ -294,7 +214,7 @@ def _solve(data: _Data, form: _Form, rows: NDArray[np.bool_]) -> Array:
     return found.x / scale
 
 
-def _densities(data: _Data, form: _Form) -> tuple[Array, float]:
+def _densities(data: FilteredColumns, form: LoadForm) -> tuple[Array, float]:
     """Return the mean log density of each block predicted by a fit to all others, (blocks,), and
     the root mean square error of these predictions."""
     design = _design(data, form)
@@ -313,16 +233,16 @@ def _densities(data: _Data, form: _Form) -> tuple[Array, float]:
     return density, math.sqrt(squares / data.effort.size)
 
 
-Scored = list[tuple[_Form, tuple[Array, float]]]
+Scored = list[tuple[LoadForm, tuple[Array, float]]]
 
 
-def _scored(data: _Data, joint: Joint) -> Scored:
-    scored = [(form, _densities(data, form)) for form in _forms(data, joint)]
+def _scored(data: FilteredColumns, joint: Joint) -> Scored:
+    scored = [(form, _densities(data, form)) for form in load_forms(data, joint)]
     low, high = np.quantile(data.position, [0.02, 0.98])
     for degree in CONTACT_DEGREES:
         best = None
         for contact in np.linspace(low, high, CONTACTS + 2)[1:-1]:
-            form = _contact_form(data, contact, degree)
+            form = contact_form(data, contact, degree)
             fit = _solve(data, form, np.ones(data.effort.size, bool))
             left = float(np.sum((data.effort - _design(data, form) @ fit) ** 2))
             if best is None or left < best[0]:
@@ -332,7 +252,7 @@ def _scored(data: _Data, joint: Joint) -> Scored:
     return scored
 
 
-def _chosen(scored: Scored) -> tuple[_Form, Array]:
+def _chosen(scored: Scored) -> tuple[LoadForm, Array]:
     """Return the form with the fewest numbers that is within one standard error of the best."""
     best = max(scored, key=lambda pair: float(np.mean(pair[1][0])))
     near = []
@@ -351,13 +271,13 @@ def _behind(best: Array, density: Array) -> tuple[float, float]:
             float(np.std(difference, ddof=1) / math.sqrt(difference.size)))
 
 
-def _score(form: _Form, found: tuple[Array, float], scored: Scored) -> FormScore:
+def _score(form: LoadForm, found: tuple[Array, float], scored: Scored) -> FormScore:
     best = max((density for _, (density, _) in scored), key=lambda entry: float(np.mean(entry)))
     behind, error = _behind(best, found[0])
     return FormScore(form.name, form.columns.shape[1] + form.extra, behind, error, found[1])
 
 
-def _jackknife(data: _Data, form: _Form) -> Array:
+def _jackknife(data: FilteredColumns, form: LoadForm) -> Array:
     """Return the standard deviations of the numbers by leaving out one block after another."""
     blocks = int(data.block.max()) + 1
     values = np.stack([_solve(data, form, data.block != block) for block in range(blocks)])
@@ -374,7 +294,7 @@ def _numbers(names: tuple[str, ...], fit: Array, deviations: Array, joint: Joint
             for name, value, std in zip(names, fit, deviations, strict=True)}
 
 
-def _model(fit: Array, form: _Form, data: _Data, joint: Joint,
+def _model(fit: Array, form: LoadForm, data: FilteredColumns, joint: Joint,
            torque_constant: float | None) -> Model:
     motor = Motor(inertia=float(fit[0]), viscous_friction=float(fit[1]))
     if torque_constant is not None:
@@ -384,7 +304,7 @@ def _model(fit: Array, form: _Form, data: _Data, joint: Joint,
                                    saturation_velocity=0.5 * data.slowest), joint=joint)
 
 
-def _not_told(data: _Data, form: _Form, numbers: dict[str, Number],
+def _not_told(data: FilteredColumns, form: LoadForm, numbers: dict[str, Number],
               scores: Sequence[FormScore], joint: Joint, density: Array,
               predicted: Array) -> list[str]:
     told = []

@@ -1,18 +1,17 @@
-"""What the commands share: reading inputs, writing results whole, telling progress."""
+"""What the commands share: reading inputs, telling progress; `outputs` writes results whole."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
-import contextlib
+from collections.abc import Callable, Sequence
 import os
 from pathlib import Path
 import shutil
 import sys
-import tempfile
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_ros.outputs import file_output, folder_output
 
 if TYPE_CHECKING:
     from engb_core.model import Model
@@ -102,77 +101,3 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
     return [recording if names.count(recording.name) == 1 else dataclasses.replace(
         recording, name=f'{Path(os.path.abspath(path)).parent.name}/{recording.name}')
         for recording, path in zip(found, paths, strict=True)]
-
-
-@contextlib.contextmanager
-def folder_output(folder: str, names: Sequence[str]) -> Iterator[Path]:
-    """Give a hidden folder to write into; its files appear in `folder` once all is well.
-
-    Args:
-        folder: made if need be; other files in it stay.
-        names: every file name that may be written; those of a former run that this one doesn't
-            write are removed.
-
-    Raises:
-        InputError: the folder can't be written to.
-    """
-    target = Path(os.path.abspath(folder))
-    if target.exists() and not target.is_dir():
-        raise InputError(f'--out {folder}: is a file; name a folder')
-    made = [parent for parent in (target, *target.parents) if not parent.exists()]
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(dir=target.parent, prefix=f'.{target.name}.'))
-    except OSError as error:
-        raise InputError(f'--out {folder}: cannot be written to ({error.strerror})') from error
-    try:
-        yield scratch
-        scratch.chmod(0o755)
-        if not target.exists():
-            os.replace(scratch, target)
-            return
-        for name in names:
-            if (scratch / name).exists():
-                os.replace(scratch / name, target / name)
-            else:
-                (target / name).unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f'--out {folder}: cannot be written to '
-                         f'({error.strerror or error})') from error
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-        if not target.exists():
-            for parent in made[1:]:
-                with contextlib.suppress(OSError):
-                    parent.rmdir()
-
-
-@contextlib.contextmanager
-def file_output(path: str, suffix: str) -> Iterator[Path]:
-    """Give a hidden file to write into; it becomes `path` once all is well.
-
-    Raises:
-        InputError: the path is a folder or can't be written, or lacks the suffix.
-    """
-    target = Path(os.path.abspath(path))
-    if target.suffix != suffix:
-        raise InputError(f'--out {path}: the name must end in {suffix}')
-    if target.is_dir():
-        raise InputError(f'--out {path}: is a folder; name a file ending in {suffix}')
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f'.{target.name}.',
-                                        suffix=suffix)
-        os.close(handle)
-    except OSError as error:
-        raise InputError(f'--out {path}: cannot be written ({error.strerror})') from error
-    try:
-        yield Path(name)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except OSError as error:
-        raise InputError(f'--out {path}: cannot be written '
-                         f'({error.strerror or error})') from error
-    finally:
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(name)

@@ -27,10 +27,12 @@ A column that is named without a unit, and has none in its title, is taken to be
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
 from engb_ros.commands.tables import add_table_options, request_of
+from engb_ros.outputs import recording_output
 
 if TYPE_CHECKING:
     from engb_ros.tables.measure import Measured
@@ -66,10 +68,11 @@ def run(arguments: argparse.Namespace) -> None:
     request = request_of(arguments, plain_is_si=True)
     _check(arguments, request)
     from engb_ros.tables.measure import measured_of
-    measured, _ = measured_of(arguments.table, request)
-    recording = measured.recording(arguments.joint)
-    write_recording(arguments.out, measured, arguments.joint, arguments.namespace,
-                    arguments.force)
+    with recording_output(arguments.out, arguments.force, [arguments.table],
+                          f'--out {arguments.out}') as made:
+        measured, _ = measured_of(arguments.table, request)
+        recording = measured.recording(arguments.joint)
+        write_recording(made, measured, arguments.joint, arguments.namespace)
     for text in measured.told:
         print(text)
     print(f'{arguments.out}: {recording.time.size} samples, {recording.duration:.2f} s at '
@@ -109,8 +112,8 @@ def _check(arguments: argparse.Namespace, request: Request) -> None:
         raise InputError('--column reference=… is missing beside its velocity or effort')
 
 
-def write_recording(path: str, measured: Measured, joint: str = 'motor',
-                    namespace: str = '/engb', replace: bool = False) -> None:
+def write_recording(path: Path, measured: Measured, joint: str = 'motor',
+                    namespace: str = '/engb') -> None:
     """Write a table as a rosbag2 recording.
 
     Raises:
@@ -134,4 +137,4 @@ def write_recording(path: str, measured: Measured, joint: str = 'motor',
     for name, column in values.items():
         if name not in _JOINT:
             topics[f'{prefix}/{name}'] = FloatTable(time, column)
-    write_bag(path, topics, replace=replace)
+    write_bag(path, topics)

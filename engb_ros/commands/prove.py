@@ -116,6 +116,23 @@ def _check(arguments: argparse.Namespace) -> None:
         raise InputError(f'--jobs {arguments.jobs}: must be at least 1')
     if Path(arguments.out).exists() and not Path(arguments.out).is_dir():
         raise InputError(f'--out {arguments.out}: is a file; name a folder')
+    if not _former_proof(Path(arguments.out)):
+        raise InputError(f'--out {arguments.out}: holds something else; name a new folder')
+
+
+def _former_proof(folder: Path) -> bool:
+    """Whether a folder is new, empty, or what an earlier proof has left, also a stopped one."""
+    entries = {entry.name for entry in folder.iterdir()} if folder.exists() else set()
+    for name, key in (('proof.json', 'digest'), ('scores.json', 'digest'), ('real.json', 'sets')):
+        try:
+            if key in json.loads((folder / name).read_text('utf8')):
+                return True
+        except (OSError, ValueError, TypeError):
+            continue
+    # A stopped one has no scores yet.
+    return entries <= {'results', 'baselines'} and all(
+        entry.name.startswith('case_') for entry in folder.glob('results/*')) or (
+        entries == {'real'} and all((entry / 'best').is_dir() for entry in folder.glob('real/*')))
 
 
 def _real(arguments: argparse.Namespace) -> None:

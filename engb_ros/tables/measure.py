@@ -307,7 +307,10 @@ def _sentence(table: Table, role: str, place: int, unit: Unit, request: Request)
         factor = request.scale.get(role)
         return text + (f', times {factor:g}' if factor else ', as it is')
     written = request.units.get(role) or channel.unit
-    text += f' [{written}]' if written else (f', taken as {_spelt(unit)}')
+    if not written:
+        text += f', taken as {_spelt(unit)}'
+    elif written not in channel.name:
+        text += f' [{written}]'
     if unit.quantity == 'current':
         text += f', times {request.torque_constant:g} N·m/A' if request.torque_constant != 1.0 \
             else ', told in ampere: where N·m is written, read A'
