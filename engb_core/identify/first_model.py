@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
+from scipy.optimize import lsq_linear, minimize_scalar
 
 from engb_core.errors import InputError
 from engb_core.filtering import (
@@ -239,16 +239,20 @@ Scored = list[tuple[LoadForm, tuple[Array, float]]]
 def _scored(data: FilteredColumns, joint: Joint) -> Scored:
     scored = [(form, _densities(data, form)) for form in load_forms(data, joint)]
     low, high = np.quantile(data.position, [0.02, 0.98])
+    whole = np.ones(data.effort.size, bool)
+    places = np.linspace(low, high, CONTACTS + 2)
     for degree in CONTACT_DEGREES:
-        best = None
-        for contact in np.linspace(low, high, CONTACTS + 2)[1:-1]:
-            form = contact_form(data, contact, degree)
-            fit = _solve(data, form, np.ones(data.effort.size, bool))
-            left = float(np.sum((data.effort - _design(data, form) @ fit) ** 2))
-            if best is None or left < best[0]:
-                best = (left, form)
-        if best is not None:
-            scored.append((best[1], _densities(data, best[1])))
+        def left(contact: float, degree: int = degree) -> float:
+            form = contact_form(data, float(contact), degree)
+            return float(np.sum((data.effort - _design(data, form)
+                                 @ _solve(data, form, whole)) ** 2))
+
+        best = 1 + int(np.argmin([left(place) for place in places[1:-1]]))
+        # Between the places that were tried: half a step beside it a further term would pay.
+        contact = minimize_scalar(left, bounds=(places[best - 1], places[best + 1]),
+                                  method='bounded').x
+        form = contact_form(data, float(contact), degree)
+        scored.append((form, _densities(data, form)))
     return scored
 
 
@@ -328,6 +332,10 @@ def _not_told(data: FilteredColumns, form: LoadForm, numbers: dict[str, Number],
     both = [float(np.mean(np.sign(data.velocity) > 0)), float(np.mean(np.sign(data.velocity) < 0))]
     if min(both) < 0.05:
         told.append('friction and offset apart: the axis moves in one direction only')
+    if 'offset' in form.names:
+        # c₊·[ω>0] − c₋·[ω<0] is a constant and a Coulomb friction, whatever the speeds.
+        told.append('an offset apart from friction that differs between the directions: while '
+                    'the axis moves they are one and the same, and the model has the offset')
     unit = 'rad/s' if joint.type == 'revolute' else 'm/s'
     told.append(f'friction below {data.slowest:.2g} {unit}: there the shaft may stand')
     return told
