@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+import importlib.util
 import os
 from pathlib import Path
 import shutil
@@ -11,6 +12,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
 from engb_ros.outputs import file_output, folder_output
 
 if TYPE_CHECKING:
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
     from engb_core.recording import Recording
 
 __all__ = ['Progress', 'add_model', 'add_namespace', 'add_progress', 'file_output',
-           'folder_output', 'read_recordings']
+           'folder_output', 'read_recordings', 'tell_what_is_missing']
 
 
 def add_model(parser: argparse.ArgumentParser, required: bool = True, text: str = '') -> None:
@@ -56,6 +58,7 @@ class Progress:
     def __call__(self, text: str) -> None:
         if not self._on:
             return
+        text = printable(text)
         if self._terminal:
             width = shutil.get_terminal_size().columns - 1
             print(f'\r\033[K{text[:width]}', end='', file=sys.stderr, flush=True)
@@ -80,6 +83,8 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
                     progress: Callable[[str], None]) -> list[Recording]:
     """Read recordings, each under a name of its own.
 
+    Where numba is missing it is told, before a minute becomes hours.
+
     Raises:
         InputError: one can't be read, or is given twice.
     """
@@ -92,6 +97,7 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
         if real in seen:
             raise InputError(f'{path}: given twice')
         seen.add(real)
+    tell_what_is_missing()
     joint = model.joint.name if model else None
     found = []
     for number, path in enumerate(paths, 1):
@@ -101,3 +107,11 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
     return [recording if names.count(recording.name) == 1 else dataclasses.replace(
         recording, name=f'{Path(os.path.abspath(path)).parent.name}/{recording.name}')
         for recording, path in zip(found, paths, strict=True)]
+
+
+def tell_what_is_missing() -> None:
+    """Say on standard error that computing takes long, where the compiler is not installed."""
+    if importlib.util.find_spec('numba') is None:
+        print('engb: numba is not installed: this takes about 100 times as long, for each minute '
+              'of recording at 1 kHz about a quarter of an hour; Ctrl-C ends it; pip install '
+              'numba, or apt install python3-numba', file=sys.stderr, flush=True)

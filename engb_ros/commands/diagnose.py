@@ -27,6 +27,7 @@ from pathlib import Path
 import textwrap
 from typing import TYPE_CHECKING
 
+from engb_core.printable import printable
 from engb_ros.commands.common import (
     add_model,
     add_namespace,
@@ -160,7 +161,7 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.extend(_wrapped(f'note: {note}', ''))
     if diagnosis.next_experiment is not None:
         lines.extend(_wrapped(f'next: {diagnosis.next_experiment.reason}', ''))
-    return '\n'.join(lines)
+    return '\n'.join(printable(line) for line in lines)
 
 
 def _wrapped(text: str, indent: str = '   ') -> list[str]:

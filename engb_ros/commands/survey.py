@@ -24,13 +24,19 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from engb_core.errors import InputError
-from engb_ros.commands.common import add_model, add_progress, Progress
+from engb_ros.commands.common import (
+    add_model,
+    add_progress,
+    Progress,
+    tell_what_is_missing,
+)
 from engb_ros.outputs import claimed_folder
 
 if TYPE_CHECKING:
     from engb_core.fleet.table import Entry
     from engb_ros.fleet.find import Found
     from engb_ros.fleet.store import Store
+    tell_what_is_missing()
 
 __all__ = ['add_arguments', 'run']
 
