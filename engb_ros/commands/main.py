@@ -32,6 +32,7 @@ _PACKAGE = 'engb_ros.commands'
 COMMANDS = {
     'demo': ('demo', 'the whole chain on a simulated brake: nodes, bag, model, diagnosis'),
     'diagnose': ('diagnose', 'find the physics that a model leaves out of a recording'),
+    'model': ('model', 'the first model of any axis, from a table or a recording'),
     'identify': ('identify', 'identify a brake model from recorded strokes'),
     'predict': ('predict', 'what a model says about a recording, as numbers'),
     'import': ('import_table', 'turn a table (.csv, .npz, .mat) into a recording'),
@@ -48,6 +49,7 @@ commands:
 
 examples:
   engb demo --out out/demo
+  engb diagnose bench.csv --out result
   engb diagnose run1 --model nominal.yaml --out result
   engb diagnose train --model nominal.yaml --holdout test --out result
   engb predict run1 --model result/model.yaml --out run1.npz
@@ -113,6 +115,7 @@ def _dispatch(name: str | None, given: list[str]) -> int:
     parser = _parser(f'engb {name}', module.__doc__ or COMMANDS[name][1])
     module.add_arguments(parser)
     parsed = parser.parse_args(given[1:])
+    parsed.command_line = ('engb', *given)      # to be repeated in advice
     _quiet_warnings()
     return module.run(parsed) or FINE
 

@@ -39,7 +39,7 @@ def test_version(engb):
     (['diagnos'], ['did you mean diagnose']),
     (['xyzzy'], ['xyzzy', 'identify']),
     (['--nope'], ['--help']),
-    (['diagnose'], ['RECORDING', '--model', 'engb diagnose --help']),
+    (['diagnose'], ['RECORDING', '--out', 'engb diagnose --help']),
     (['diagnose', 'a', '--model', 'm', '--out', 'o', '--speed'], ['--speed']),
     (['predict', 'a', '--model'], ['--model']),
 ])
