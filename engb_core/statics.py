@@ -25,8 +25,8 @@ from engb_core.kinematics import Mechanism, rising_root
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 
 __all__ = ['back_efficiency', 'clamp_force', 'clamp_force_of_torque', 'coulomb_friction',
-           'efficiency_load_gain', 'LoadPolynomial', 'load_polynomial', 'load_values', 'mechanism_load',
-           'motor_angle', 'pad_friction', 'paper_torque', 'self_energizing_gain',
+           'efficiency_load_gain', 'LoadPolynomial', 'load_polynomial', 'load_values',
+           'mechanism_load', 'motor_angle', 'pad_friction', 'paper_torque', 'self_energizing_gain',
            'torque_of_clamp_force']
 
 Array = NDArray[np.float64]

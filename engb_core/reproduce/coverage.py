@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from engb_core.control.reference import ReferenceSettings
-from engb_core.identify.procedure import identify, IdentifiedModel
+from engb_core.identify.procedure import IdentifiedModel, identify
 from engb_core.model import Model, Motor
 from engb_core.reproduce.bench import run_experiment
 from engb_core.reproduce.drawn_brakes import draw_brake
