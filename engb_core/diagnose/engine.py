@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 
+from engb_core.data_faults import cleaned, DataFault
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
 from engb_core.diagnose.evidence import (
@@ -74,6 +75,8 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     threads = processors() if threads is None else threads
     refuse_implausible((*recordings, *holdout), model)
     tell('reading the motion')
+    recordings, faults = _cleaned(recordings, model)
+    holdout, further = _cleaned(holdout, model)
     problem, outcome = _without_stops(recordings, model, holdout, tell, threads)
     tell('listening for a resonance above the band')
     resonance = resonance_beside(problem, outcome.corrected, threads)
@@ -107,7 +110,20 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         next_experiment=proposal, model=outcome.corrected,
         evidence=evidence_of(problem, outcome.fitter, explanation.fit, selection,
                              outcome.corrected, findings, loops,
-                             time.perf_counter() - started))
+                             time.perf_counter() - started),
+        data_faults=(*faults, *further))
+
+
+def _cleaned(recordings: Sequence[Recording], model: Model,
+             ) -> tuple[list[Recording], list[DataFault]]:
+    """Return the recordings without samples that cannot be true, their faults among the notes;
+    and the faults."""
+    found, faults = [], []
+    for recording in recordings:
+        clean, wrong = cleaned(recording, model)
+        found.append(replace(clean, notes=(*clean.notes, *(entry.statement for entry in wrong))))
+        faults += wrong
+    return found, faults
 
 
 def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Sequence[Recording],
