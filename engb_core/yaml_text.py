@@ -16,7 +16,7 @@ __all__ = ['load_yaml', 'shown']
 # ten thousand, Python's at a thousand.
 _DEPTH = 50
 _NODES = 100_000
-_Base = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+_Base: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 
 _short = reprlib.Repr()
 _short.maxstring = _short.maxother = _short.maxlong = 60
@@ -44,7 +44,9 @@ def load_yaml(text: str) -> Any:
                 depth -= 1
             if depth > _DEPTH or number > _NODES:
                 what = 'nested too deep' if depth > _DEPTH else 'too long'
-                raise InputError(f'{what} at line {event.start_mark.line + 1}; mend the file')
+                mark = event.start_mark
+                line = f' at line {mark.line + 1}' if mark else ''
+                raise InputError(f'{what}{line}; mend the file')
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         mark = getattr(error, 'problem_mark', None)

@@ -59,10 +59,10 @@ def folder_output(folder: str | os.PathLike, names: Sequence[str],
     """
     told = f'--out {os.fspath(folder)}'
     target = _real(folder)
-    inputs = [os.fspath(path) for path in inputs]
+    read = [str(os.fspath(path)) for path in inputs]
     if target.exists() and not target.is_dir():
         raise InputError(f'{told}: is a file; name a folder')
-    _refuse_inputs(told, target, names, inputs)
+    _refuse_inputs(told, target, names, read)
     if target.exists():
         _refuse_foreign(told, target, names)
     with _scratch(told, target) as scratch:

@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -187,7 +188,7 @@ def _data(recordings: Sequence[Recording], joint: Joint) -> FilteredColumns:
         stride = max(1, round(0.8 / bandwidth / motion.step))
         noises.append(low_passed_noise(motion, comparison, stride)
                       or noise_of(recording.effort) * comparison.noise_gain_whole)
-    joined = {name: np.concatenate(values) for name, values in parts.items()}
+    joined: dict[str, Any] = {name: np.concatenate(values) for name, values in parts.items()}
     if joined['effort'].size:
         # Numbers of blocks without a gap: some hold no motion.
         joined['block'] = np.unique(joined['block'], return_inverse=True)[1]

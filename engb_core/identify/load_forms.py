@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 import math
 
 import numpy as np
@@ -51,8 +52,11 @@ def load_forms(data: FilteredColumns, joint: Joint) -> list[LoadForm]:
     """Return the forms that need no search: none, offset, polynomials, sinusoid."""
     position = data.position
     middle, reach = 0.5 * (position.min() + position.max()), max(0.5 * np.ptp(position), 1e-12)
-    powers = [_filtered(data, lambda values, power=power: ((values - middle) / reach) ** power)
-              for power in range(max(DEGREES) + 1)]
+
+    def raised(power: int, values: Array) -> Array:
+        return ((values - middle) / reach) ** power
+
+    powers = [_filtered(data, partial(raised, power)) for power in range(max(DEGREES) + 1)]
     ones = np.ones_like(position)
     found = [LoadForm('none', np.zeros((position.size, 0)),
                    lambda values: LoadTorque(coefficients=(0.0,)), ()),

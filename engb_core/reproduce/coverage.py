@@ -48,7 +48,7 @@ class BrakeOutcome:
     """
 
     seed: int
-    numbers: dict[str, tuple[float, float, float]]
+    numbers: dict[str, tuple[float | None, float, float]]
     determined: bool
     band: float
     load_rms: float
@@ -59,7 +59,9 @@ def identify_drawn(seed: int, reference: str = 'strokes') -> BrakeOutcome:
     """Draw a brake, record strokes on it, identify it from a start that knows nothing of it."""
     brake = draw_brake(seed).model
     settings = REFERENCES[reference]
-    duration = settings.trajectory().duration + 0.3
+    trajectory = settings.trajectory()
+    assert trajectory is not None, 'strokes have a trajectory'
+    duration = trajectory.duration + 0.3
     plan = next(entry for entry in PLAN if entry.name == 'strokes')
     recording = run_experiment(replace(plan, brake=brake, reference=settings, duration=duration),
                                Model(motor=Motor()), seed)
@@ -73,7 +75,7 @@ def judge(seed: int, brake: Model, found: IdentifiedModel) -> BrakeOutcome:
             'coulomb': friction.coulomb, 'load_gain': friction.load_gain,
             'saturation_velocity': friction.saturation_velocity,
             'contact_angle': brake.load_torque.contact_angle}
-    numbers = {}
+    numbers: dict[str, tuple[float | None, float, float]] = {}
     for name, value in true.items():
         estimate = found.estimates.get(name)
         if estimate is not None:
@@ -118,7 +120,8 @@ def summarise(outcomes: Sequence[BrakeOutcome]) -> dict[str, Any]:
             'score_rms': float(np.sqrt(np.mean(((value - true) / deviation)**2)))}
     contact = [(entry.numbers['contact_angle'], entry.determined) for entry in outcomes
                if 'contact_angle' in entry.numbers]
-    off = [abs(value / true - 1.0) for (true, value, _), determined in contact if determined]
+    off = [abs(value / true - 1.0) for (true, value, _), determined in contact
+           if determined and true is not None]
     return {
         'brakes': len(outcomes), 'numbers': table,
         'load_band_coverage': float(np.mean([entry.band for entry in outcomes])),

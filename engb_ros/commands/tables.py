@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable, Sequence
 import math
 import sys
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from engb_core.errors import InputError
 from engb_ros.tables.request import Question, Request
@@ -23,7 +23,7 @@ TABLES = '.csv, .npz, .mat, .h5, .mf4, .tdms, .parquet, .arrow or .bag'
 def add_table_options(parser: argparse.ArgumentParser, several: bool = True) -> None:
     """Add what a user may say of a table; with `several`, an option takes several NAME=VALUE."""
     group = parser.add_argument_group('tables', f'of what is no recording but a table ({TABLES})')
-    many = {'nargs': '+', 'action': 'extend'} if several else {'action': 'append'}
+    many: dict[str, Any] = {'nargs': '+', 'action': 'extend'} if several else {'action': 'append'}
     again = '' if several else ' (repeat)'
     group.add_argument('--column', default=[], metavar='NAME=COLUMN', help='which column is '
                        'what: time, position, effort, velocity, reference, …; by its title or '

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -69,13 +71,13 @@ def npz_table(path: Path) -> ArrayTable:
     """Open a .npz file; only the headers are read."""
     try:
         archive = np.load(path, allow_pickle=False)
-        arrays = {}
+        arrays: dict[str, tuple[tuple[int, ...], str, Getter]] = {}
         for name in archive.files:
             with archive.zip.open(name + '.npy') as file:
                 version = np.lib.format.read_magic(file)
                 header = (np.lib.format.read_array_header_1_0 if version == (1, 0)
                           else np.lib.format.read_array_header_2_0)(file)
-            arrays[name] = (header[0], '', lambda name=name: archive[name])
+            arrays[name] = (header[0], '', partial(archive.__getitem__, name))
     except Exception as error:      # zipfile and numpy raise what they like on a broken file
         raise InputError(f'{path}: not a usable .npz file ({error})') from error
     return ArrayTable(path, 'npz', arrays)
@@ -99,8 +101,9 @@ def mat_table(path: Path) -> ArrayTable:
             opaque.append(name)
         elif not name.startswith('__'):
             _flatten(name, value, flat, _DEEPEST)
-    arrays = {name: (value.shape, _unit_beside(name, flat), lambda value=value: value)
-              for name, value in flat.items() if value.dtype.kind in 'fiub'}
+    arrays: dict[str, tuple[tuple[int, ...], str, Getter]] = {
+        name: (value.shape, _unit_beside(name, flat), partial(np.asarray, value))
+        for name, value in flat.items() if value.dtype.kind in 'fiub'}
     if not arrays and opaque:
         raise InputError(f'{path}: holds MATLAB objects (a table or timeseries), which only '
                          'MATLAB reads; save plain arrays, such as t = tt.Time')
@@ -116,6 +119,11 @@ def _flatten(name: str, value: object, into: dict[str, np.ndarray], deep: int) -
                      else value[field][0], into, deep - 1)
     else:
         into[name] = value
+
+
+def _whole(item: Any, turned: bool) -> np.ndarray:
+    """Return all of a data set."""
+    return item[()].T if turned else item[()]
 
 
 def _unit_beside(name: str, flat: dict[str, np.ndarray]) -> str:
@@ -146,11 +154,10 @@ def hdf5_table(path: Path, kind: str = 'HDF5') -> ArrayTable:
                 for field in item.dtype.names:
                     if item.dtype[field].kind in 'fiub' and item.dtype[field].shape == ():
                         arrays[f'{name}/{field}'] = (
-                            item.shape, unit, lambda item=item, field=field: item[field])
+                            item.shape, unit, partial(item.__getitem__, field))
             elif item.dtype.kind in 'fiub' and 'MATLAB_empty' not in item.attrs:
                 shape = item.shape[::-1] if turned else item.shape
-                arrays[name] = (shape, unit, (lambda item=item: item[()].T) if turned
-                                else (lambda item=item: item[()]))
+                arrays[name] = (shape, unit, partial(_whole, item, turned))
 
         file.visititems(visit)
     except OSError as error:

@@ -116,7 +116,8 @@ def _units(table: Table, roles: dict[str, int], request: Request) -> tuple[dict[
                                                                          Request]:
     """Return each role's unit; what is optional and has none is left out."""
     units: dict[str, Unit] = {}
-    questions = []
+    questions: list[Question] = []
+    unit: Unit | None
     for role, place in list(roles.items()):
         channel = table.channels[place]
         if role in request.units:
@@ -219,21 +220,23 @@ def _by_velocity(table: Table, roles: dict[str, int], units: dict[str, Unit]) ->
     if np.corrcoef(moved, integral)[0, 1] < 0.95:
         return None
     names = (('rad', 'deg', 'rev') if units['velocity'].quantity == 'speed' else ('m', 'mm'))
-    return next((unit_of(name) for name in names
-                 if abs(ratio / unit_of(name).factor - 1.0) < 0.1), None)
+    return next((unit for unit in map(unit_of, names)
+                 if unit is not None and abs(ratio / unit.factor - 1.0) < 0.1), None)
 
 
 def _on_one_clock(path: Path, table: Table, roles: dict[str, int], units: dict[str, Unit],
                   request: Request) -> Measured:
     read = table.read(sorted(set(roles.values()) | set(_clocks(table, roles).values())))
     clocks = _clocks(table, roles)
-    told, notes = [], []
+    told: list[str] = []
+    notes: list[str] = []
     series: dict[str, tuple[Array, Array]] = {}
     for role, place in roles.items():
         if role == 'time':
             continue
         values = read[place].value * units[role].factor + units[role].offset
-        if role == 'effort' and units[role].quantity == 'current':
+        if role == 'effort' and units[role].quantity == 'current' \
+                and request.torque_constant is not None:
             values = values * request.torque_constant
         values = values * request.scale.get(role, 1.0) + request.offset.get(role, 0.0)
         time = read[place].time

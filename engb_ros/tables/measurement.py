@@ -108,7 +108,7 @@ class TdmsTable(Table):
             except (OSError, ValueError, KeyError, EOFError) as error:
                 raise InputError(f'{self.path}: {channel.name} cannot be read '
                                  f'({error})') from error
-            time = None
+            time: np.ndarray | None = None
             if self.channels[place].clocked:
                 time = (self._start(place) - self._first + np.arange(values.size)
                         * float(channel.properties['wf_increment']))

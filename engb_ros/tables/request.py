@@ -65,7 +65,11 @@ class Request:
         if option == '--unit':
             return replace(self, units={**self.units, name: value})
         number = positive(value, option)
-        return replace(self, **{option.strip('-').replace('-', '_'): number})
+        if option == '--rate':
+            return replace(self, rate=number)
+        if option == '--torque-constant':
+            return replace(self, torque_constant=number)
+        raise ValueError(f'no question is answered by {option}')
 
 
 def positive(text: str, option: str) -> float:

@@ -224,7 +224,7 @@ def _is_number(text: str) -> bool:
 
 def _titles(above: list[list[str]], width: int) -> tuple[list[str], list[str]]:
     """Return the titles, and the units where a row of them stands below."""
-    rows = []
+    rows: list[list[str]] = []
     for row in reversed(above):
         cells = [cell.strip() for cell in row]
         if cells and cells[0] == '#':

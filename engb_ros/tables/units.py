@@ -158,15 +158,16 @@ def parse_title(title: str) -> tuple[str, str]:
         match = pattern.match(title)
         if match and unit_of(match[2]):
             return match[1], match[2]
-    if unit_of(title) and unit_of(title).quantity == 'speed':
+    whole = unit_of(title)
+    if whole is not None and whole.quantity == 'speed':
         return title, title
     for place in (index for index, letter in enumerate(title) if letter == '/'):
-        name, unit = title[:place].strip(), title[place + 1:].strip()
-        if name and unit and unit_of(unit) and '/' not in name:
-            return name, unit
+        name, below = title[:place].strip(), title[place + 1:].strip()
+        if name and below and unit_of(below) and '/' not in name:
+            return name, below
     match = _TAIL.match(title)
     unit = unit_of(match[2]) if match else None
-    if unit and unit.quantity != 'none' and (
+    if match and unit and unit.quantity != 'none' and (
             match[2] not in _SHORT or match[1].casefold().rpartition('_')[2] in _TIMES):
         return match[1], match[2]
     return title, ''
