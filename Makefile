@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: demo check test lint types mutants clean
+.PHONY: demo check test lint types clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
