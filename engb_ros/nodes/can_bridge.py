@@ -151,8 +151,11 @@ class CanBridgeNode(ManagedNode):
             return
         level, text, values = self._status()
         if text != self._told:
-            log = self.get_logger()
-            (log.info if level == OK else log.warning)(text)
+            # Two calls: rclpy raises where one place in the code logs at two severities.
+            if level == OK:
+                self.get_logger().info(text)
+            else:
+                self.get_logger().warning(text)
         self._told = text
         self._publish_diagnostics(self._diagnostic.fill(
             self.get_clock().now().to_msg(), level, text, values))
