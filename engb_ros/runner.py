@@ -61,7 +61,7 @@ def node_command(
 ) -> list[str]:
     """Return the command line that starts a node of this package with this Python."""
     command = [sys.executable, '-m', f'engb_ros.nodes.{executable}', '--ros-args',
-               '-r', f'__ns:={namespace}', '--log-level', 'warn']
+               '-r', f'__ns:={namespace}']
     if name:
         command += ['-r', f'__node:={name}']
     if parameter_file:
