@@ -71,14 +71,12 @@ class Plausibility:
         return self._missing() or self._wrapped() or self._units()
 
     def _missing(self) -> str:
-        effort, position = self.recording.effort, self.recording.position
-        if np.ptp(effort) == 0.0:
+        effort = self.recording.effort
+        # Where nothing moves, it is that which is told, by the one who needs the motion.
+        if np.ptp(effort) == 0.0 and np.ptp(self.recording.position) > 0.0:
             unit = self._si('effort')
             return (f'effort is {effort[0]:g} {unit} in all {effort.size} samples: nothing was '
                     'measured; record torque constant times measured current as effort')
-        if np.ptp(position) == 0.0:
-            return ('position never changes: nothing moves, or another column was meant; record '
-                    'a motion')
         return ''
 
     def _wrapped(self) -> str:
