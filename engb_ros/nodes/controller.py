@@ -163,7 +163,7 @@ class ControllerNode(ManagedNode):
             self._controller.on_force_command(now, message.data)
 
     def _on_disc_speed(self, message: Float64) -> None:
-        self._controller.on_disc_speed(message.data)
+        self._controller.on_disc_speed(monotonic(), message.data)
 
     def _on_disturbance(self, message: Float64) -> None:
         self._controller.on_disturbance(monotonic(), message.data)
