@@ -250,11 +250,29 @@ class BrakeController:
         dt, self._last = now - self._last, now
         return self._let_go(dt)
 
-    def on_other_controller(self, now: float, present: bool, was_first: bool) -> None:
-        """Say whether someone else publishes torque; `was_first`: this one was here before."""
-        self.supervisor.set(Cause.OTHER_CONTROLLER, present, now, latch=not was_first)
-        if present and not was_first:
+    def on_other_controller(self, now: float, present: bool, was_first: bool,
+                            latch: bool = True) -> None:
+        """Say whether someone else publishes torque; `was_first`: this one was here before.
+
+        Who was not falls silent, and with `latch` stays so until it is cleared.
+        """
+        yields = present and not was_first
+        self.supervisor.set(Cause.OTHER_CONTROLLER, present, now, latch=latch and yields)
+        if yields:
             self.silent = True
+
+    def take_over(self, now: float, torque: float) -> None:
+        """Speak from now on, in the place of one who sent `torque` [N·m] last."""
+        force = self._force.command if self._force is not None else None
+        target = self.source.target
+        limit = self.settings.supervisor.effort_limit
+        self._restart(min(max(torque, -limit), limit))
+        self.silent = False
+        self._last = now
+        if force is not None:
+            self._aim_at_force(force)
+        elif self.supervisor.commanded:
+            self.source.command(target)
 
     @property
     def feedforward(self) -> float:
