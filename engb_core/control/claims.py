@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 __all__ = ['CLAIM_PERIOD', 'ControllerClaims']
 
 # A healthy controller that speaks says so this often [s].
@@ -35,7 +37,16 @@ class ControllerClaims:
         """Begin with an own claim [ns]."""
         self.own = own
         self._heard: dict[int, list[float]] = {}   # first, last [s], how often
+        self._known: set[int] = set()
         self._alone_since: float | None = None
+
+    def take_over(self, own: int) -> None:
+        """Claim anew, in the place of those heard so far; one word of them is enough to yield."""
+        self.own = own
+        self._known = set(self._heard)
+        self._heard.clear()
+        # The graph shows one who was killed for a while yet: only a claim counts against this.
+        self._alone_since = -math.inf
 
     def hear(self, now: float, claim: int) -> None:
         """Take somebody's claim."""
@@ -52,9 +63,12 @@ class ControllerClaims:
 
     def rivals(self, now: float, speaking: bool) -> list[int]:
         """Return the claims that count now; for one who speaks only what was kept up."""
-        return [claim for claim, (first, last, often) in self._heard.items()
-                if now - last <= _GONE and (
-                    not speaking or (often >= _OFTEN and last - first >= _KEPT_UP))]
+        found = []
+        for claim, (first, last, often) in self._heard.items():
+            kept_up = often >= _OFTEN and last - first >= _KEPT_UP
+            if now - last <= _GONE and (kept_up or not speaking or claim in self._known):
+                found.append(claim)
+        return found
 
     def judge(self, now: float, publishers: int, speaking: bool, faulty: bool,
               ) -> tuple[bool, bool]:

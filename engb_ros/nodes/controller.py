@@ -291,7 +291,7 @@ class ControllerNode(ManagedNode):
         if (now - self._heard_at <= self.values['takeover_time']
                 or self._controller.supervisor.faults):
             return
-        self._claims.start(now, time_ns())
+        self._claims.take_over(time_ns())
         self._controller.take_over(now, self._heard_torque)
         self._claim()
         self.get_logger().warning('the other controller fell silent: this one takes over')

@@ -75,3 +75,13 @@ def test_many_claims_do_not_fill_the_memory():
     for value in range(1000):
         claims.hear(1.0 + 1e-3 * value, value)
     assert len(claims._heard) <= 16
+
+
+def test_who_took_over_yields_to_a_word_of_the_one_before_but_not_to_its_shadow():
+    claims = ControllerClaims()
+    claims.start(0.0, 200)
+    now = kept_up(claims, 100, 0.0, 1.0)
+    claims.take_over(300)
+    assert claims.judge(now + 0.2, 2, True, False) == (True, True)
+    claims.hear(now + 0.3, 100)
+    assert claims.judge(now + 0.3, 2, True, False) == (True, False)
