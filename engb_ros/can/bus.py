@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import contextlib
+import errno
 import threading
 import time
 from typing import Any
@@ -12,9 +13,17 @@ from engb_core.errors import InputError
 
 __all__ = ['CanBus']
 
+# With these the interface itself is gone or down. Everything else that a send can meet (a full
+# queue above all: ENOBUFS, EAGAIN, or no number at all) may be over with the next frame.
+_GONE = frozenset({errno.ENETDOWN, errno.ENODEV, errno.ENXIO, errno.EBADF, errno.ENOTCONN})
+
 
 class CanBus:
     """A CAN bus that is read in a thread of its own and reopened when it fails.
+
+    A frame that the bus refuses to take (its queue is full) is dropped and counted; the next one
+    is newer anyway. Only when nothing could be sent for `reconnect_time` is the bus opened anew:
+    that costs as long without a bus, so it must not be done for less.
 
     Args:
         interface, channel, bitrate: as python-can takes them; bitrate 0: as configured.
@@ -25,6 +34,7 @@ class CanBus:
     Attributes:
         is_up: the bus is open and didn't report bus-off.
         failures: how often it went down.
+        refused: how many frames it did not take.
 
     Raises:
         InputError: python-can isn't installed, or the bus cannot be opened at the start.
@@ -48,7 +58,8 @@ class CanBus:
         self._wanted = identifiers
         self._reconnect_time = reconnect_time
         self._stopped = threading.Event()
-        self.failures = 0
+        self.failures = self.refused = 0
+        self._refusing_since: float | None = None
         try:
             self._bus = self._open()
         except Exception as error:   # each interface raises kinds of its own
@@ -66,10 +77,25 @@ class CanBus:
         try:
             self._bus.send(self._can.Message(arbitration_id=identifier, data=data,
                                              is_extended_id=False))
-        except (self._can.CanError, OSError):
-            self._fail()
+        except (self._can.CanError, OSError, ValueError) as error:
+            self._refuse(error)
             return False
+        self._refusing_since = None
         return True
+
+    def send_surely(self, make_frame: Callable[[], tuple[int, bytes]], patience: float) -> bool:
+        """Send a frame, and anew where it is refused, for `patience` [s]; whether it went out."""
+        end = time.monotonic() + patience
+        while not self.send(*make_frame()):
+            if not self.is_up or time.monotonic() > end:
+                return False
+            time.sleep(0.001)
+        return True
+
+    @property
+    def is_refusing(self) -> bool:
+        """Whether the last frame was refused."""
+        return self._refusing_since is not None
 
     def close(self) -> None:
         """Stop reading and give the bus back."""
@@ -106,6 +132,17 @@ class CanBus:
             if self._bus.state is self._can.BusState.ERROR:
                 self._fail()
 
+    def _refuse(self, error: Exception) -> None:
+        """Count a refused frame; give the bus up where it is gone, or takes nothing any more."""
+        now = time.monotonic()
+        self.refused += 1
+        if self._refusing_since is None:
+            self._refusing_since = now
+        number = getattr(error, 'error_code', None) or getattr(error, 'errno', None)
+        if number in _GONE or isinstance(error, ValueError) or (
+                now - self._refusing_since > self._reconnect_time):
+            self._fail()
+
     def _fail(self) -> None:
         if self.is_up:
             self.is_up = False
@@ -119,6 +156,7 @@ class CanBus:
             self._bus = self._open()
         except Exception:   # not back yet: the next round tries again
             return
+        self._refusing_since = None
         self.is_up = True
 
     def _shut(self) -> None:

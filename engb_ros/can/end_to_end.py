@@ -56,6 +56,10 @@ class Protector:
         frame[0] = frame_crc(frame, self._data_id)
         return frame
 
+    def take_back(self) -> None:
+        """The last frame never went out: the next one bears its counter."""
+        self._counter = (self._counter - 1) % COUNTERS
+
 
 class CheckStatus(Enum):
     """What the check of one frame found."""

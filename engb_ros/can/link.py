@@ -40,6 +40,10 @@ class ControllerEnd:
         data = self._protector.protect(self._codec.encode_command(command))
         return self._codec.command.frame_id, bytes(data)
 
+    def take_back(self) -> None:
+        """The last command never went out: the drive shall not miss its counter."""
+        self._protector.take_back()
+
     def receive(self, identifier: int, data: bytes, now: float) -> DriveStatus | None:
         """Take a frame that came at `now` [s]; return a sample when one is complete."""
         codec = self._codec

@@ -35,6 +35,10 @@ BUS_PARAMETERS = (
 # How often the link is looked at, and how often an idle drive hears that it shall be off [s].
 _TICK = 0.01
 
+# The last word, that the drive shall be off, is tried again for so long while the bus's queue is
+# full [s].
+_LAST_WORD = 0.05
+
 
 class CanBridgeNode(ManagedNode):
     """Turns status frames into `joint_states` and `effort_command` into command frames.
@@ -80,7 +84,13 @@ class CanBridgeNode(ManagedNode):
 
     def stop(self) -> None:
         """Switch the drive off."""
-        self._send(DriveCommand(0.0, OFF))
+        if self._bus is not None:
+            link = self._link
+
+            def off() -> tuple[int, bytes]:
+                return link.command(DriveCommand(0.0, OFF))
+
+            self._bus.send_surely(off, _LAST_WORD)
 
     def close(self) -> None:
         """Give the bus back."""
@@ -90,8 +100,8 @@ class CanBridgeNode(ManagedNode):
             self._bus = None
 
     def _send(self, command: DriveCommand) -> None:
-        if self._bus is not None:
-            self._bus.send(*self._link.command(command))
+        if self._bus is not None and not self._bus.send(*self._link.command(command)):
+            self._link.take_back()
 
     def _on_effort_command(self, message: Float64) -> None:
         value = message.data
@@ -135,6 +145,7 @@ class CanBridgeNode(ManagedNode):
     def _status(self) -> tuple[int, str, dict[str, str]]:
         bus, link = self._bus, self._link
         values = {'bus': 'up' if bus.is_up else 'down', 'bus_failures': str(bus.failures),
+                  'sends_refused': str(bus.refused),
                   'link': link.state.value, 'samples': str(self._samples),
                   'samples_withheld': str(self._withheld), 'flags': ' '.join(self._flags)}
         values |= {f'frames_{name}': str(count) for name, count in link.counts().items()}
@@ -144,6 +155,8 @@ class CanBridgeNode(ManagedNode):
             return ERROR, f'link {link.state.value}', values
         if self._flags:
             return WARN, 'drive: ' + ', '.join(flag.lower() for flag in self._flags), values
+        if bus.is_refusing:
+            return WARN, 'the bus takes no frames (queue full); commands are dropped', values
         return OK, 'link valid', values
 
     def _diagnose(self) -> None:
@@ -151,8 +164,11 @@ class CanBridgeNode(ManagedNode):
             return
         level, text, values = self._status()
         if text != self._told:
-            log = self.get_logger()
-            (log.info if level == OK else log.warning)(text)
+            # Two calls: rclpy raises where one place in the code logs at two severities.
+            if level == OK:
+                self.get_logger().info(text)
+            else:
+                self.get_logger().warning(text)
         self._told = text
         self._publish_diagnostics(self._diagnostic.fill(
             self.get_clock().now().to_msg(), level, text, values))

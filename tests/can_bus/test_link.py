@@ -8,7 +8,7 @@ from engb_core.errors import InputError
 pytest.importorskip('cantools')
 
 from engb_ros.can.codec import DriveCodec, DriveCommand, DriveStatus  # noqa: E402
-from engb_ros.can.end_to_end import LinkState  # noqa: E402
+from engb_ros.can.end_to_end import CheckStatus, LinkState  # noqa: E402
 from engb_ros.can.link import ControllerEnd, DriveEnd  # noqa: E402
 
 CODEC = DriveCodec()
@@ -103,3 +103,13 @@ def test_a_bad_dbc_file_is_refused(tmp_path, text, told):
         path.write_text(text)
     with pytest.raises(InputError, match=told):
         DriveCodec(path)
+
+
+def test_a_command_that_never_went_out_leaves_no_gap():
+    controller, drive = ends = ControllerEnd(CODEC), DriveEnd(CODEC)
+    _, _, now = run(ends)
+    for _ in range(20):   # refused by the bus
+        controller.command(DriveCommand(0.1, 1))
+        controller.take_back()
+    assert drive.receive(*controller.command(DriveCommand(0.2, 1)), now) is not None
+    assert drive.receiver.counts[CheckStatus.SOME_LOST] == 0

@@ -1,58 +1,93 @@
 """The loop over a real bus (UDP multicast): controller, bridge and drive as processes."""
 
+from pathlib import Path
+import sys
+
 from engb_core.control.causes import Cause
 from engb_ros.interface import DIAGNOSTICS
+from engb_ros.runner import node_command
 from ros.loops import can_drive, closed_loop
+
+REFUSING = Path(__file__).resolve().parents[1] / 'can_bus' / 'refusing_bus.py'
+
+
+class Bridge:
+    """What the bridge's diagnostics say."""
+
+    def __init__(self, probe):
+        self._messages = probe.listen(DIAGNOSTICS)
+
+    def __getitem__(self, key):
+        """Return a value, '' before there is one."""
+        for message in reversed(self._messages):
+            status = message.status[0]
+            if status.name.endswith('can_bridge'):
+                return {entry.key: entry.value for entry in status.values}.get(key, '')
+        return ''
 
 
 def test_the_loop_over_can_and_every_fault_of_the_bus(runner, probe, bus):
-    diagnostics = probe.listen(DIAGNOSTICS)
+    bridge = Bridge(probe)
     loop = closed_loop(runner, probe, can_drive(bus))
     loop.go(15.0)
 
     def act(fault):
         loop.set_parameter('drive_emulator', 'fault', fault)
 
-    def bridge():
-        for message in reversed(diagnostics):
-            if message.status[0].name.endswith('can_bridge'):
-                return {entry.key: entry.value for entry in message.status[0].values}
-        return {'link': '', 'samples_withheld': '0'}
-
     def count(name):
-        return int(bridge().get(f'frames_{name}', 0))
+        return int(bridge[name] or 0)
 
     # Lost and corrupted now and then: the loop goes on with what is sound.
     act('lost')
-    loop.until(lambda: count('some_lost') > 20, 'lost frames to be counted')
-    loop.until(lambda: bridge()['link'] == 'valid', 'a valid link all the same')
+    loop.until(lambda: count('frames_some_lost') > 20, 'lost frames to be counted')
+    loop.until(lambda: bridge['link'] == 'valid', 'a valid link all the same')
     act('none')
     loop.go(10.0)
     act('corrupted')
-    loop.until(lambda: count('wrong_crc') > 20, 'corrupted frames to be counted')
+    loop.until(lambda: count('frames_wrong_crc') > 20, 'corrupted frames to be counted')
     act('none')
     loop.until(lambda: loop.clear().success, 'a clear state')
     loop.go(12.0)
 
     # Repeated, silent, late, faulty sensor: no sample is believed, the torque goes.
-    for fault, named in (('repeated', 'repeated'), ('bus_off', 'timeouts'),
-                         ('late', 'timeouts'), ('sensor_fault', None)):
-        before = count(named) if named else int(bridge()['samples_withheld'])
+    for fault, named in (('repeated', 'frames_repeated'), ('bus_off', 'frames_timeouts'),
+                         ('late', 'frames_timeouts'), ('sensor_fault', 'samples_withheld')):
+        before = count(named)
         act(fault)
         if fault != 'late':
             loop.until(lambda: loop.is_in('fault') and loop.has(Cause.STATE_STALE), fault)
             loop.until(lambda: loop.efforts[-1].data == 0.0, 'the torque to be gone')
-        if named:
-            loop.until(lambda named=named, before=before: count(named) > before,
-                       f'{fault} to be counted')
-        else:
-            loop.until(lambda before=before: int(bridge()['samples_withheld']) > before,
-                       'samples to be withheld')
+        loop.until(lambda named=named, before=before: count(named) > before,
+                   f'{fault} to be counted')
         act('none')
         loop.target = None
-        loop.until(lambda: bridge()['link'] == 'valid' and loop.clear().success,
+        loop.until(lambda: bridge['link'] == 'valid' and loop.clear().success,
                    f'recovery from {fault}')
         loop.go(10.0)
+    runner.stop()
+
+
+def test_refused_frames_cost_nothing_but_themselves(runner, probe, bus, tmp_path):
+    word = tmp_path / 'refuse'
+    bridge = Bridge(probe)
+    loop = closed_loop(runner, probe, can_drive(bus))
+    loop.kill('can_bridge')
+    loop.until(lambda: loop.is_in('fault'), 'the fault')
+    runner.start_command('can_bridge', [
+        sys.executable, str(REFUSING), 'can_bridge', *node_command(
+            'can_bridge', parameters={**bus, 'channel': f'{bus["channel"]},{word}'})[3:]])
+    loop.until(lambda: loop.clear().success, 'the bridge')
+    loop.go(15.0)
+    begin = len(loop.state)
+    for reason in ('once', 'ENOBUFS', 'full'):
+        before = int(bridge['sends_refused'])
+        word.write_text(reason)
+        loop.during(0.03)   # less than the drive waits for a command
+        word.unlink(missing_ok=True)
+        loop.until(lambda before=before: int(bridge['sends_refused']) > before, reason)
+    loop.go(10.0)
+    assert bridge['bus_failures'] == '0'
+    assert not any(message.data == 'fault' for message in loop.state[begin:])
     runner.stop()
 
 

@@ -1,0 +1,79 @@
+"""The bus: a refused frame costs that frame; a bus that takes nothing any more is opened anew."""
+
+import os
+import time
+
+import pytest
+
+can = pytest.importorskip('can')
+pytest.importorskip('msgpack')
+
+from can_bus.refusing_bus import RefusingBus  # noqa: E402
+from engb_ros.can.bus import CanBus  # noqa: E402
+
+RECONNECT_TIME = 0.4
+
+
+@pytest.fixture
+def wires(tmp_path, monkeypatch):
+    """A bus that refuses by the word in a file, what arrives at its other end, and the file."""
+    monkeypatch.setitem(can.interface.BACKENDS, 'udp_multicast',
+                        (RefusingBus.__module__, 'RefusingBus'))
+    group = f'239.76.{os.getpid() % 250}.{os.getpid() // 250 % 250}'
+    word = tmp_path / 'refuse'
+    try:
+        other = can.Bus(interface='udp_multicast', channel=group)
+    except OSError as error:
+        pytest.skip(f'no UDP multicast on this machine: {error}')
+    bus = CanBus('udp_multicast', f'{group},{word}', 0, lambda *frame: None, {1}, RECONNECT_TIME)
+    bus.send(1, b'\0')
+    if other.recv(2.0) is None:
+        pytest.skip('no UDP multicast on this machine')
+    yield bus, other, word
+    bus.close()
+    other.shutdown()
+
+
+@pytest.mark.parametrize('reason', ['ENOBUFS', 'EAGAIN', 'full'])
+def test_one_refused_frame_costs_one_frame(wires, reason):
+    bus, other, word = wires
+    word.write_text(reason)
+    assert not bus.send(1, b'\1')
+    word.unlink()
+    assert bus.is_up
+    assert bus.is_refusing
+    assert bus.send(1, b'\2')
+    assert not bus.is_refusing
+    assert bytes(other.recv(2.0).data) == b'\2'
+    assert (bus.failures, bus.refused) == (0, 1)
+
+
+def test_a_bus_that_takes_nothing_any_more_is_opened_anew(wires):
+    bus, other, word = wires
+    word.write_text('ENOBUFS')
+    begin = time.monotonic()
+    while bus.is_up and time.monotonic() - begin < 20.0:
+        bus.send(1, b'\1')
+        time.sleep(0.01)
+    assert time.monotonic() - begin >= RECONNECT_TIME
+    assert bus.failures == 1
+    word.unlink()
+    while not bus.send(1, b'\2') and time.monotonic() - begin < 20.0:
+        time.sleep(0.01)
+    assert bytes(other.recv(2.0).data) == b'\2'
+
+
+def test_an_interface_that_is_gone_is_not_waited_for(wires):
+    bus, _, word = wires
+    word.write_text('ENETDOWN')
+    assert not bus.send(1, b'\1')
+    assert bus.failures == 1
+
+
+def test_the_last_word_is_tried_again(wires):
+    bus, other, word = wires
+    word.write_text('once')
+    assert bus.send_surely(lambda: (1, b'\3'), 1.0)
+    assert bytes(other.recv(2.0).data) == b'\3'
+    word.write_text('full')
+    assert not bus.send_surely(lambda: (1, b'\4'), 0.02)

@@ -1,0 +1,98 @@
+"""Faults of a recording are found and kept out, and a healthy recording has none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.data_faults import cleaned
+from engb_core.model import Controller, Model
+from engb_core.recording import Recording, Reference
+
+from .bench import Bench, strokes
+
+MODEL = Model()
+
+
+@pytest.fixture(scope='module')
+def healthy() -> Recording:
+    return Bench(noise=2e-3).run(strokes())
+
+
+def names(recording: Recording, model: Model = MODEL) -> list[str]:
+    return [entry.fault for entry in cleaned(recording, model)[1]]
+
+
+def test_a_healthy_recording_has_no_fault(healthy):
+    clean, faults = cleaned(healthy, MODEL)
+    assert not faults
+    assert clean is healthy
+
+
+@pytest.mark.parametrize('count', [1, 2, 3])
+def test_an_encoder_that_jumps_away_and_back(healthy, count):
+    position = healthy.position.copy()
+    position[700:700 + count] += 1.5
+    clean, faults = cleaned(replace(healthy, position=position), MODEL)
+    assert [entry.fault for entry in faults] == ['position_glitch']
+    assert faults[0].begin == pytest.approx(healthy.time[700])
+    kept = np.delete(healthy.time, np.arange(700, 700 + count))
+    np.testing.assert_array_equal(clean.time, kept)
+
+
+def test_a_step_that_stays_is_no_glitch(healthy):
+    position = healthy.position + 1.5 * (np.arange(healthy.position.size) > 700)
+    assert names(replace(healthy, position=position)) == []
+
+
+def test_spikes_of_effort_are_left_out_and_told(healthy):
+    effort = healthy.effort.copy()
+    places = np.array([300, 900, 1500])
+    effort[places] += [0.8, -0.7, 0.9]
+    clean, faults = cleaned(replace(healthy, effort=effort), MODEL)
+    assert [entry.fault for entry in faults] == ['effort_glitch']
+    np.testing.assert_array_equal(clean.time, np.delete(healthy.time, places))
+
+
+def test_lost_samples_and_jitter(healthy):
+    keep = np.ones(healthy.time.size, bool)
+    keep[400:440] = False
+    assert names(_rows(healthy, keep)) == ['samples_lost']
+    rng = np.random.default_rng(1)
+    late = rng.uniform(0.0, 0.6 * healthy.interval, healthy.time.size)
+    assert names(replace(healthy, time=healthy.time + late - late[0])) == ['jittering_stamps']
+
+
+def test_a_log_that_repeats_each_value(healthy):
+    times = 5
+    rows = np.repeat(np.arange(0, healthy.time.size, times), times)[:healthy.time.size]
+    log = replace(healthy, position=healthy.position[rows], effort=healthy.effort[rows],
+                  velocity=None)
+    clean, faults = cleaned(log, MODEL)
+    assert 'repeated_values' in [entry.fault for entry in faults]
+    assert clean.interval == pytest.approx(times * healthy.interval)
+
+
+def test_a_sensor_at_its_limit(healthy):
+    limit = 0.7 * float(healthy.effort.max())
+    clipped = replace(healthy, effort=np.minimum(healthy.effort, limit))
+    assert names(clipped) == ['clipped_effort']
+    # A limit that the model file knows of is the controller's own.
+    known = replace(MODEL, controller=Controller(0.3, 1.0, 0.004, limit, 1000.0))
+    assert names(clipped, known) == []
+
+
+def test_an_effort_that_is_a_command(healthy):
+    wanted = healthy.position + 0.01 * np.sin(7.0 * healthy.time)
+    effort = 3.0 * (wanted - healthy.position)
+    told = replace(healthy, effort=effort, reference=Reference(healthy.time, wanted))
+    assert names(told) == ['effort_is_command']
+    measured = replace(told, effort=effort + 0.05 * np.random.default_rng(1).standard_normal(
+        effort.size) * effort.std() * 5.0)
+    assert 'effort_is_command' not in names(measured)
+
+
+def _rows(recording: Recording, keep: np.ndarray) -> Recording:
+    return replace(recording, time=recording.time[keep], position=recording.position[keep],
+                   effort=recording.effort[keep],
+                   velocity=None if recording.velocity is None else recording.velocity[keep])

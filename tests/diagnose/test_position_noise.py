@@ -1,0 +1,61 @@
+"""What encoder counts do to the effort is noise; a recording may end in motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.problem import problem_of
+from engb_core.model import Friction, LoadTorque, Model
+from engb_core.motion import motion_of
+from engb_core.plant import physics_of
+from engb_core.recording import Recording
+from tests.core.bench import Bench, strokes
+
+MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
+              friction=Friction(0.012, 0.11, 0.03))
+
+
+def reduced_chi_square(counts: int, interval: int) -> tuple[float, float]:
+    """Return the mean squared residual of the true model over the noise's, with what the counts
+    do and without, of a recording with every `interval`-th sample."""
+    whole = Bench(counts=counts, noise=1e-3).run(strokes(), rate=500.0)
+    recording = Recording.from_samples('run', whole.time[::interval], whole.position[::interval],
+                                       whole.effort[::interval])
+    (run,) = problem_of([recording], MODEL).runs
+    squares = (run.measured - run.predicted(physics_of(MODEL))) ** 2
+    without = np.sqrt(np.maximum(run.sigma ** 2 - run.counts ** 2, 1e-30))
+    return float(np.mean(squares / run.sigma ** 2)), float(np.mean(squares / without ** 2))
+
+
+@pytest.mark.parametrize(('counts', 'interval'), [(500, 1), (1000, 2), (1000, 4)])
+def test_coarse_counts_are_no_mismatch(counts, interval):
+    with_counts, without = reduced_chi_square(counts, interval)
+    assert with_counts < 1.5
+    assert with_counts < without
+
+
+def test_an_encoder_without_counts_adds_nothing():
+    recording = Bench(noise=1e-3).run(strokes())
+    smooth = replace(recording, position=np.round(recording.position, 12)
+                     + 1e-4 * np.linspace(0.0, 1.0, recording.time.size))
+    (fine,) = problem_of([smooth], MODEL).runs
+    (coarse,) = problem_of([replace(recording, position=0.05 * np.round(
+        recording.position / 0.05))], MODEL).runs
+    assert np.sqrt(np.mean(fine.counts ** 2)) < 0.2 * np.sqrt(np.mean(coarse.counts ** 2))
+
+
+@pytest.mark.parametrize('interval', [1, 5])
+def test_a_recording_that_ends_in_motion_does_not_stop_dead(interval):
+    """The last samples need no torque that the same motion, recorded further, would not need."""
+    whole = Bench(noise=0.0).run(strokes((20.0, 20.0)))
+    rows = slice(None, None, interval)
+    further = Recording.from_samples('run', whole.time[rows], whole.position[rows],
+                                     whole.effort[rows])
+    fast = int(np.argmax(np.abs(np.gradient(further.position))))
+    ended = further.between(0.0, further.time[fast] + 0.5 * further.interval)
+    cut, full = motion_of(ended), motion_of(further)
+    last = cut.time.size
+    assert abs(full.velocity[last - 1]) > 0.9 * full.speed
+    assert cut.velocity[-1] == pytest.approx(full.velocity[last - 1], rel=0.1)
+    assert np.max(np.abs(cut.acceleration[-5:])) < 0.2 * np.max(np.abs(full.acceleration))
