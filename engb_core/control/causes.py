@@ -70,6 +70,11 @@ class Cause(IntFlag):
     DISC_SPEED_STALE = 1 << 27
     OTHER_DRIVE = 1 << 28
 
+    @property
+    def word(self) -> str:
+        """Its name as parameters and diagnostics have it."""
+        return (self.name or '').lower()
+
 
 @dataclass(frozen=True)
 class CauseInfo:

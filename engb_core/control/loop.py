@@ -60,6 +60,7 @@ class PositionLoop:
         self.output = self.feedforward = self.disturbance = 0.0
         self._time: float | None = None
         self._setpoint = Setpoint(0.0)
+        self.observer = DisturbanceObserver(model.motor, settings.disturbance_cutoff)
         self._apply(settings)
 
     @property

@@ -76,7 +76,7 @@ class SupervisorSettings:
         for cause in STOPPING:
             if self.stops.get(cause) not in CAUSES[cause].stops:
                 raise InputError(
-                    f'stop_{cause.name.lower()} must be one of '
+                    f'stop_{cause.word} must be one of '
                     f'{", ".join(stop.value for stop in CAUSES[cause].stops)}')
 
     def with_stop(self, stop: Stop) -> int:

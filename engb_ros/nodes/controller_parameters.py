@@ -119,7 +119,7 @@ _SUPERVISION = (
     ParameterSpec('effort_limit', 0.75, 'final clamp of the torque', 'N·m', 1e-3, 1e3),
     ParameterSpec('effort_rate', 1000.0, 'final clamp of its slew rate', 'N·m/s', 0.1, 1e6),
     ParameterSpec('ramp_time', 0.2, 'from full torque to none in a fault', 's', 1e-3, 10.0),
-    *(ParameterSpec(f'stop_{cause.name.lower()}', CAUSES[cause].stops[0].value,
+    *(ParameterSpec(f'stop_{cause.word}', CAUSES[cause].stops[0].value,
                     f'what becomes of the torque in this fault: {CAUSES[cause].reason}',
                     choices=tuple(stop.value for stop in CAUSES[cause].stops))
       for cause in STOPPING),
@@ -188,5 +188,5 @@ def _supervision(values: dict[str, Any]) -> SupervisorSettings:
              if name in values}
     for name in ('largest_command_step', 'largest_force_step'):
         names[name] = values[name] or math.inf
-    names['stops'] = {cause: Stop(values[f'stop_{cause.name.lower()}']) for cause in STOPPING}
+    names['stops'] = {cause: Stop(values[f'stop_{cause.word}']) for cause in STOPPING}
     return SupervisorSettings(**names)

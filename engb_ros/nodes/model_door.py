@@ -9,6 +9,7 @@ from pathlib import Path
 import stat
 import sys
 import threading
+from typing import Any
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -98,7 +99,7 @@ class ModelDoor:
         with contextlib.suppress(ExternalShutdownException):
             self._executor.spin()
 
-    def _answer(self, request: object, response: object) -> object:
+    def _answer(self, request: Any, response: Any) -> Any:
         try:
             response.message = self._accept()
             response.success = True
