@@ -7,6 +7,8 @@ import pytest
 # A shell that starts the tests in the background leaves SIGINT ignored, and what they start in
 # turn would ignore it, too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+# So with SIGHUP where they are started to outlive the terminal.
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # Files and tests that take more than a few seconds of processor time, or real time (nodes, buses);
 # `make check` leaves them out. Found by `pytest --durations=80`.

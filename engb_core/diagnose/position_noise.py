@@ -5,8 +5,7 @@ velocity and acceleration (motion.py), and through friction, which turns with th
 velocity; both sides of the comparison pass the same low-pass afterwards, so that this part of the
 residual is no mismatch but noise. Nothing about it is white, Gaussian or the same everywhere: it
 is found by a parametric bootstrap (Efron and Tibshirani, An Introduction to the Bootstrap, 1993,
-section 6.5) of the whole chain, with the phase of the counts drawn at random. How the chain smears
-the edges of a motion is part of it.
+section 6.5) of the whole chain, with the phase of the counts drawn at random.
 """
 
 from __future__ import annotations
@@ -47,12 +46,11 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
         return np.zeros(comparison.grid.size)
     random = np.random.default_rng(SEED)
     true = np.interp(recording.time, motion.time, motion.position)
-    needed = comparison(effort_of_motion(motion.samples(), motion.step, physics))
-    squares = np.zeros(comparison.grid.size)
-    for _ in range(DRAWS):
+    drawn_efforts = np.empty((DRAWS, comparison.grid.size))
+    for draw in range(DRAWS):
         phase = random.uniform()
         counted = motion.quantum * (np.floor(true / motion.quantum + phase) + 0.5 - phase)
         drawn = motion_of(replace(recording, position=counted), motion.bandwidth)
-        effort = comparison(effort_of_motion(drawn.samples(), drawn.step, physics))
-        squares += (effort - needed) ** 2
-    return np.sqrt(squares / DRAWS)
+        drawn_efforts[draw] = comparison(
+            effort_of_motion(drawn.samples(), drawn.step, physics))
+    return drawn_efforts.std(axis=0, ddof=1)

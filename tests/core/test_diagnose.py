@@ -152,7 +152,8 @@ def test_a_corrected_model_survives_its_file(results, tmp_path):
 
 def test_too_little_motion_is_refused():
     time = np.arange(3000) / 500.0
-    still = Recording.from_samples('still', time, np.zeros(time.size), np.zeros(time.size))
+    noise = np.random.default_rng(1).normal(0.0, 1e-3, time.size)
+    still = Recording.from_samples('still', time, np.zeros(time.size), noise)
     with pytest.raises(InputError, match='still: too little motion'):
         diagnose([still], MODEL)
     with pytest.raises(InputError, match='no recording'):

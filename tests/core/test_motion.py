@@ -162,8 +162,9 @@ def test_single_lost_samples_are_bridged():
 def test_the_ends_of_a_recording_in_motion_are_not_known():
     motion = motion_of(counted(lambda time: 3.0 * time))
     assert not motion.known[[0, 1, -2, -1]].any()
-    assert np.abs(motion.acceleration[motion.known]).max() < 0.3 * np.abs(
-        motion.acceleration).max()
+    # It goes on beyond its ends: the shaft that seemed to stop dead there needed a torque.
+    assert np.abs(motion.acceleration).max() < 1.5 * np.abs(
+        motion.acceleration[motion.known]).max()
 
 
 def test_the_disc_angle_is_the_integral_of_its_speed():
