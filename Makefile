@@ -1,4 +1,5 @@
-# Two commands do everything: `make demo` and `make test`. Each makes the .venv it needs.
+# Two commands do everything: `make demo` and `make test`. `make check` is for every day: lint, types
+# and the quick tests. Each makes the .venv it needs.
 # Python 3.11 or 3.12; PYTHON=… on the command line names another one of these.
 PYTHON ?= $(shell for p in python3.12 python3.11 python3; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))' 2>/dev/null \
@@ -7,19 +8,25 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: demo test lint clean
+.PHONY: demo check test lint types mutants clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
 	$(BIN)/engb demo --out out/demo
 
-test: $(VENV)/.ready lint
+test: $(VENV)/.ready lint types
 	$(BIN)/python -m pytest -q -n $(WORKERS) --ignore tests/ros --ignore tests/can_bus tests
 	# Real time: one after another, and once more where a busy machine was late.
 	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -q --reruns 2 tests/ros tests/can_bus
 
+check: $(VENV)/.ready lint types
+	$(BIN)/python -m pytest -q -n $(WORKERS) -m 'not slow' tests
+
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .
+
+types: $(VENV)/.ready
+	$(BIN)/mypy
 
 $(VENV)/.ready: setup.py requirements.txt
 	@test -n "$(PYTHON)" || { echo 'Python 3.11 or 3.12 is needed (PYTHON=… names one)' >&2; exit 2; }

@@ -1,5 +1,7 @@
 """The errors that a user can mend."""
 
+from engb_core.printable import printable
+
 __all__ = ['InputError']
 
 
@@ -10,4 +12,4 @@ class InputError(Exception):
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__(' '.join(str(message).split()))
+        super().__init__(printable(' '.join(str(message).split())))

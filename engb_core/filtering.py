@@ -16,12 +16,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from engb_core.compiled import compiled
-from engb_core.motion import gaussian_kernel, Motion
+from engb_core.motion import filtered, gaussian_kernel, Motion
 
-__all__ = ['Comparison', 'comparison_of', 'judgeable', 'low_passed_noise', 'noise_of',
-           'slowest_speed']
+__all__ = ['Comparison', 'comparison_of', 'judgeable', 'low_passed_noise', 'noise_above_band',
+           'noise_of', 'slowest_speed']
 
 Array = NDArray[np.float64]
+
+# Where what lies above the comparison's band begins, as a multiple of its corner.
+ABOVE_BAND = 1.25
 
 
 @dataclass(frozen=True)
@@ -123,6 +126,38 @@ def noise_of(effort: Array) -> float:
     """
     difference = np.diff(effort, n=3)
     return float(1.4826 * np.median(np.abs(difference)) / np.sqrt(20.0))
+
+
+def noise_above_band(motion: Motion, comparison: Comparison, bandwidth: float,
+                     *signals: Array) -> float:
+    """Return the noise of the filtered effort [N·m] from what lies just above the comparison's
+    band, where motion leaves little: for a shaft that never stands still.
+
+    A current sensor's noise is coloured, and differences of neighbouring samples see only its
+    fastest part. Between the comparison's corner and the motion's own the effort holds noise and,
+    in a few places, the edges of a motion, which the median passes over.
+
+    Args:
+        motion: the run.
+        comparison: its filter.
+        bandwidth: corner of the comparison [Hz].
+        signals: efforts (n,) on the motion's grid that hold the same noise, with more or less of
+            the motion in them: the least is taken.
+    """
+    moving = comparison.weight > 0.0
+    corner = min(ABOVE_BAND * bandwidth, 0.2 / motion.step)
+    below = gaussian_kernel(corner, motion.step)
+    # White noise passes the motion's Gaussian, then what the second one leaves.
+    first = gaussian_kernel(motion.bandwidth, motion.recorded_step)
+    both = gaussian_kernel(1.0 / np.hypot(1.0 / motion.bandwidth, 1.0 / corner),
+                           motion.recorded_step)
+    taps = -both
+    inset = (both.size - first.size) // 2
+    taps[inset:inset + first.size] += first
+    gain = float(np.sqrt(np.sum(taps ** 2)))
+    least = min(float(np.median(np.abs((signal - filtered(signal, below))[moving])))
+                for signal in signals)
+    return 1.4826 * least / gain * comparison.noise_gain_whole
 
 
 def low_passed_noise(motion: Motion, comparison: Comparison, stride: int) -> float | None:

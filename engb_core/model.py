@@ -13,11 +13,18 @@ from typing import Any
 import yaml
 
 from engb_core.errors import InputError
+from engb_core.yaml_text import load_yaml, shown
 
 __all__ = ['Cogging', 'Controller', 'EffectSetting', 'Friction', 'Joint', 'LoadTorque', 'Model',
            'Motor']
 
 FORMAT = 'engb-model/1'
+
+# A model file has a kilobyte; one with as many harmonics as may be has 10.
+_LARGEST = 256 << 10
+_MOST_HARMONICS = 100
+# [Hz] No drive closes its loop faster, and no recording that is faster can be judged.
+_FASTEST_LOOP = 1e5
 
 
 @dataclass(frozen=True)
@@ -122,17 +129,19 @@ class Model:
         """
         path = Path(path)
         try:
-            text = path.read_text(encoding='utf-8')
-        except (OSError, UnicodeDecodeError) as error:
+            with path.open(encoding='utf-8') as file:
+                text = file.read(_LARGEST + 1)
+        except (OSError, UnicodeDecodeError, ValueError) as error:
             reason = getattr(error, 'strerror', None) or 'not a text file'
             raise InputError(f'{path}: cannot be read ({reason}); give a model file '
                              f'(YAML, format: {FORMAT})') from error
+        if len(text) > _LARGEST:
+            raise InputError(f'{path}: larger than {_LARGEST >> 10} KiB; no model file is '
+                             f'(YAML, format: {FORMAT})')
         try:
-            data = yaml.safe_load(text)
-        except (yaml.YAMLError, ValueError, RecursionError) as error:
-            mark = getattr(error, 'problem_mark', None)
-            line = f' at line {mark.line + 1}' if mark else ''
-            raise InputError(f'{path}: not valid YAML{line}; mend the file') from error
+            data = load_yaml(text)
+        except InputError as error:
+            raise InputError(f'{path}: {error}') from error
         try:
             return cls.from_mapping(data)
         except InputError as error:
@@ -146,12 +155,13 @@ class Model:
         _known(data, {'format', 'joint', 'motor', 'load_torque', 'friction', 'cogging',
                       'controller', 'effects'}, '')
         if data.get('format') != FORMAT:
-            raise InputError(f'format is {data.get("format")!r}; it must be {FORMAT}')
+            raise InputError(f'format is {shown(data.get("format"))}; it must be {FORMAT}')
         if 'motor' not in data:
             raise InputError('motor is missing; give torque_constant, inertia, viscous_friction')
         joint = _section(Joint, data.get('joint'), 'joint')
         if joint.type not in ('revolute', 'prismatic'):
-            raise InputError(f'joint.type is {joint.type!r}; it must be revolute or prismatic')
+            raise InputError(f'joint.type is {shown(joint.type)}; it must be revolute or '
+                             'prismatic')
         motor = _section(Motor, data['motor'], 'motor', required=('inertia', 'viscous_friction'))
         if motor.inertia <= 0:
             raise InputError(f'motor.inertia is {motor.inertia}; it must be above 0 kg·m²')
@@ -171,6 +181,12 @@ class Model:
             controller = _section(Controller, data['controller'], 'controller')
             if controller.rate <= 0 or controller.effort_limit <= 0:
                 raise InputError('controller.rate and controller.effort_limit must be above 0')
+            if controller.rate > _FASTEST_LOOP:
+                raise InputError(f'controller.rate is {controller.rate:g}; it must be at most '
+                                 f'{_FASTEST_LOOP:g} Hz')
+        if len(_list(data.get('cogging'), 'cogging')) > _MOST_HARMONICS:
+            raise InputError(f'cogging holds {len(data["cogging"])} harmonics; at most '
+                             f'{_MOST_HARMONICS} are computed')
         cogging = tuple(_section(Cogging, entry, f'cogging[{index}]',
                                  required=('order', 'amplitude'))
                         for index, entry in enumerate(_list(data.get('cogging'), 'cogging')))
@@ -223,8 +239,14 @@ class Model:
 def _known(data: dict, allowed: set[str], where: str) -> None:
     for key in data:
         if key not in allowed:
-            name = f'{where}.{key}' if where else str(key)
+            name = f'{where}.{_key(key)}' if where else _key(key)
             raise InputError(f'unknown key {name}; known here: {", ".join(sorted(allowed))}')
+
+
+def _key(key: Any) -> str:
+    """Return a key for a message: most are text, which needs no quotes."""
+    text = shown(key)
+    return text[1:-1] if isinstance(key, str) else text
 
 
 def _list(value: Any, where: str) -> list:
@@ -241,9 +263,10 @@ def _number(value: Any, where: str) -> float:
         try:
             value = float(value)
         except ValueError:
-            raise InputError(f'{where} is {value!r}; write a plain number in SI units') from None
+            raise InputError(f'{where} is {shown(value)}; write a plain number in SI '
+                             'units') from None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(f'{where} is {value!r}; write a plain number in SI units')
+        raise InputError(f'{where} is {shown(value)}; write a plain number in SI units')
     try:
         number = float(value)
     except OverflowError:
@@ -267,7 +290,7 @@ def _section(kind: type, data: Any, where: str, required: tuple[str, ...] = ()) 
     for name, value in data.items():
         if fields[name].type == 'str':
             if not isinstance(value, str):
-                raise InputError(f'{where}.{name} is {value!r}; it must be text')
+                raise InputError(f'{where}.{name} is {shown(value)}; it must be text')
             values[name] = value
         elif name == 'effort_limit' and isinstance(value, float) and value == math.inf:
             values[name] = value
@@ -288,7 +311,7 @@ def _load_torque(data: Any) -> LoadTorque:
                                                   'load_torque.amplitude'),
                           phase=_number(data.get('phase', 0.0), 'load_torque.phase'))
     if form != 'polynomial':
-        raise InputError(f'load_torque.form is {form!r}; it must be polynomial or sinusoid')
+        raise InputError(f'load_torque.form is {shown(form)}; it must be polynomial or sinusoid')
     _known(data, {'form', 'coefficients', 'contact_angle'}, 'load_torque')
     values = _list(data.get('coefficients', [0.0] * 4), 'load_torque.coefficients')
     if not 1 <= len(values) <= 12:
@@ -311,7 +334,7 @@ def _effect(data: Any, where: str) -> EffectSetting:
         raise InputError(f'{where}.parameters must be a mapping')
     values: dict[str, Any] = {}
     for name, value in parameters.items():
-        here = f'{where}.parameters.{name}'
+        here = f'{where}.parameters.{_key(name)}'
         if isinstance(value, list):
             values[str(name)] = [_number(item, here) for item in value]
         else:

@@ -21,7 +21,7 @@ from engb_core.recording import Recording
 from engb_core.sample_table import sample_table
 
 __all__ = ['MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered', 'gaussian_kernel',
-           'motion_of', 'without_counts']
+           'motion_of', 'quantum_of', 'without_counts']
 
 Array = NDArray[np.float64]
 
@@ -94,8 +94,18 @@ def gaussian_kernel(bandwidth: float, step: float, derivative: int = 0) -> Array
 
 
 def filtered(values: Array, taps: Array) -> Array:
-    """Return `values` (n,) passed through symmetric taps without lag, ends extended."""
+    """Return `values` (n,) passed through symmetric taps without lag, held beyond both ends."""
     return convolve1d(values, taps, mode='nearest')
+
+
+def moving_on(values: Array, taps: Array) -> Array:
+    """Return `values` (n,) passed through symmetric taps without lag, continued beyond both ends
+    at the speed that they have there: a recording may begin or end in the midst of a motion, and a
+    shaft that seemed to stop dead would need a torque that nobody measured."""
+    reach = taps.size // 2
+    if values.size <= reach + 1:
+        return filtered(values, taps)
+    return np.convolve(np.pad(values, reach, mode='reflect', reflect_type='odd'), taps, 'valid')
 
 
 def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Motion:
@@ -107,23 +117,24 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
     full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
     raw = bridged(full, np.interp(full, *without_counts(recording)), recording)
 
-    def smooth(values: Array, derivative: int = 0) -> Array:
-        return filtered(values, gaussian_kernel(bandwidth, fine, derivative))[::stride].copy()
+    def smooth(derivative: int) -> Array:
+        return moving_on(raw, gaussian_kernel(bandwidth, fine, derivative))[::stride].copy()
 
     time = full[::stride]
     disc = recording.signal('disc_speed')
     temperature = recording.signal('pad_temperature')
     disc_speed = np.zeros(time.size) if disc is None else np.interp(time, recording.time, disc)
     return Motion(
-        name=recording.name, step=step, time=time, position=smooth(raw), velocity=smooth(raw, 1),
-        acceleration=smooth(raw, 2),
-        effort=smooth(np.interp(full, recording.time, recording.effort)),
+        name=recording.name, step=step, time=time, position=smooth(0), velocity=smooth(1),
+        acceleration=smooth(2),
+        effort=filtered(np.interp(full, recording.time, recording.effort),
+                        gaussian_kernel(bandwidth, fine))[::stride].copy(),
         disc_speed=disc_speed,
         disc_angle=cumulative_trapezoid(disc_speed, dx=step, initial=0.0),
         pad_temperature=(np.full(time.size, 20.0) if temperature is None
                          else np.interp(time, recording.time, temperature)),
         known=_known(recording, time, fine, gaussian_kernel(bandwidth, fine).size // 2),
-        quantum=_quantum(recording.position),
+        quantum=quantum_of(recording.position),
         has_disc=disc is not None and bool(np.any(np.abs(disc) > 1e-6)),
         has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine)
 
@@ -139,9 +150,21 @@ def without_counts(recording: Recording) -> tuple[Array, Array]:
     middle = np.concatenate([0.5 * (position[change] + position[change + 1]), beside[1]])
     order = np.argsort(edge, kind='stable')
     edge, middle = edge[order], middle[order]
-    # Before the first and after the last edge the shaft stands.
-    return (np.concatenate([[time[0]], edge, [max(time[-1], edge[-1] + 1e-9)]]),
-            np.concatenate([[middle[0]], middle, [middle[-1]]]))
+    end = max(time[-1], edge[-1] + 1e-9)
+    return (np.concatenate([[time[0]], edge, [end]]),
+            np.concatenate([[_beyond(edge[:2], middle[:2], time[0])], middle,
+                            [_beyond(edge[-1:-3:-1], middle[-1:-3:-1], end)]]))
+
+
+def _beyond(edge: Array, middle: Array, time: float) -> float:
+    """Return the position at the recording's end at `time`, from the outermost edge and its
+    neighbour: it goes on at their speed, but by no more than what the next edge would have shown;
+    before the first and after the last edge of a stroke the shaft stands."""
+    beyond = time - edge[0]
+    between = edge[0] - edge[1]
+    if between == 0.0 or beyond / between > 1.0:
+        return float(middle[0])
+    return float(middle[0] + (middle[0] - middle[1]) * beyond / between)
 
 
 def _beside_rest(recording: Recording, change: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -150,7 +173,7 @@ def _beside_rest(recording: Recording, change: NDArray[np.int64]) -> tuple[Array
     rest would have the shaft creep all that time."""
     time, position = recording.time, recording.position
     duration, jump = time[change + 1] - time[change], position[change + 1] - position[change]
-    quantum = _quantum(position)
+    quantum = quantum_of(position)
     several = (quantum > 0.0) & (np.abs(jump) > 1.5 * quantum)
     lost = duration > 1.5 * recording.interval
     apart = np.diff(change) > 1
@@ -195,7 +218,7 @@ def _known(recording: Recording, time: Array, step: float, reach: int) -> NDArra
     return inside & ~maximum_filter1d(gap > 2.5 * step, 3)
 
 
-def _quantum(position: Array) -> float:
+def quantum_of(position: Array) -> float:
     """Return the encoder's count [rad]: the smallest step that occurs again and again."""
     steps = np.abs(np.diff(position))
     steps = steps[steps > 1e-12]

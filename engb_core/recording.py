@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 
 # Fewer samples than this hold no motion that could be judged.
 MINIMUM_SAMPLES = 20
+# A recording is judged on an even grid as fine as its samples. Of one with pauses most of that
+# grid is not known; where less than this part of it was sampled, the pauses are the recording.
+SAMPLED = 0.01
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,7 @@ class Recording:
                 f'{name}: joint_states holds {order.size} usable samples, at least '
                 f'{MINIMUM_SAMPLES} are needed; record a longer run')
         start = float(stamp[order[0]])
+        _refuse_bursts(name, stamp[order])
         return cls(
             name=name,
             time=stamp[order] - start,
@@ -150,6 +154,17 @@ class Recording:
             velocity=None if self.velocity is None else self.velocity[part],
             reference=self.reference, signals=self.signals, start=self.start, joint=self.joint,
             notes=self.notes)
+
+
+def _refuse_bursts(name: str, stamp: Array) -> None:
+    """Raise InputError where a recording is bursts of samples with long pauses between them."""
+    interval = float(np.median(np.diff(stamp)))
+    span = float(stamp[-1] - stamp[0])
+    if interval * stamp.size < SAMPLED * span:
+        raise InputError(
+            f'{name}: {stamp.size} samples {interval:.3g} s apart lie scattered over {span:.3g} '
+            's; record without pauses, or give the stretches between them as recordings of '
+            'their own')
 
 
 def _shifted_reference(reference: Reference | None, start: float) -> Reference | None:

@@ -25,8 +25,8 @@ from engb_core.kinematics import Mechanism, rising_root
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 
 __all__ = ['back_efficiency', 'clamp_force', 'clamp_force_of_torque', 'coulomb_friction',
-           'efficiency_load_gain', 'LoadPolynomial', 'load_polynomial', 'mechanism_load',
-           'motor_angle', 'pad_friction', 'paper_torque', 'self_energizing_gain',
+           'efficiency_load_gain', 'LoadPolynomial', 'load_polynomial', 'load_values',
+           'mechanism_load', 'motor_angle', 'pad_friction', 'paper_torque', 'self_energizing_gain',
            'torque_of_clamp_force']
 
 Array = NDArray[np.float64]
@@ -181,6 +181,14 @@ def load_polynomial(mechanism: Mechanism, pad_friction: float = 0.0,
     coefficients = found / (mechanism.stroke - contact)**powers
     return LoadPolynomial(LoadTorque('polynomial', (0.0, *coefficients.tolist()), contact), gain,
                           error)
+
+
+def load_values(load: LoadTorque, angle: ArrayLike) -> Array:
+    """Return T_L [N·m] of a polynomial `load` at `angle` [rad], any shape; 0 before contact."""
+    angle = np.asarray(angle, float)
+    beyond = angle if load.contact_angle is None else angle - load.contact_angle
+    torque = np.polynomial.polynomial.polyval(beyond, load.coefficients)
+    return torque if load.contact_angle is None else np.where(beyond > 0.0, torque, 0.0)
 
 
 def mechanism_load(model: Model, mechanism: Mechanism, pad_friction: float = 0.0) -> Model:

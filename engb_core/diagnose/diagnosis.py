@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.data_faults import DataFault
 from engb_core.model import Model
 
 __all__ = ['ClosedLoop', 'Candidate', 'Diagnosis', 'EffectFinding', 'Evidence', 'Interval',
@@ -186,3 +187,4 @@ class Diagnosis:
     next_experiment: NextExperiment | None
     model: Model
     evidence: Evidence = field(default_factory=Evidence)
+    data_faults: tuple[DataFault, ...] = ()

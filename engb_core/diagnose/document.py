@@ -39,6 +39,10 @@ def to_document(diagnosis: Diagnosis) -> dict[str, Any]:
         document['unexplained'] = _unexplained(diagnosis.unexplained)
     document['fit'] = {'held_out': [_fit(entry) for entry in diagnosis.held_out
                                     if _finite(entry.rms_before, entry.rms_after)]}
+    document['data_faults'] = [
+        {'fault': entry.fault, 'recording': entry.recording, 'from': float(entry.begin),
+         'to': float(entry.end), 'statement': entry.statement}
+        for entry in diagnosis.data_faults if _finite(entry.begin, entry.end)]
     proposal = diagnosis.next_experiment
     document['next_experiment'] = None if proposal is None else {
         'reason': proposal.reason,

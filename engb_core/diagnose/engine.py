@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 
+from engb_core.data_faults import cleaned, DataFault
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
 from engb_core.diagnose.evidence import (
@@ -37,6 +38,7 @@ from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, reso
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.plant import physics_of
+from engb_core.plausibility import refuse_implausible
 from engb_core.recording import Recording
 
 __all__ = ['diagnose']
@@ -66,12 +68,15 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         threads: that fit side by side (None: one for each processor); the result is the same.
 
     Raises:
-        InputError: too little motion to judge a model by.
+        InputError: too little motion to judge a model by, or units that cannot be right.
     """
     started = time.perf_counter()
     tell = progress or (lambda text: None)
     threads = processors() if threads is None else threads
+    refuse_implausible((*recordings, *holdout), model)
     tell('reading the motion')
+    recordings, faults = _cleaned(recordings, model)
+    holdout, further = _cleaned(holdout, model)
     problem, outcome = _without_stops(recordings, model, holdout, tell, threads)
     tell('listening for a resonance above the band')
     resonance = resonance_beside(problem, outcome.corrected, threads)
@@ -105,7 +110,20 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         next_experiment=proposal, model=outcome.corrected,
         evidence=evidence_of(problem, outcome.fitter, explanation.fit, selection,
                              outcome.corrected, findings, loops,
-                             time.perf_counter() - started))
+                             time.perf_counter() - started),
+        data_faults=(*faults, *further))
+
+
+def _cleaned(recordings: Sequence[Recording], model: Model,
+             ) -> tuple[list[Recording], list[DataFault]]:
+    """Return the recordings without samples that cannot be true, their faults among the notes;
+    and the faults."""
+    found, faults = [], []
+    for recording in recordings:
+        clean, wrong = cleaned(recording, model)
+        found.append(replace(clean, notes=(*clean.notes, *(entry.statement for entry in wrong))))
+        faults += wrong
+    return found, faults
 
 
 def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Sequence[Recording],

@@ -33,8 +33,6 @@ SURE = 2.0 / 3.0
 STANDS_OUT = 2.0
 # How sure a wrong number is beside what has no name.
 NUMBER_BESIDE = 0.9
-# How sure it is, at least, that a number is wrong which a refit of the others didn't move.
-KEPT = 0.93
 
 
 def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
@@ -179,14 +177,12 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     for finding in numbers:
         effect = get_effect(finding.effect)
         parameters = _estimates(fitter, finding)
-        # What a refit left as it was is wrong, whatever else is missing.
-        believed = max(known, KEPT) if finding.kept else known
         others = sum(weight for _, weight in finding.rivals)
         findings.append(EffectFinding(
-            effect=effect.id, probability=believed * (1.0 - others),
+            effect=effect.id, probability=known * (1.0 - others),
             parameters=parameters,
             share=min(1.0, taken * finding.matters / total),
-            alternatives=tuple((other, believed * weight) for other, weight in finding.rivals),
+            alternatives=tuple((other, known * weight) for other, weight in finding.rivals),
             statement=effect.statement({name: entry.value for name, entry in parameters.items()})))
     return findings
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from engb_core.diagnose.position_noise import position_noise
 from engb_core.diagnose.side_by_side import OwnSamples
 from engb_core.effects.base import Scene
 from engb_core.errors import InputError
@@ -16,13 +17,14 @@ from engb_core.filtering import (
     Comparison,
     comparison_of,
     low_passed_noise,
+    noise_above_band,
     noise_of,
     slowest_speed,
 )
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
 from engb_core.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
-from engb_core.plant import load_torques, nominal_vector, Physics
+from engb_core.plant import load_torques, nominal_vector, Physics, physics_of
 from engb_core.recording import Recording
 from engb_core.sharp_motion import sharp_motion_of
 
@@ -55,9 +57,11 @@ TIMING_OF_SAMPLE = 0.2
 class Run:
     """One recording, ready: its motion, its filter, its filtered effort and noise.
 
-    `measured` (m,) filtered effort; `noise` (m,) its noise; `sigma` (m,) noise and uncertainty
-    of timing together; `rate` (m,) how fast effort changes [N·m/s]; `fitted` (m,) True where a
-    fit may look; the rest, and all of a held-out recording, is only judged.
+    `measured` (m,) filtered effort; `noise` (m,) the noise of the difference between it and what
+    the motion needs: the effort's own and what position counts make of the motion (`counts`
+    (m,)); `sigma` (m,) noise and uncertainty of timing together; `rate` (m,) how fast effort
+    changes [N·m/s]; `fitted` (m,) True where a fit may look; the rest, and all of a held-out
+    recording, is only judged.
     """
 
     recording: Recording
@@ -66,6 +70,7 @@ class Run:
     comparison: Comparison
     measured: Array
     noise: Array
+    counts: Array
     sigma: Array
     rate: Array
     fitted: NDArray[np.bool_]
@@ -146,10 +151,16 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     others = [motion_of(recording, motion_bandwidth) for recording in held_out]
     scene = _scene(recordings, motions, model)
     slowest = slowest_speed(motions, model.friction.saturation_velocity, scene.speed)
-    runs = tuple(_run(recording, motion, bandwidth, slowest, before_stop,
-                      bool(held_out), False)
+    physics = physics_of(model)
+
+    def ready(recording: Recording, motion: Motion, fit_all: bool, judged: bool) -> Run:
+        comparison = comparison_of(motion, bandwidth, slowest, before_stop)
+        return _run(recording, motion, comparison, bandwidth, fit_all, judged,
+                    position_noise(recording, motion, comparison, physics), physics)
+
+    runs = tuple(ready(recording, motion, bool(held_out), False)
                  for recording, motion in zip(recordings, motions, strict=True))
-    judged = tuple(_run(recording, motion, bandwidth, slowest, before_stop, True, True)
+    judged = tuple(ready(recording, motion, True, True)
                    for recording, motion in zip(held_out, others, strict=True))
     points = sum(int(run.fitted.sum()) for run in runs)
     if points < LEAST_POINTS:
@@ -166,10 +177,16 @@ def sharper(problem: Problem) -> Problem:
     motions = [sharp_motion_of(run.recording, step=SHARP_STEP) for run in problem.runs]
     slowest = slowest_speed(motions, problem.model.friction.saturation_velocity,
                             problem.scene.speed)
-    runs = tuple(_run(run.recording, motion, problem.bandwidth, slowest, problem.before_stop,
-                      bool(problem.held_out), False)
-                 for run, motion in zip(problem.runs, motions, strict=True))
-    return replace(problem, runs=runs, held_out=())
+
+    def ready(run: Run, motion: Motion) -> Run:
+        comparison = comparison_of(motion, problem.bandwidth, slowest, problem.before_stop)
+        # Both chains are as sharp as the comparison's low-pass lets through.
+        counts = np.interp(motion.time[comparison.grid], run.motion.time[run.comparison.grid],
+                           run.counts)
+        return _run(run.recording, motion, comparison, problem.bandwidth, bool(problem.held_out),
+                    False, counts, physics_of(problem.model))
+
+    return replace(problem, runs=tuple(map(ready, problem.runs, motions)), held_out=())
 
 
 def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Model) -> Scene:
@@ -263,10 +280,8 @@ def _load_power(nominal: Array, low: float, high: float) -> float:
     return float(np.clip(np.log2(whole / half), *POWERS))
 
 
-def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,
-         before_stop: float, fit_all: bool, held_out: bool) -> Run:
-    comparison = comparison_of(motion, bandwidth, slowest, before_stop)
-    noise = noise_of(recording.effort)
+def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth: float,
+         fit_all: bool, held_out: bool, counts: Array, physics: Physics) -> Run:
     time = motion.time[comparison.grid]
     fitted = np.ones(time.size, bool)
     if held_out:
@@ -277,11 +292,15 @@ def _run(recording: Recording, motion: Motion, bandwidth: float, slowest: float,
     # Above the corner of the low-pass second differences are blind to what the motion needs.
     low = low_passed_noise(motion, comparison, max(1, round(0.8 / bandwidth / motion.step)))
     resolution = float(np.median(np.abs(recording.effort))) * 1e-4
-    noise = (max(noise * comparison.noise_gain_whole, resolution) if low is None
-             else max(low, resolution)) / np.sqrt(comparison.scale)
+    if low is None:
+        left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
+        low = max(noise_of(recording.effort) * comparison.noise_gain_whole,
+                  noise_above_band(motion, comparison, bandwidth, motion.effort, left))
+    noise = max(low, resolution) / np.sqrt(comparison.scale)
+    noise = np.hypot(noise, counts)
     smooth = filtered(motion.effort, comparison.taps)
     rate = np.abs(np.gradient(smooth, motion.step))[comparison.grid]
     timing = max(TIMING, TIMING_OF_SAMPLE * motion.recorded_step)
     return Run(recording, motion, OwnSamples(motion.samples()), comparison,
-               comparison(motion.effort), noise, np.hypot(noise, timing * rate), rate, fitted,
-               held_out)
+               comparison(motion.effort), noise, counts, np.hypot(noise, timing * rate), rate,
+               fitted, held_out)

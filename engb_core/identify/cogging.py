@@ -16,9 +16,11 @@ Array = NDArray[np.float64]
 # Lines of a motor lie at multiples of slots and poles; higher ones a slow stroke can't resolve.
 HIGHEST_ORDER = 60.0
 
-# A line stands this much above the neighbourhood's median power: among some hundred orders of a
-# noise spectrum (exponential powers) that happens once in 2000 recordings.
+# A line stands this much above the neighbourhood's median power, the line itself taken out: among
+# some hundred orders of a noise spectrum (exponential powers) that happens once in 2000
+# recordings.
 LEAST_PROMINENCE = 24.0
+CHANCE = 1.0 / 2000.0
 
 # A line explains at least this part of the residual's energy: less is not worth a term.
 LEAST_SHARE = 0.02
@@ -71,27 +73,48 @@ def find_orders(pieces: Sequence[Motion], residual: Array, at_most: int = 6) -> 
     # Below some cycles per range a wave is another piece of load curve.
     lowest = max(1.0, 4.0 / turns)
     orders = np.arange(lowest, HIGHEST_ORDER, 0.25 / turns)
+    # So many times does noise get the chance to look like a line, and so much (χ² of two numbers,
+    # in units of the noise) has the largest of them once in 2000 recordings.
+    chances = max((HIGHEST_ORDER - lowest) * turns, 1.0)
+    expected = 2.0 * np.log(chances / CHANCE)
+    samples = residual.size / _correlation_length(used[0])
     found: list[float] = []
     left = residual.copy()
     for _ in range(at_most):
         power = order_spectrum(used, left, orders)
         best = int(np.argmax(power))
-        near = np.abs(orders - orders[best]) < max(6.0, 12.0 / turns)
-        near &= np.abs(orders - orders[best]) > 1.0 / turns
-        floor = np.median(power[near]) if near.any() else np.inf
-        if power[best] <= max(LEAST_PROMINENCE * floor, LEAST_SHARE * float(left @ left)):
-            break
+        energy = float(left @ left)
         # Neighbours that a range of so few turns can't part: a curve misfitted, not a line.
-        if any(abs(orders[best] - other) < 2.0 / turns for other in found):
+        if (power[best] <= LEAST_SHARE * energy or power[best] >= energy
+                or any(abs(orders[best] - other) < 2.0 / turns for other in found)):
             break
         fine = orders[best] + np.linspace(-0.5, 0.5, 21) * 0.5 / turns
         order = float(fine[int(np.argmax(order_spectrum(used, left, fine)))])
         # A motor's cogging is locked to its revolution: a whole number where it fits as well.
         if abs(order - round(order)) < 0.1 / turns:
             order = float(round(order))
+        rest = residual - _fitted(used, residual, [*found, order])
+        # Strokes show a line only where they are slow, so it has sidelobes all around: the floor
+        # is what stands there once it is taken out.
+        near = np.abs(orders - orders[best]) < max(6.0, 12.0 / turns)
+        floor = float(np.median(order_spectrum(used, rest, orders[near])))
+        gained = samples * np.log(energy / float(rest @ rest))
+        if power[best] <= LEAST_PROMINENCE * floor or gained <= expected:
+            break
         found.append(order)
-        waves = np.concatenate([piece.smooth(np.stack(
-            [wave(number * piece.position) for number in found for wave in (np.sin, np.cos)])).T
-            for piece in used])
-        left = residual - waves @ np.linalg.lstsq(waves, residual, rcond=None)[0]
+        left = rest
     return tuple(found)
+
+
+def _fitted(pieces: Sequence[Motion], residual: Array, orders: Sequence[float]) -> Array:
+    """Return what waves of these orders explain of `residual` (m,)."""
+    waves = np.concatenate([piece.smooth(np.stack(
+        [wave(number * piece.position) for number in orders for wave in (np.sin, np.cos)])).T
+        for piece in pieces])
+    return waves @ np.linalg.lstsq(waves, residual, rcond=None)[0]
+
+
+def _correlation_length(piece: Motion) -> float:
+    """Return how many rows hold one independent value of white noise that passed the kernel."""
+    spacing = piece.stride * piece.interval / piece.kernel.width
+    return float(1.0 + 2.0 * np.exp(-0.25 * (spacing * np.arange(1, 20))**2).sum())

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from engb_core.errors import InputError
 from engb_core.identify.cogging import find_orders
+from engb_core.identify.contact import contact_estimate, fit_contacts
 from engb_core.identify.paper_way import load_degree, paper_way, PaperResult
 from engb_core.identify.regression import Fit, fit, Form
 from engb_core.identify.smoothing import Motion, motions
@@ -28,9 +29,12 @@ LEAST_PRECISION = 0.3
 # ... unless the recording contradicts that value: χ² of two numbers, 1 %.
 CONTRADICTION = 9.2
 
-# A contact angle is kept if it makes the fit this much better in BIC, and visibly (2 % in rms).
+# A contact angle is kept if it makes the fit this much better in BIC ("very strong": Kass and
+# Raftery, 1995).
 CONTACT_EVIDENCE = 10.0
-CONTACT_GAIN = 0.02
+
+# Lines of cogging looked for.
+MOST_LINES = 6
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ class IdentifiedModel:
         beside = {f'p{power}': value for power, value in enumerate(paper.load.coefficients)}
         beside |= {'coulomb': paper.friction.coulomb, 'load_gain': paper.friction.load_gain,
                    'saturation_velocity': paper.friction.saturation_velocity}
-        if 'contact_angle' in self.estimates or 'amplitude' in self.estimates:
+        if self.model.load_torque.contact_angle is not None or 'amplitude' in self.estimates:
             beside = {name: value for name, value in beside.items() if name[0] != 'p'}
         lines = [f'{len(paper.strokes)} clamp and release strokes; residual '
                  f'{1e3 * self.regression.rms:.2f} mN·m below '
@@ -85,7 +89,9 @@ class IdentifiedModel:
         for name, estimate in self.estimates.items():
             if name.startswith(('sine', 'cosine')):
                 continue
-            if estimate.determined:
+            if estimate.remark:
+                between = estimate.remark
+            elif estimate.determined:
                 low, high = estimate.interval()
                 between = f'{low:.4g} … {high:.4g}'
             else:
@@ -126,13 +132,16 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
     paper = paper_way(pieces, start)
     tell(f'steps 2 to 6: {len(paper.strokes)} strokes, load to '
          f'{float(np.max(paper.load.torque(paper.parts.position))):.3g} N·m')
-    found = _joint(pieces, start, paper, tell)
-    if prior:
-        found = fit(pieces, found.form, found.values, prior)
-    return IdentifiedModel(found.model(start), start, found.estimates, pieces, paper, found)
+    found, contact = _joint(pieces, start, paper, tell, prior)
+    estimates = dict(found.estimates)
+    if contact is not None:
+        estimates['contact_angle'] = contact
+    return IdentifiedModel(found.model(start), start, estimates, pieces, paper, found)
 
 
-def _joint(pieces: list[Motion], start: Model, paper: PaperResult, tell: Progress) -> Fit:
+def _joint(pieces: list[Motion], start: Model, paper: PaperResult, tell: Progress,
+           prior: Mapping[str, Estimate] | None) -> tuple[Fit, Estimate | None]:
+    """Return the regression, and what is known of the contact (None: no such load)."""
     sinusoid = start.load_torque.form == 'sinusoid'
     form = Form('sinusoid' if sinusoid else 'polynomial', load_degree(start),
                 orders=tuple(entry.order for entry in start.cogging))
@@ -142,28 +151,50 @@ def _joint(pieces: list[Motion], start: Model, paper: PaperResult, tell: Progres
     best = min((fit(pieces, form, guess | {'saturation_velocity': width})
                 for width in sorted(widths)), key=lambda found: found.rms)
     tell(f'joint regression: residual {1e3 * best.rms:.2f} mN·m')
-    # Cogging can hide a contact and a missed contact can look like waves: each is looked for
-    # with the other taken out.
-    best = _with_cogging(pieces, best, tell)
-    if not sinusoid:
-        other = _with_contact(pieces, best, paper, tell)
-        if other is not best:
-            # Lines found while the contact was missed may have been part of its misfit: anew.
-            best = _with_cogging(pieces, fit(pieces, replace(other.form, orders=form.orders),
-                                             other.values), tell)
-    return _kept_where_unknown(pieces, best, start, tell)
+    if sinusoid:
+        best = _kept_where_unknown(pieces, _with_cogging(pieces, best, tell), start, tell)
+        return _with_prior(pieces, best, prior), None
+    # Cogging can hide a contact and a missed contact can look like waves: the waves are looked
+    # for in what the best load of all leaves over, then the contact again beside them.
+    touched = fit_contacts(pieces, best)
+    waved = _with_cogging(pieces, min([best, *touched[:1]], key=lambda found: found.rms), tell)
+    if waved.form.orders != form.orders:
+        best = fit(pieces, replace(form, orders=waved.form.orders), best.values)
+        touched = fit_contacts(pieces, best)
+    seen = bool(touched) and _calls_for_contact(best, touched[0], pieces)
+    best = _kept_where_unknown(pieces, touched[0] if seen else best, start, tell)
+    best = _with_prior(pieces, best, prior)
+    if not touched:
+        return best, None
+    lowest = min(float(piece.position.min()) for piece in pieces)
+    if not seen:
+        return best, replace(contact_estimate(touched, lowest), determined=False,
+                             remark='not determined: without a contact the load fits as well')
+    others = [_with_prior(pieces, other, prior) for other in touched[1:]]
+    contact = contact_estimate([best, *others], lowest)
+    tell(f'contact at {contact.value:.3g} rad: residual {1e3 * best.rms:.2f} mN·m')
+    return best, contact
+
+
+def _with_prior(pieces: list[Motion], found: Fit,
+                prior: Mapping[str, Estimate] | None) -> Fit:
+    return fit(pieces, found.form, found.values, prior) if prior else found
 
 
 def _with_cogging(pieces: list[Motion], plain: Fit, tell: Progress) -> Fit:
-    """Return the fit with the cogging that stands out of the residual of `plain`."""
-    known = plain.form.orders
-    new = tuple(order for order in find_orders(pieces, plain.residual)
-                if all(abs(order - other) > 0.05 for other in known))
-    if not new:
-        return plain
-    found = fit(pieces, replace(plain.form, orders=known + new), plain.values)
-    tell('cogging found at order ' + ', '.join(f'{order:g}' for order in new)
-         + f': residual {1e3 * found.rms:.2f} mN·m')
+    """Return the fit with the cogging that stands out of the residual of `plain`.
+
+    One line at a time, everything fitted anew beside it: what the load took of a line before
+    would else be left over as another one.
+    """
+    found = plain
+    for _ in range(MOST_LINES):
+        new = tuple(order for order in find_orders(pieces, found.residual, at_most=1)
+                    if all(abs(order - other) > 0.05 for other in found.form.orders))
+        if not new:
+            break
+        found = fit(pieces, replace(found.form, orders=found.form.orders + new), found.values)
+        tell(f'cogging found at order {new[0]:g}: residual {1e3 * found.rms:.2f} mN·m')
     return found
 
 
@@ -185,30 +216,15 @@ def _guess(start: Model, paper: PaperResult, sinusoid: bool) -> dict[str, float]
     return guess
 
 
-def _with_contact(pieces: list[Motion], plain: Fit, paper: PaperResult, tell: Progress) -> Fit:
-    """Return the fit with a contact angle if the data clearly call for one, else `plain`."""
-    parts, degree = paper.parts, plain.form.degree
-    low, high = np.percentile(parts.position, [2.0, 75.0])
-    trials = []
-    for angle in np.linspace(low, high, 24):
-        beyond = np.maximum(parts.position - angle, 0.0)
-        design = beyond[:, None] ** np.arange(1, degree + 1)
-        found, *_ = np.linalg.lstsq(design, -parts.even, rcond=None)
-        trials.append((float(np.sum((parts.even + design @ found)**2)), angle, found))
-    _, angle, found = min(trials, key=lambda trial: trial[0])
-    guess = plain.values | {'contact_angle': float(angle)}
-    guess |= {f'p{power + 1}': float(value) for power, value in enumerate(found)}
-    other = fit(pieces, replace(plain.form, contact=True), guess)
-    samples = min(plain.effective_samples, other.effective_samples)
+def _calls_for_contact(plain: Fit, touched: Fit, pieces: list[Motion]) -> bool:
+    """Whether the data clearly call for a contact angle."""
+    samples = min(plain.effective_samples, touched.effective_samples)
     # The same number of numbers in both forms (contact_angle for p0): BIC is the fit alone.
-    evidence = 2.0 * samples * np.log(plain.rms / other.rms)
-    first, last = min(parts.position), max(parts.position)
-    inside = first + 0.02 * (last - first) < other.values['contact_angle'] < last
-    if evidence > CONTACT_EVIDENCE and other.rms < (1.0 - CONTACT_GAIN) * plain.rms and inside:
-        tell(f'contact at {other.values["contact_angle"]:.3g} rad: residual '
-             f'{1e3 * other.rms:.2f} mN·m')
-        return other
-    return plain
+    evidence = 2.0 * samples * np.log(plain.rms / touched.rms)
+    first = min(float(piece.position.min()) for piece in pieces)
+    last = max(float(piece.position.max()) for piece in pieces)
+    inside = first + 0.02 * (last - first) < touched.values['contact_angle'] < last
+    return bool(evidence > CONTACT_EVIDENCE and inside)
 
 
 def _kept_where_unknown(pieces: list[Motion], best: Fit, start: Model, tell: Progress) -> Fit:

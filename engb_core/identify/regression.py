@@ -25,6 +25,9 @@ __all__ = ['Fit', 'fit', 'Form']
 
 Array = NDArray[np.float64]
 
+# Of the load's numbers for its band: its ends are then good to a twentieth of its width.
+DRAWS = 1000
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -58,6 +61,25 @@ class Fit:
         first = self.form.names.index('lag') + 1
         part = slice(first, self.form.names.index('coulomb'))
         return self.covariance[part, part]
+
+    def load_band(self, position: Array, confidence: float = 0.95) -> tuple[Array, Array]:
+        """Return the lower and upper end (n,) [N·m] of T_L's confidence band at `position` (n,).
+
+        By draws from the numbers' normal distribution: to first order, as usual, the load below
+        the contact would be known exactly, wherever the contact is believed to be.
+        """
+        place = np.asarray(position, float)
+        first = self.form.names.index('lag') + 1
+        names = self.form.names[first:self.form.names.index('coulomb')]
+        power, axes = np.linalg.eigh(self.load_covariance())
+        spread = axes * np.sqrt(np.maximum(power, 0.0))
+        draws = np.random.default_rng(0).standard_normal((DRAWS, len(names))) @ spread.T
+        centre = np.array([self.values[name] for name in names])
+        curves = np.array([load_torque(self.form, dict(zip(names, centre + draw, strict=True)),
+                                       place)[0] for draw in draws])
+        outside = 0.5 * (1.0 - confidence)
+        low, high = np.quantile(curves, [outside, 1.0 - outside], axis=0)
+        return low, high
 
     def model(self, start: Model) -> Model:
         """Return `start` with the identified numbers in place of its own."""

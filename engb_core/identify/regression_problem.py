@@ -105,6 +105,9 @@ class Problem:
                'amplitude': 0.0, 'lag': -LONGEST_LAG,
                'saturation_velocity': 1e-3 * self.speed,
                'contact_angle': min(float(piece.position.min()) for piece in self.pieces)}
+        if self.form.contact:
+            # What is touched pushes back, from the first touch on.
+            low['p1'] = 0.0
         high = {'saturation_velocity': self.speed, 'lag': LONGEST_LAG,
                 'contact_angle': max(float(piece.position.max()) for piece in self.pieces)}
         return (np.array([low.get(name, -np.inf) for name in self.form.names]),
@@ -137,7 +140,7 @@ class Problem:
         shape = np.clip(ratio, -1.0, 1.0)
         size = named['coulomb'] + named['load_gain'] * np.abs(load)
         below = np.where(np.abs(ratio) < 1.0, -ratio, 0.0)
-        waves = self._waves(piece)
+        waves = self.waves(piece)
         table = np.empty((1 + len(slopes) + 3 + len(waves), piece.time.size))
         table[0] = load + size * shape
         table[1:1 + len(slopes)] = slopes * (1.0 + named['load_gain'] * np.sign(load) * shape)
@@ -150,7 +153,8 @@ class Problem:
                              + named[f'cosine{number}'] * waves[2 * number + 1])
         return table
 
-    def _waves(self, piece: Motion) -> Array:
+    def waves(self, piece: Motion) -> Array:
+        """Return sine and cosine of each cogging order at the piece's samples (2·orders, n)."""
         key = id(piece)
         if key not in self._wave_tables:
             self._wave_tables[key] = np.array(

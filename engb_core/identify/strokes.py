@@ -74,7 +74,8 @@ def find_strokes(pieces: Sequence[Motion]) -> list[Stroke]:
         raise InputError(
             f'no clamp and release strokes found: the position covers {travel:.3g} rad without '
             'a rise that is followed by a return; record at least one stroke from low to high '
-            'and back')
+            'and back, or make a first model of any motion: engb model RECORDING --out '
+            'model.yaml')
     return strokes
 
 

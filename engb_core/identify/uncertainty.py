@@ -17,8 +17,9 @@ Array = NDArray[np.float64]
 class Estimate:
     """A number, its standard deviation and unit.
 
-    `determined` is False where the recording could not tell and the start model's number was
-    kept; `std` then is what the recording alone would have given.
+    `determined` is False where the recording could not tell: the start model's number was kept,
+    and `std` is what the recording alone would have given; or, where `remark` says so, the
+    number is the recording's own and known less well than it has to be.
     """
 
     value: float
@@ -26,6 +27,7 @@ class Estimate:
     unit: str
     determined: bool = True
     degrees_of_freedom: float = np.inf
+    remark: str = ''
 
     def interval(self, confidence: float = 0.95) -> tuple[float, float]:
         """Return the two-sided confidence interval (Student's t)."""

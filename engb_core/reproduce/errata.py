@@ -31,6 +31,11 @@ ERRATA: tuple[Erratum, ...] = (
         'friction: the lever slides on the nut, which can press only at a right angle to it. At '
         'θ_lv = 3° the difference is 0.3 %.'),
     Erratum(
+        '(12)', 'l₁′ where T_L is written from F_N', 'l₁′·cos θ_lv, which is l₁',
+        '(10) has l₁′·F_M,bs·cos θ_lv = l₂′·F_M, so F_M,bs = F_M·l₂′/(l₁′·cos θ_lv), and with '
+        'l₁′ = l₁/cos θ_lv the denominator is l₁. (12) takes (10) over without the cosine: a '
+        'torque too small by cos θ_lv.'),
+    Erratum(
         '(2), (4), (9)', 'the lever’s force leans by β', 'by γ = β − θ_lv',
         'It presses at a right angle to its arm, which turns with θ_lv. With γ, and with the '
         'wedge’s slope w = d·cos θ_g/(r + d·sin θ_g) from (7) for d/r, T_L·dθ_M = F_N·(dy_p − '
@@ -51,6 +56,15 @@ ERRATA: tuple[Erratum, ...] = (
     Erratum(
         'text below (7), (14), (22)', 'r, r₁, r₂ are diameters', 'radii',
         'In (19) the pad rolls r·θ_g; a circle of diameter r would roll half of that.'),
+    Erratum(
+        'text below (18)', 'l₁, hinge to the pad’s point of contact', 'l₂',
+        'l₁ is the arm to the nut, in (10) and (16); the pad’s arm in (17), (18) is l₂.'),
+    Erratum(
+        '(32)', '[θ_R(k)], j = 1…M', '[θ_R(j)]',
+        'The grid has M points numbered by j; k numbers the N samples of (31).'),
+    Erratum(
+        'text above (43)', '“substituted in Equation (43) to calculate the coefficient of '
+        'friction”', '(44)', '(43) holds P and the cubic only; μ and d/r stand in (44).'),
     Erratum(
         '(29)', 'e = θ − θ_d', 'e = θ_d − θ',
         'With positive gains in (28) and u = u_ff + u_fb, a positive e must push the motor '

@@ -128,8 +128,8 @@ def _parts(result: StrokesResult) -> tuple[Figure, Figure]:
 
 def _load(result: StrokesResult) -> Figure:
     paper, joint = result.good.paper, result.good.regression
-    torque, slopes = joint.load(result.angles)
-    deviation = np.sqrt(np.einsum('kn,kl,ln->n', slopes, joint.load_covariance(), slopes))
+    torque = joint.load(result.angles)[0]
+    low, high = joint.load_band(result.angles)
     error = 1e3 * (torque - result.true_load)
     return Figure(
         'Figure 13: approximated load torque', Axis('Position', 'rad'),
@@ -137,16 +137,16 @@ def _load(result: StrokesResult) -> Figure:
             Points('−even disturbance', paper.parts.position, -1e3 * paper.parts.even, 'noise'),
             Line('cubic, (41)', result.angles, 1e3 * paper.load.torque(result.angles), 'before',
                  'dash'),
-            Line('joint regression', result.angles, 1e3 * torque, 'after')), 200),
+            Line('joint regression', result.angles, 1e3 * torque, 'after', width=1.2)), 200),
          Panel(Axis('Less the true load', 'mN·m'), (
-             Band('95 % band', result.angles, error - 1.96e3 * deviation,
-                  error + 1.96e3 * deviation),
+             Band('95 % band', result.angles, 1e3 * (low - result.true_load),
+                  1e3 * (high - result.true_load)),
              Line('cubic, (41)', result.angles,
                   1e3 * (paper.load.torque(result.angles) - result.true_load), 'before', 'dash'),
              Line('joint regression', result.angles, error, 'after')), 130, zero=True)),
         alt='The load torque and both fits; below, their errors.',
-        caption='Paper: “Approximated load torque.” To see: a cubic is enough. The lower panel '
-                'needs the truth, which only a simulated brake has.')
+        caption='Paper: “Approximated load torque.” The lower panel shows how far each fit is '
+                'off; it needs the truth, which only a simulated brake has.')
 
 
 def _friction(result: StrokesResult) -> tuple[Figure, Figure, Figure]:

@@ -44,8 +44,8 @@ def judgement(biases: Sequence[Bias]) -> list[str]:
         f'At {1.0 / COARSE_INTERVAL:.0f} Hz and {COARSE_COUNTS} counts a revolution, the low '
         'precision that the paper complains of, '
         f'the load is best by {_best(coarse, "load")}, C₀ by {_best(coarse, "coulomb")}, C₁ by '
-        f'{_best(coarse, "load_gain")}; no way finds C₁ better than within '
-        f'{min(abs(entry.load_gain) for entry in coarse.values()):.4f}.',
+        f'{_best(coarse, "load_gain")}. That is one recording with one noise: it ranks the ways '
+        'here, and says nothing of how near they come elsewhere.',
     ]
 
 

@@ -74,7 +74,7 @@ def _top(page: Page, results: Results, origin: str) -> None:
     friction = disc.joint.pad_friction
     ratio = tracking['high_pid'].rms / tracking['high_feedforward'].rms
     page.header(
-        'Kim et al., electronic non-circular gear brake', TITLE,
+        'Electronic non-circular gear brake', TITLE,
         ['Figures 6 to 25 and every published number, from own recordings of a simulated brake '
          'of the paper’s kind; the paper’s way beside joint regression. ' + origin],
         key=[('Tracking error, high load', f'÷ {ratio:.0f}',

@@ -76,7 +76,8 @@ def assemble(name: str, source: str, states: JointTrack, reference: JointTrack |
     if not _FASTEST <= recording.interval <= _SLOWEST:
         raise InputError(f'{source}: samples are {recording.interval:.3g} s apart by their stamps;'
                          f' between {_FASTEST:.3g} s and {_SLOWEST:.3g} s can be judged; fill in '
-                         'header.stamp with the time of sampling')
+                         'header.stamp with the time of sampling, in s (of a table in ms or ns '
+                         'use --scale time=0.001 or time=1e-9)')
     told = recording.notes
     if len(told) > _NOTES:
         told = (*told[:_NOTES], f'… and {len(told) - _NOTES} more repairs')

@@ -18,10 +18,12 @@ __all__ = ['ZSTD_MAGIC', 'Damaged', 'decompress', 'decompress_head',
 
 ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
 
-# A chunk holds about 1 MiB, a message far less; more than this is a damaged length field.
-CHUNK_LIMIT = 1 << 30
-# Sensor data shrinks to a tenth at most; a file that grows a thousandfold is a trap.
-FILE_GROWTH_LIMIT = 1000
+# A chunk holds about 1 MiB, with camera images some 10; more than this is a damaged length field.
+# It is held in memory twice: with what is cut out of it, that stays below 1 GB.
+CHUNK_LIMIT = 1 << 28
+# Sensor data shrinks to a tenth, that of a drive at rest to a fiftieth; a file that grows a
+# hundred times more than that is a trap.
+FILE_GROWTH_LIMIT = 200
 _BLOCK = 1 << 20
 
 
@@ -133,7 +135,7 @@ def unpacked(path: Path, notes: list[str]) -> Iterator[Path]:
     if not packed:
         yield path
         return
-    handle, name = tempfile.mkstemp(prefix='engb-', suffix=path.with_suffix('').suffix)
+    handle, name = tempfile.mkstemp(prefix='.engb-', suffix=path.with_suffix('').suffix)
     try:
         with os.fdopen(handle, 'wb') as target:
             _unpack(path, target, notes)

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 import re
-
-import yaml
+import sqlite3
+from urllib.parse import quote
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
+from engb_core.yaml_text import load_yaml
 
-__all__ = ['METADATA', 'bag_files', 'recording_name']
+__all__ = ['METADATA', 'bag_files', 'recording_fault', 'recording_name']
 
 METADATA = 'metadata.yaml'
 _SUFFIXES = ('.zstd', '.zst', '.mcap', '.db3')
-_METADATA_LIMIT = 16 << 20
+_METADATA_LIMIT = 1 << 20    # a thousand files and a hundred topics take half of that
+_MAGIC = {'.mcap': b'\x89MCAP0\r\n', '.db3': b'SQLite format 3\0', '.zstd': b'\x28\xb5\x2f\xfd',
+          '.zst': b'\x28\xb5\x2f\xfd'}
 
 
 def recording_name(path: str | os.PathLike) -> str:
-    """Return the path's last name without the suffixes that bags have (.mcap, .db3, .zstd)."""
-    name = Path(os.path.abspath(path)).name
+    """Return the path's last name without the suffixes that bags have (.mcap, .db3, .zstd), as
+    text that any file and terminal takes."""
+    name = printable(Path(os.path.abspath(path)).name)
     for suffix in _SUFFIXES:
         name = name.removesuffix(suffix)
     return name or 'recording'
@@ -55,10 +61,51 @@ def bag_files(path: str | os.PathLike, notes: list[str]) -> list[Path]:
     return [path]
 
 
+def recording_fault(path: Path) -> str:
+    """Return why `path` is not a recording and nothing else ('' where it is one, or empty).
+
+    A recording is a storage file by its first bytes, or a folder of such files and their
+    metadata.yaml; a database must hold rosbag2's tables.
+    """
+    try:
+        if not path.is_dir():
+            return '' if _is_bag_file(path) else f'{path.name} is no recording'
+        for entry in sorted(path.iterdir()):
+            sound = (_listed(entry) is not None if entry.name == METADATA else
+                     not entry.is_symlink() and entry.is_file() and _is_bag_file(entry))
+            if not sound:
+                return f'it holds {entry.name}, which is no part of a recording'
+    except OSError as error:
+        return f'it cannot be looked into ({error.strerror})'
+    return ''
+
+
+def _is_bag_file(path: Path) -> bool:
+    magic = _MAGIC.get(path.suffix)
+    if magic is None or not path.is_file():
+        return False
+    with path.open('rb') as file:
+        head = file.read(len(magic))
+    # A recorder that was killed at once leaves an empty file.
+    if head == magic and path.suffix == '.db3':
+        return _is_bag_database(path)
+    return head in (magic, b'')
+
+
+def _is_bag_database(path: Path) -> bool:
+    with contextlib.suppress(sqlite3.Error), contextlib.closing(sqlite3.connect(
+            f'file:{quote(str(path))}?mode=ro&immutable=1', uri=True)) as base:
+        found = {row[0] for row in base.execute(
+            'SELECT name FROM sqlite_master WHERE type = \'table\' LIMIT 1000')}
+        return {'topics', 'messages'} <= found
+    return False
+
+
 def _in_folder(folder: Path, notes: list[str]) -> list[Path]:
     present = sorted((entry for entry in folder.iterdir() if _is_storage(entry)), key=_natural)
     listed = _listed(folder / METADATA)
-    files = [folder / name for name in listed or () if (folder / name) in present]
+    names = {entry.name for entry in present}
+    files = [folder / name for name in listed or () if name in names]
     if listed is not None and len(files) < len(listed):
         notes.append(f'{len(listed) - len(files)} of the {len(listed)} files that '
                      f'{folder.name}/{METADATA} lists are missing')
@@ -88,13 +135,11 @@ def _listed(metadata: Path) -> list[str] | None:
     try:
         if metadata.stat().st_size > _METADATA_LIMIT:
             return None
-        data = yaml.load(metadata.read_text(encoding='utf-8'), getattr(
-            yaml, 'CSafeLoader', yaml.SafeLoader))
+        data = load_yaml(metadata.read_text(encoding='utf-8'))
         names = data['rosbag2_bagfile_information']['relative_file_paths']
         # Old bags list paths with a folder in front; never leave the bag's own folder.
-        return [Path(name).name for name in names] or None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError,
-            RecursionError, AttributeError):
+        return list(dict.fromkeys(Path(name).name for name in names)) or None
+    except (OSError, InputError, KeyError, TypeError, ValueError, AttributeError):
         return None
 
 

@@ -6,6 +6,7 @@ damaged inside without the damaged chunks; `McapFile.notes` tells.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Generator, Iterator
 import os
 from pathlib import Path
@@ -17,7 +18,13 @@ from numpy.typing import NDArray
 
 from engb_core.errors import InputError
 from engb_ros.bags import mcap_records as mcap
-from engb_ros.bags.compression import CHUNK_LIMIT, Damaged, decompress, decompress_head
+from engb_ros.bags.compression import (
+    CHUNK_LIMIT,
+    Damaged,
+    decompress,
+    decompress_head,
+    FILE_GROWTH_LIMIT,
+)
 from engb_ros.bags.storage import as_batch, Batch, Channel, cut_out
 
 __all__ = ['McapFile']
@@ -25,6 +32,7 @@ __all__ = ['McapFile']
 _STRETCH = 1 << 22      # how much of a file without chunks is scanned at a time
 _HEAD = 9               # opcode and length of a record
 _CHUNK_INDEX = 0x08
+_SUMMARY_LIMIT = 1 << 26    # a hundred bytes for each chunk: of a file of a terabyte
 _FOOTER_SIZE = _HEAD + 20 + len(mcap.MAGIC)
 
 
@@ -57,6 +65,7 @@ class McapFile:
                              'give a rosbag2 recording (.mcap or .db3)')
         self._directory = mcap.Directory()
         self._chunk_starts: list[int] = []
+        self._grown = 0             # bytes that came out of chunks so far
         self._complete = False      # the directory holds every channel of the file
         self._closed = self._read(self._size - len(mcap.MAGIC), len(mcap.MAGIC)) == mcap.MAGIC
         self._read_summary()
@@ -79,6 +88,7 @@ class McapFile:
     def batches(self, topics: set[str]) -> Iterator[Batch]:
         """Yield the messages of `topics` chunk by chunk."""
         self.notes.clear()      # of `channels`; reading the messages tells again
+        self._grown = 0
         for channel, log_time, rows in self._stretches(topics):
             topic = self._directory.channels[channel][0]
             if isinstance(rows, list):
@@ -104,6 +114,8 @@ class McapFile:
         start = int.from_bytes(footer[_HEAD:_HEAD + 8], 'little')
         if footer[0] != mcap.FOOTER or not 0 < start < self._size:
             return
+        if self._size - start > _SUMMARY_LIMIT:
+            return
         summary = self._read(start, self._size - start - _FOOTER_SIZE)
         position = 0
         try:
@@ -117,6 +129,8 @@ class McapFile:
                 position += _HEAD + length
         except Damaged:
             return
+        finally:
+            self._chunk_starts.sort()
         self._complete = bool(self._directory.channels)
 
     def _wanted(self, topics: set[str]) -> set[int]:
@@ -168,11 +182,12 @@ class McapFile:
             position = following
 
     def _later_chunk(self, position: int) -> int:
-        later = [start for start in self._chunk_starts if position < start < self._size]
-        return min(later, default=0)
+        place = bisect_right(self._chunk_starts, position)
+        later = self._chunk_starts[place] if place < len(self._chunk_starts) else 0
+        return later if later < self._size else 0
 
     def _chunk(self, position: int, length: int, topics: set[str]) -> Iterator[_Stretch]:
-        if length > CHUNK_LIMIT:
+        if length > min(CHUNK_LIMIT, self._size - position - _HEAD):
             raise Damaged(f'a chunk claims {length} bytes')
         body = memoryview(self._read(position + _HEAD, length))
         chunk = mcap.parse_chunk_head(body)
@@ -182,6 +197,10 @@ class McapFile:
         indexes = self._indexes(position + _HEAD + length, wanted) if self._complete else None
         if indexes == {}:
             return      # a chunk without any message of these topics
+        self._grown += chunk.size if chunk.size <= CHUNK_LIMIT else 0
+        if self._grown > FILE_GROWTH_LIMIT * self._size + CHUNK_LIMIT:
+            raise InputError(f'{self.path}: unpacks to more than {self._grown >> 20} MiB; not a '
+                             'recording')
         raw = decompress(body[chunk.start:chunk.start + chunk.packed], chunk.compression,
                          chunk.size)
         if chunk.checksum and crc32(raw) != chunk.checksum:

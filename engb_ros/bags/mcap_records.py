@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass, field
 import struct
 
@@ -125,7 +126,8 @@ def gather(data: NDArray[np.uint8], channel: int, index: NDArray[np.uint64],
         return None
     length = _RECORD_HEAD.unpack_from(data, first)[1]
     total = _RECORD_HEAD.size + length
-    if not PAYLOAD < total <= data.size:
+    # Messages don't overlap: an index that names more than fits is no index.
+    if total <= PAYLOAD or offset.size * total > data.size:
         return None
     if offset.min() < 0 or offset.max() > data.size - total:
         return None
@@ -147,7 +149,8 @@ def scan(data: bytes | memoryview, directory: Directory, wanted: set[int] | None
     Schemas and channels are added to `directory`. `wanted` channels only, or all of them (None).
     Stops at a record that isn't a schema, channel or message, and at one that is cut off.
     """
-    found: dict[int, list[tuple[int, int, int]]] = {}
+    # Per message log time, begin, end: as machine numbers, for there may be millions.
+    found: dict[int, array] = {}
     position, end, whole = 0, len(data), True
     while position < end:
         if position + _RECORD_HEAD.size > end:
@@ -165,13 +168,13 @@ def scan(data: bytes | memoryview, directory: Directory, wanted: set[int] | None
                 break
             _, _, channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(data, position)
             if wanted is None or channel in wanted:
-                found.setdefault(channel, []).append((log_time, position, following))
+                found.setdefault(channel, array('Q')).extend((log_time, position, following))
         else:
             directory.add(opcode, data[position + _RECORD_HEAD.size:following])
         position = following
     log_time, offset, size = {}, {}, {}
     for channel, entries in found.items():
-        table = np.array(entries, np.uint64)
+        table = np.frombuffer(entries, np.uint64).reshape(-1, 3)
         log_time[channel] = _times(table[:, 0])
         offset[channel] = table[:, 1].astype(np.int64)
         size[channel] = (table[:, 2] - table[:, 1]).astype(np.int64) - PAYLOAD

@@ -23,6 +23,11 @@ __all__ = ['SQLITE_MAGIC', 'SqliteFile']
 
 SQLITE_MAGIC = b'SQLite format 3\0'
 _ROWS = 2_000       # rows fetched at a time; more tuples alive at once cost time, not save it
+_BYTES = 1 << 24    # … and bytes; no message is longer either
+_TOPICS = 10_000
+# SQLite's virtual machine takes some ten steps for a row, and a row some twenty bytes: who needs
+# more steps than this for each byte goes round in circles.
+_STEPS_OF_BYTE, _STEPS, _EVERY = 10, 10_000_000, 100_000
 _GROWTH = 1000      # a cut-off file claims at most that many times its size
 _DAMAGE = (sqlite3.Error, OverflowError, ValueError, MemoryError)
 # The table as rosbag2 has always made it; what the pages hold is only known for this one.
@@ -49,6 +54,7 @@ class SqliteFile:
             self._stack.callback(os.close, self._file)
             self._cut, whole = self._whole(path)
             self._base = self._connect(whole)
+            self._plain_tables()
             self._topics = list(self._read_topics())
             self._root = self._find_root(path)
         except OSError as error:
@@ -116,11 +122,33 @@ class SqliteFile:
         self._stack.callback(base.close)
         base.text_factory = lambda text: text.decode('utf-8', 'replace')
         base.execute('PRAGMA trusted_schema=OFF')
+        base.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _BYTES)
+        left = [_STEPS + _STEPS_OF_BYTE * os.fstat(self._file).st_size]
+
+        def go_on() -> bool:
+            left[0] -= _EVERY
+            return left[0] < 0      # true: stop
+
+        base.set_progress_handler(go_on, _EVERY)
         return base
+
+    def _plain_tables(self) -> None:
+        """Raise ValueError unless topics and messages are tables that lie in the file: a view, a
+        virtual table or a generated column computes what it likes, without end."""
+        found = {name: (kind, root) for name, kind, root in self._base.execute(
+            'SELECT name, type, rootpage FROM sqlite_master '
+            'WHERE name IN (\'topics\', \'messages\') AND type IN (\'table\', \'view\')')}
+        for name in ('topics', 'messages'):
+            kind, root = found.get(name, ('', 0))
+            if kind != 'table' or not isinstance(root, int) or root < 1:
+                raise ValueError(f'no table of {name}')
+            if any(row[6] for row in self._base.execute(f'PRAGMA table_xinfo({name})')):
+                raise ValueError(f'{name} has columns that are computed')
 
     def _read_topics(self) -> Iterator[tuple[int, Channel]]:
         for row in self._base.execute(
-                'SELECT id, name, type, serialization_format FROM topics ORDER BY id'):
+                'SELECT id, name, type, serialization_format FROM topics ORDER BY id '
+                f'LIMIT {_TOPICS}'):
             if isinstance(row[0], int) and isinstance(row[1], str) and isinstance(row[2], str):
                 yield row[0], Channel(row[1], row[2], str(row[3]))
 
@@ -139,21 +167,24 @@ class SqliteFile:
         marks = ','.join('?' * len(names))
         query = ('SELECT topic_id, timestamp, data FROM messages '
                  f'WHERE topic_id IN ({marks}) AND id > ?', (*names, behind))
-        done = 0
+        size = os.fstat(self._file).st_size
+        rows: list[tuple] = []
+        held = total = 0
         try:
-            cursor = self._base.execute(*query)
-            while rows := cursor.fetchmany(_ROWS):
-                done += len(rows)
-                yield from _batches(names, rows)
+            for row in self._base.execute(*query):
+                rows.append(row)
+                held += len(row[2]) if isinstance(row[2], (bytes, str)) else 0
+                if len(rows) == _ROWS or held > _BYTES:
+                    total += held
+                    # Rows don't overlap; those of a log beside the file come on top.
+                    if total > 2 * size + _BYTES and not _pending(self.path):
+                        raise ValueError('its rows overlap')
+                    yield from _batches(names, rows)
+                    rows, held = [], 0
         except _DAMAGE as error:
             self.notes.append(f'{self.path.name} is damaged ({error}): read up to there')
-            # The failed fetch took the rows before the damage with it.
-            rows = []
-            with contextlib.suppress(*_DAMAGE):
-                for row in itertools.islice(self._base.execute(*query), done, None):
-                    rows.append(row)
-            if rows:
-                yield from _batches(names, rows)
+        if rows:
+            yield from _batches(names, rows)
 
 
 def _pending(path: Path) -> bool:

@@ -65,7 +65,11 @@ class PageTable:
                 raise Unusual('the table\'s tree is damaged')
             kind = self._page(int(level[0]))[0]
             if kind == _LEAF:
+                if np.unique(level).size < level.size:
+                    raise Unusual('the table\'s tree is damaged')
                 return level
+            if np.unique(level).size < level.size:
+                raise Unusual('the table\'s tree is damaged')
             level = np.concatenate([self._children(int(page)) for page in level])
         raise Unusual('the table\'s tree is too deep')
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-import contextlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 import os
 from pathlib import Path
-import shutil
-import tempfile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engb_core.errors import InputError
 from engb_ros.interface import FLOAT64, JOINT_STATE
+from engb_ros.outputs import recording_output
 
 __all__ = ['FloatTable', 'JointTable', 'joint_state_rows', 'float64_rows', 'write_bag']
+
 
 @dataclass(frozen=True)
 class JointTable:
@@ -60,43 +59,21 @@ def write_bag(path: str | os.PathLike, topics: Mapping[str, JointTable | FloatTa
         replace: whether a recording that is there already may be replaced.
 
     Raises:
-        InputError: the path exists, can't be written, or times can't be told in nanoseconds.
+        InputError: the path exists, holds anything but a recording, can't be written, or times
+            can't be told in nanoseconds.
     """
-    path = Path(os.path.abspath(path))
-    single = path.suffix in ('.mcap', '.db3')
-    if single and (path.suffix == '.mcap') != (storage == 'mcap'):
+    suffix = Path(path).suffix
+    single = suffix in ('.mcap', '.db3')
+    if single and (suffix == '.mcap') != (storage == 'mcap'):
         raise InputError(f'{path}: the name doesn\'t fit storage {storage}')
-    if path.exists() and not replace:
-        raise InputError(f'{path}: exists already; remove it or choose another name')
-    with _scratch(path) as folder:
-        made = folder / path.stem if single else folder / path.name
-        _write(made, topics, storage, compression or ('chunk' if storage == 'mcap' else 'none'))
-        if not single:
-            if path.is_dir():
-                os.replace(path, folder / '.replaced')
-            elif path.exists():
-                path.unlink()
-            os.replace(made, path)
-            return
-        file = next(entry for entry in made.iterdir() if entry.name != 'metadata.yaml')
-        target = path if file.suffix != '.zstd' else path.with_name(path.name + '.zstd')
-        os.replace(file, target)
-
-
-@contextlib.contextmanager
-def _scratch(path: Path) -> Iterator[Path]:
-    """Give a hidden folder beside `path`, on the same disk, and clear it away afterwards."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        folder = Path(tempfile.mkdtemp(dir=path.parent, prefix=f'.{path.name}.'))
-    except OSError as error:
-        raise InputError(f'{path.parent}: cannot be written to ({error.strerror})') from error
-    try:
-        yield folder
-    except OSError as error:
-        raise InputError(f'{path}: cannot be written ({error.strerror or error})') from error
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+    with recording_output(path, replace) as made:
+        folder = made.with_suffix('') if single else made
+        _write(folder, topics, storage, compression or (
+            'chunk' if storage == 'mcap' else 'none'))
+        if single:
+            file = next(entry for entry in folder.iterdir() if entry.name != 'metadata.yaml')
+            os.replace(file, made.with_name(made.name + file.suffix)
+                       if file.suffix == '.zstd' else made)
 
 
 def _write(path: Path, topics: Mapping[str, JointTable | FloatTable], storage: str,

@@ -1,25 +1,26 @@
-"""What the commands share: reading inputs, writing results whole, telling progress."""
+"""What the commands share: reading inputs, telling progress; `outputs` writes results whole."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
-import contextlib
+from collections.abc import Callable, Sequence
+import importlib.util
 import os
 from pathlib import Path
 import shutil
 import sys
-import tempfile
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
+from engb_ros.outputs import file_output, folder_output
 
 if TYPE_CHECKING:
     from engb_core.model import Model
     from engb_core.recording import Recording
 
 __all__ = ['Progress', 'add_model', 'add_namespace', 'add_progress', 'file_output',
-           'folder_output', 'read_recordings']
+           'folder_output', 'read_recordings', 'tell_what_is_missing']
 
 
 def add_model(parser: argparse.ArgumentParser, required: bool = True, text: str = '') -> None:
@@ -57,6 +58,7 @@ class Progress:
     def __call__(self, text: str) -> None:
         if not self._on:
             return
+        text = printable(text)
         if self._terminal:
             width = shutil.get_terminal_size().columns - 1
             print(f'\r\033[K{text[:width]}', end='', file=sys.stderr, flush=True)
@@ -81,6 +83,8 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
                     progress: Callable[[str], None]) -> list[Recording]:
     """Read recordings, each under a name of its own.
 
+    Where numba is missing it is told, before a minute becomes hours.
+
     Raises:
         InputError: one can't be read, or is given twice.
     """
@@ -93,6 +97,7 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
         if real in seen:
             raise InputError(f'{path}: given twice')
         seen.add(real)
+    tell_what_is_missing()
     joint = model.joint.name if model else None
     found = []
     for number, path in enumerate(paths, 1):
@@ -104,75 +109,9 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
         for recording, path in zip(found, paths, strict=True)]
 
 
-@contextlib.contextmanager
-def folder_output(folder: str, names: Sequence[str]) -> Iterator[Path]:
-    """Give a hidden folder to write into; its files appear in `folder` once all is well.
-
-    Args:
-        folder: made if need be; other files in it stay.
-        names: every file name that may be written; those of a former run that this one doesn't
-            write are removed.
-
-    Raises:
-        InputError: the folder can't be written to.
-    """
-    target = Path(os.path.abspath(folder))
-    if target.exists() and not target.is_dir():
-        raise InputError(f'--out {folder}: is a file; name a folder')
-    made = [parent for parent in (target, *target.parents) if not parent.exists()]
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(dir=target.parent, prefix=f'.{target.name}.'))
-    except OSError as error:
-        raise InputError(f'--out {folder}: cannot be written to ({error.strerror})') from error
-    try:
-        yield scratch
-        scratch.chmod(0o755)
-        if not target.exists():
-            os.replace(scratch, target)
-            return
-        for name in names:
-            if (scratch / name).exists():
-                os.replace(scratch / name, target / name)
-            else:
-                (target / name).unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f'--out {folder}: cannot be written to '
-                         f'({error.strerror or error})') from error
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-        if not target.exists():
-            for parent in made[1:]:
-                with contextlib.suppress(OSError):
-                    parent.rmdir()
-
-
-@contextlib.contextmanager
-def file_output(path: str, suffix: str) -> Iterator[Path]:
-    """Give a hidden file to write into; it becomes `path` once all is well.
-
-    Raises:
-        InputError: the path is a folder or can't be written, or lacks the suffix.
-    """
-    target = Path(os.path.abspath(path))
-    if target.suffix != suffix:
-        raise InputError(f'--out {path}: the name must end in {suffix}')
-    if target.is_dir():
-        raise InputError(f'--out {path}: is a folder; name a file ending in {suffix}')
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f'.{target.name}.',
-                                        suffix=suffix)
-        os.close(handle)
-    except OSError as error:
-        raise InputError(f'--out {path}: cannot be written ({error.strerror})') from error
-    try:
-        yield Path(name)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except OSError as error:
-        raise InputError(f'--out {path}: cannot be written '
-                         f'({error.strerror or error})') from error
-    finally:
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(name)
+def tell_what_is_missing() -> None:
+    """Say on standard error that computing takes long, where the compiler is not installed."""
+    if importlib.util.find_spec('numba') is None:
+        print('engb: numba is not installed: this takes about 100 times as long, for each minute '
+              'of recording at 1 kHz about a quarter of an hour; Ctrl-C ends it; pip install '
+              'numba, or apt install python3-numba', file=sys.stderr, flush=True)

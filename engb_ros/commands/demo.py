@@ -16,12 +16,13 @@ from collections.abc import Iterator
 import contextlib
 import os
 from pathlib import Path
-import shutil
 import sys
 import time
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_ros.commands import diagnose
+from engb_ros.outputs import folder_output
 
 if TYPE_CHECKING:
     from engb_core.model import Model
@@ -52,9 +53,13 @@ def run(arguments: argparse.Namespace) -> int:
                          '`make demo`, which installs it from wheels') from None
     out = Path(arguments.out)
     chosen = _chosen_bag(arguments.bag)
-    strokes = _emptied(out, 'strokes')
-    _record(strokes, arguments.rate)
-    _identify(strokes, out / 'model.yaml')
+    strokes = out / 'strokes'
+    with folder_output(out, ('strokes', 'model.yaml')) as scratch:
+        if chosen is not None:
+            with folder_output(out / 'diagnosis', diagnose.FILES):
+                pass        # what stands in the way there is told before the nodes start
+        _record(scratch / 'strokes', arguments.rate)
+        _identify(scratch / 'strokes', scratch / 'model.yaml')
     if chosen is not None:
         _diagnose(chosen, out / 'diagnosis')
     print(f'\nDone in {time.monotonic() - begin:.0f} s. Everything is in {out}:')
@@ -75,15 +80,6 @@ def _chosen_bag(name: str | None) -> Path | None:
         if path.name == name:
             return path
     raise InputError(f'--bag {name}: there is {", ".join(path.name for path in found) or "none"}')
-
-
-def _emptied(out: Path, name: str) -> Path:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        shutil.rmtree(out / name, ignore_errors=True)
-    except OSError as error:
-        raise InputError(f'--out {out}: cannot be written to ({error.strerror})') from error
-    return out / name
 
 
 def _record(bag: Path, rate: float) -> None:
@@ -111,7 +107,7 @@ def _record(bag: Path, rate: float) -> None:
     except RunnerError as error:
         raise InputError(str(error)) from error
     size = sum(path.stat().st_size for path in bag.iterdir())
-    print(f'   {length:.1f} s of strokes recorded: {bag} ({size / 1e6:.1f} MB); every process '
+    print(f'   {length:.1f} s of strokes recorded ({size / 1e6:.1f} MB); every process '
           'ended with status 0')
 
 
@@ -152,7 +148,6 @@ def _compared(model: Model, true: Model) -> Iterator[tuple[str, str, float, floa
 
 
 def _diagnose(folder: Path, out: Path) -> None:
-    from engb_ros.commands import diagnose
     from engb_ros.sealed import digest, opened
     sealed = (folder / 'truth.sealed').read_text(encoding='ascii')
     _heading(f'4. Diagnosing {folder.name}: a brake with something that its model leaves out')

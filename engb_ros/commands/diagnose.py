@@ -3,7 +3,13 @@
 Writes into DIR: report.html (start here), diagnosis.json, model.yaml (the corrected model), and
 next_experiment.csv where another recording would settle what this one cannot.
 
+A table of a bench (.csv, .mat, .mf4, …) is taken as it is; what its titles don't tell is asked, or
+said with --column, --unit and --torque-constant. Without --model a first model is made of the
+recordings; it and the tables as recordings go into DIR too.
+
 examples:
+  engb diagnose bench.csv --out result
+  engb diagnose bench.csv --unit position=deg effort=A --torque-constant 0.05 --out result
   engb diagnose run1 --model nominal.yaml --out result
   engb diagnose morning.mcap evening.mcap --model nominal.yaml --out result
   engb diagnose train --model nominal.yaml --holdout test --out result
@@ -16,17 +22,26 @@ exit status 0. Status 2 and one line on standard error: there is no diagnosis to
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 import textwrap
 from typing import TYPE_CHECKING
 
+from engb_core.printable import printable
 from engb_ros.commands.common import (
     add_model,
     add_namespace,
     add_progress,
     folder_output,
     Progress,
-    read_recordings,
+)
+from engb_ros.commands.inputs import (
+    add_table_options,
+    read_inputs,
+    recording_names,
+    request_of,
+    write_first_model,
+    write_inputs,
 )
 from engb_ros.numerics import computing
 
@@ -37,6 +52,8 @@ __all__ = ['FILES', 'add_arguments', 'run', 'summary', 'write_results']
 
 REPORT, DOCUMENT, MODEL, EXPERIMENT = FILES = (
     'report.html', 'diagnosis.json', 'model.yaml', 'next_experiment.csv')
+
+FIRST = ('first_model.yaml', 'first_model.html')
 
 VERDICTS = {
     'consistent': 'consistent: nothing above the noise floor; the model describes these '
@@ -50,27 +67,48 @@ VERDICTS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument('recordings', nargs='+', metavar='RECORDING',
-                        help='what to diagnose: bag folders or files')
-    add_model(parser)
+                        help='what to diagnose: bag folders or files, or tables')
+    add_model(parser, required=False, text='the model file; without it a first model is made of '
+              'the recordings')
     parser.add_argument('--out', required=True, metavar='DIR', help='where the results go')
     parser.add_argument('--holdout', nargs='+', default=[], metavar='RECORDING',
                         help='recordings that no fit sees, on which the result is judged')
     add_namespace(parser)
     add_progress(parser)
+    add_table_options(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     from engb_core.model import Model
-    model = Model.read(arguments.model)
-    with Progress(arguments) as progress, folder_output(arguments.out, FILES) as scratch:
-        found = read_recordings([*arguments.recordings, *arguments.holdout], model,
-                                arguments.namespace, progress)
-        recordings = found[:len(arguments.recordings)]
-        holdout = found[len(arguments.recordings):]
-        from engb_core.diagnose.engine import diagnose
+    model = Model.read(arguments.model) if arguments.model else None
+    request = request_of(arguments, model)
+    given = [*arguments.recordings, *arguments.holdout]
+    names = FILES if model else (*FILES, *FIRST)
+    with Progress(arguments) as progress, folder_output(
+            arguments.out, (*names, *recording_names(given)),
+            [*([arguments.model] if model else []), *given]) as scratch:
+        inputs = read_inputs(given, model, arguments.namespace, progress, request)
+        for told in inputs.told:
+            print(told)
+        recordings = inputs.recordings[:len(arguments.recordings)]
+        holdout = inputs.recordings[len(arguments.recordings):]
+        write_inputs(scratch, inputs)
+        notes = inputs.told
         with computing(', '.join(arguments.recordings)):
+            if model is None:
+                from engb_core.identify.first_model import first_model
+                first = first_model(recordings, inputs.joint, request.torque_constant, progress)
+                model = first.model
+                write_first_model(scratch / FIRST[0], scratch / FIRST[1], first)
+                print(f'no model was given: a first one is in {FIRST[0]}\n{first.summary()}')
+                notes = (*notes, 'No model was given: a first one was identified from these '
+                         f'recordings ({FIRST[0]}).', *(f'The first model could not tell {text}.'
+                                                        for text in first.not_told))
+            from engb_core.diagnose.engine import diagnose
             diagnosis = diagnose(recordings, model, holdout=holdout, progress=progress)
+        diagnosis = replace(diagnosis, evidence=replace(
+            diagnosis.evidence, notes=(*notes, *diagnosis.evidence.notes)))
         progress('writing the report')
         write_results(scratch, diagnosis)
     print(summary(diagnosis))
@@ -123,7 +161,7 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.extend(_wrapped(f'note: {note}', ''))
     if diagnosis.next_experiment is not None:
         lines.extend(_wrapped(f'next: {diagnosis.next_experiment.reason}', ''))
-    return '\n'.join(lines)
+    return '\n'.join(printable(line) for line in lines)
 
 
 def _wrapped(text: str, indent: str = '   ') -> list[str]:

@@ -40,7 +40,9 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     from engb_core.model import Model
     model = Model.read(arguments.model) if arguments.model else None
-    with Progress(arguments) as progress, file_output(arguments.out, '.yaml') as scratch:
+    inputs = [*arguments.recordings, *([arguments.model] if arguments.model else [])]
+    with Progress(arguments) as progress, file_output(
+            arguments.out, '.yaml', inputs) as scratch:
         recordings = read_recordings(arguments.recordings, model, arguments.namespace, progress)
         from engb_core.identify.procedure import identify
         progress('identifying')

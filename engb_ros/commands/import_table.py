@@ -1,57 +1,57 @@
 """Turn a table of someone else's bench into a recording that the other commands read.
 
-TABLE is a .csv (any delimiter; .txt and .tsv too), a .npz or a .mat file. Each --column says
-which of its columns is what: NAME=COLUMN, where COLUMN is a column's title or its number, counted
-from 0; in .npz and .mat an array's name, or NAME.2 / NAME[:,2] for a column of a matrix.
+TABLE is a .csv (any delimiter, decimal comma, remarks above the titles), .npz, .mat, .h5, ASAM
+MDF (.mf4, .mdf), .tdms, .parquet, .arrow or a ROS 1 .bag. Titles such as `phi [deg]`, `I (A)`,
+`n/min` tell column and unit; what they don't tell is asked, or said with
 
-  time      [s]; or leave it out and give --rate
-  position  [rad]           effort    [N·m]        velocity  [rad/s], if it was measured
+  --column NAME=COLUMN   the column's title or its number from 0; M.2 for a column of a matrix
+  --unit NAME=UNIT       deg, rev, 4096/rev, rpm, mN·m, A, ms, …
+
+  time      or leave it out and give --rate
+  position  effort (a torque, or a current and --torque-constant)  velocity, if it was measured
   reference, reference_velocity, reference_effort: what the controller tracked
   anything else ('disc_speed', 'pad_temperature', …) becomes a topic of that name
 
 examples:
+  engb import --list log.mf4
+  engb import bench.csv --out run1
   engb import bench.csv --out run1 --column time=t --column position=angle --column effort=torque
-  engb import bench.csv --out run1 --column time=0 --column position=1 --column effort=2
+  engb import bench.csv --out run1 --unit position=deg effort=A --torque-constant 0.0174
   engb import log.mat --out run1 --rate 1000 --column position=q --column effort=i \\
       --scale position=0.0174533 --scale effort=0.0174
 
---scale NAME=FACTOR multiplies a column: 0.0174533 makes rad of degrees, the torque constant makes
-N·m of ampere, 0.001 s of ms. A velocity that isn't given is left out, not invented.
+A column that is named without a unit, and has none in its title, is taken to be in SI units.
+--scale NAME=FACTOR multiplies it. A velocity that isn't given is left out, not invented.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_ros.commands.tables import add_table_options, request_of
+from engb_ros.outputs import recording_output
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from engb_ros.tables.measure import Measured
+    from engb_ros.tables.request import Request
 
-__all__ = ['add_arguments', 'run']
+__all__ = ['add_arguments', 'run', 'write_recording']
 
-_NEEDED = ('position', 'effort')
-_JOINT = ('time', 'position', 'velocity', 'effort')
-_REFERENCE = {'reference': 'position', 'reference_position': 'position',
-              'reference_velocity': 'velocity', 'reference_effort': 'effort'}
+_REFERENCES = ('reference', 'reference_velocity', 'reference_effort')
+_JOINT = ('time', 'position', 'velocity', 'effort', *_REFERENCES)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument('table', metavar='TABLE', help='a .csv, .npz or .mat file')
-    parser.add_argument('--out', required=True, metavar='RECORDING', help='the bag folder to be '
+    parser.add_argument('table', metavar='TABLE', help='the file; --help lists the formats')
+    parser.add_argument('--out', metavar='RECORDING', help='the bag folder to be '
                         'made, or a name ending in .mcap for a single file')
-    parser.add_argument('--column', action='append', default=[], metavar='NAME=COLUMN',
-                        help='which column is what (repeat)')
-    parser.add_argument('--scale', action='append', default=[], metavar='NAME=FACTOR',
-                        help='multiply a column to get SI units (repeat)')
-    parser.add_argument('--offset', action='append', default=[], metavar='NAME=VALUE',
-                        help='add to a column, after scaling, in SI units (repeat)')
-    parser.add_argument('--rate', type=float, metavar='HZ',
-                        help='samples per second, where the table has no time')
+    parser.add_argument('--list', action='store_true', help='only show what the file holds, and '
+                        'what would be taken for what')
+    add_table_options(parser, several=False)
     parser.add_argument('--joint', default='motor', help='the joint\'s name (default: motor)')
     parser.add_argument('--namespace', default='/engb', metavar='/NAME',
                         help='of the topics (default: /engb)')
@@ -60,21 +60,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    columns = _pairs(arguments.column, '--column')
-    scale = {name: _number(value, f'--scale {name}')
-             for name, value in _pairs(arguments.scale, '--scale').items()}
-    offset = {name: _number(value, f'--offset {name}')
-              for name, value in _pairs(arguments.offset, '--offset').items()}
-    _check(arguments, columns, {**scale, **offset})
-    from engb_ros.bags.tables import read_table
-    values = read_table(arguments.table, columns)
-    for name in values:
-        values[name] = values[name] * scale.get(name, 1.0) + offset.get(name, 0.0)
-    time = _time(values, arguments)
-    from engb_core.recording import Recording
-    recording = Recording.from_samples(arguments.table, time, values['position'],
-                                       values['effort'], values.get('velocity'))
-    _write(arguments, time, values)
+    if arguments.list:
+        print(_listing(arguments.table))
+        return
+    if not arguments.out:
+        raise InputError('--out is missing: name the recording to be made (or give --list)')
+    request = request_of(arguments, plain_is_si=True)
+    _check(arguments, request)
+    from engb_ros.tables.measure import measured_of
+    with recording_output(arguments.out, arguments.force, [arguments.table],
+                          f'--out {arguments.out}') as made:
+        measured, _ = measured_of(arguments.table, request)
+        recording = measured.recording(arguments.joint)
+        write_recording(made, measured, arguments.joint, arguments.namespace)
+    for text in measured.told:
+        print(text)
     print(f'{arguments.out}: {recording.time.size} samples, {recording.duration:.2f} s at '
           f'{1 / recording.interval:.6g} Hz, joint {arguments.joint}'
           + ('' if recording.velocity is not None else ', no velocity'))
@@ -82,84 +82,59 @@ def run(arguments: argparse.Namespace) -> None:
         print(f'note: {note}')
 
 
-def _check(arguments: argparse.Namespace, columns: dict[str, str], changed: dict) -> None:
-    missing = [name for name in _NEEDED if name not in columns]
-    if missing:
-        raise InputError(f'--column {missing[0]}=… is missing; say which column is what')
-    if 'time' not in columns and arguments.rate is None:
-        raise InputError('--column time=… is missing; give it, or the sampling rate with --rate')
-    if arguments.rate is not None and not 0 < arguments.rate < math.inf:
-        raise InputError(f'--rate {arguments.rate}: must be above 0 Hz')
-    if 'time' in columns and arguments.rate is not None:
-        raise InputError('--rate and --column time=… exclude each other')
-    for name in changed:
-        if name not in columns:
+def _listing(path: str) -> str:
+    from engb_ros.tables.open import open_table
+    from engb_ros.tables.roles import roles_of
+    table = open_table(path)
+    roles = roles_of(table, {})
+    taken = {place: role for role, place in roles.chosen.items()}
+    taken |= {place: f'{role}?' for role, places in roles.unclear.items() for place in places}
+    rows = [('no.', 'name', 'unit', 'samples', 'taken for')]
+    for place, channel in enumerate(table.channels):
+        rows.append((str(place), channel.name or '(no title)', channel.unit or '–',
+                     '–' if channel.size is None else str(channel.size), taken.get(place, '')))
+    widths = [max(len(row[column]) for row in rows) for column in range(5)]
+    return f'{path}: {table.kind}, {len(table.channels)} columns\n' + '\n'.join(
+        '  '.join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows)
+
+
+def _check(arguments: argparse.Namespace, request: Request) -> None:
+    for name in (*request.scale, *request.offset):
+        if name not in request.columns:
             raise InputError(f'--scale or --offset {name}: no --column of that name')
     if not arguments.joint:
         raise InputError('--joint must not be empty')
-    for name in columns:
+    for name in request.columns:
         if not name.replace('_', 'a').replace('/', 'a').isalnum() or name.startswith('/'):
             raise InputError(f'--column {name}=…: not a topic name; letters, digits and _ only')
+    if set(request.columns) & set(_REFERENCES[1:]) and 'reference' not in request.columns:
+        raise InputError('--column reference=… is missing beside its velocity or effort')
 
 
-def _time(values: dict[str, NDArray[np.float64]], arguments: argparse.Namespace,
-          ) -> NDArray[np.float64]:
+def write_recording(path: Path, measured: Measured, joint: str = 'motor',
+                    namespace: str = '/engb') -> None:
+    """Write a table as a rosbag2 recording.
+
+    Raises:
+        InputError: the path exists, or can't be written.
+    """
     import numpy as np
-    size = values['position'].size
-    if 'time' not in values:
-        return np.arange(size) / arguments.rate
-    time = values.pop('time')
-    good = np.isfinite(time)
-    if good.sum() < 2:
-        raise InputError(f'{arguments.table}: the column for time holds no numbers')
-    if np.ptp(time[good]) == 0:
-        raise InputError(f'{arguments.table}: time never changes; choose another column for '
-                         'time, or give --rate')
-    for name in values:
-        values[name] = values[name][good]
-    return time[good]
 
-
-def _write(arguments: argparse.Namespace, time: NDArray[np.float64],
-           values: dict[str, NDArray[np.float64]]) -> None:
     from engb_ros.bags.write import FloatTable, JointTable, write_bag
-    space = '/' + arguments.namespace.strip('/')
+    good = np.isfinite(measured.time)
+    time = measured.time[good]
+    values = {name: column[good] for name, column in measured.columns.items()}
+    space = '/' + namespace.strip('/')
     prefix = '' if space == '/' else space
     topics: dict[str, JointTable | FloatTable] = {
         f'{prefix}/joint_states': JointTable(
-            time, values['position'], values.get('velocity'), values['effort'], arguments.joint)}
-    tracked = {_REFERENCE[name]: column for name, column in values.items() if name in _REFERENCE}
-    if 'position' in tracked:
+            time, values['position'], values.get('velocity'), values['effort'], joint)}
+    if 'reference' in values:
         topics[f'{prefix}/reference'] = JointTable(
-            time, tracked['position'], tracked.get('velocity'), tracked.get('effort'),
-            arguments.joint)
-    elif tracked:
-        raise InputError('--column reference=… is missing beside its velocity or effort')
+            time, values['reference'], values.get('reference_velocity'),
+            values.get('reference_effort'), joint)
     for name, column in values.items():
-        if name not in _JOINT and name not in _REFERENCE:
+        if name not in _JOINT:
             topics[f'{prefix}/{name}'] = FloatTable(time, column)
-    write_bag(arguments.out, topics, replace=arguments.force)
-
-
-def _pairs(entries: list[str], option: str) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for entry in entries:
-        name, equals, value = entry.partition('=')
-        name, value = name.strip(), value.strip()
-        if not (equals and name and value):
-            example = 'angle' if option == '--column' else '0.0174533'
-            raise InputError(f'{option} {entry}: write NAME=VALUE, such as position={example}')
-        if name in found:
-            raise InputError(f'{option} {name}=…: given twice')
-        found[name] = value
-    return found
-
-
-def _number(text: str, option: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f'{option}={text}: must be a finite number')
-    return value
+    write_bag(path, topics)

@@ -19,11 +19,12 @@ from types import FrameType, ModuleType
 from typing import Any, NoReturn
 
 from engb_core.errors import InputError
+from engb_core.printable import make_printable, printable
 
 __all__ = ['main']
 
-# Exit status: fine, bad input or usage, a fault of the program's own, stopped by Ctrl-C.
-FINE, BAD_INPUT, FAULT, INTERRUPTED, BROKEN_PIPE = 0, 2, 70, 130, 141
+# Exit status: fine, bad input or usage, a fault of the program's own; 128 and a signal's number.
+FINE, BAD_INPUT, FAULT, BROKEN_PIPE = 0, 2, 70, 141
 
 _PACKAGE = 'engb_ros.commands'
 
@@ -31,6 +32,7 @@ _PACKAGE = 'engb_ros.commands'
 COMMANDS = {
     'demo': ('demo', 'the whole chain on a simulated brake: nodes, bag, model, diagnosis'),
     'diagnose': ('diagnose', 'find the physics that a model leaves out of a recording'),
+    'model': ('model', 'the first model of any axis, from a table or a recording'),
     'identify': ('identify', 'identify a brake model from recorded strokes'),
     'predict': ('predict', 'what a model says about a recording, as numbers'),
     'import': ('import_table', 'turn a table (.csv, .npz, .mat) into a recording'),
@@ -47,6 +49,7 @@ commands:
 
 examples:
   engb demo --out out/demo
+  engb diagnose bench.csv --out result
   engb diagnose run1 --model nominal.yaml --out result
   engb diagnose train --model nominal.yaml --holdout test --out result
   engb predict run1 --model result/model.yaml --out run1.npz
@@ -61,8 +64,18 @@ class _Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f'{self.prog}: {message}; see {self.prog} --help\n')
 
 
-class _Terminated(BaseException):
-    """SIGTERM, raised so that what is half-written gets cleared away."""
+class _Stopped(BaseException):
+    """A signal that ends the program, raised so that what is half-written gets cleared away."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+# What ends the program in an orderly way: Ctrl-C, `kill`, the terminal that was closed.
+_SIGNALS = {name: getattr(signal, name) for name in ('SIGINT', 'SIGTERM', 'SIGHUP')
+            if hasattr(signal, name)}
+_TOLD = {'SIGINT': 'interrupted', 'SIGTERM': 'terminated', 'SIGHUP': 'hung up'}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -71,12 +84,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Status 0: done; 2: an input or an argument is wrong, told in one line on standard error;
     70: a fault of the program's own; 130: interrupted.
     """
+    program = arguments is None
     given = list(sys.argv[1:] if arguments is None else arguments)
     name = next((word for word in given if not word.startswith('-')), None)
+    make_printable(sys.stdout, sys.stderr)
+    came: list[int] = []
     try:
-        return _guarded(lambda: _dispatch(name, given))
+        status = _guarded(lambda: _dispatch(name, given), came)
     except SystemExit as end:       # argparse: --help, --version, a wrong argument
         return end.code if isinstance(end.code, int) else (0 if end.code is None else BAD_INPUT)
+    if program and came:
+        # Threads that still compute what nobody will read would hold the process for minutes.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    return status
 
 
 def _dispatch(name: str | None, given: list[str]) -> int:
@@ -93,6 +115,7 @@ def _dispatch(name: str | None, given: list[str]) -> int:
     parser = _parser(f'engb {name}', module.__doc__ or COMMANDS[name][1])
     module.add_arguments(parser)
     parsed = parser.parse_args(given[1:])
+    parsed.command_line = ('engb', *given)      # to be repeated in advice
     _quiet_warnings()
     return module.run(parsed) or FINE
 
@@ -136,9 +159,12 @@ def _quiet_warnings() -> None:
         warnings.simplefilter('ignore')
 
 
-def _guarded(action: Callable[[], int]) -> int:
-    """Run `action`; whatever goes wrong ends in one line and a status."""
-    previous = _catch_terminate()
+def _guarded(action: Callable[[], int], came: list[int]) -> int:
+    """Run `action`; whatever goes wrong ends in one line and a status.
+
+    The numbers of signals that came are put into `came`.
+    """
+    previous = _catch_signals(came)
     try:
         status = action()
         sys.stdout.flush()
@@ -146,9 +172,10 @@ def _guarded(action: Callable[[], int]) -> int:
     except InputError as error:
         return _complain(str(error), BAD_INPUT)
     except KeyboardInterrupt:
-        return _complain('interrupted', INTERRUPTED)
-    except _Terminated:
-        return _complain('terminated', 128 + signal.SIGTERM)
+        came.append(signal.SIGINT)
+        return _stopped(signal.SIGINT)
+    except _Stopped as stop:
+        return _stopped(stop.number)
     except BrokenPipeError:
         # Whoever read our output has gone; Python's own flush at exit must not complain.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -156,30 +183,47 @@ def _guarded(action: Callable[[], int]) -> int:
     except MemoryError:
         return _complain('not enough memory for this input; give shorter recordings', BAD_INPUT)
     except OSError as error:
-        where = f'{error.filename}: ' if error.filename else ''
+        if came:
+            return _stopped(came[0])
+        where = f'{os.fsdecode(error.filename)}: ' if error.filename else ''
         return _complain(f'{where}{error.strerror or error}', BAD_INPUT)
     except Exception as error:
+        # A signal in the midst of an import comes out of some modules as another error.
+        if came:
+            return _stopped(came[0])
         if os.environ.get('ENGB_TRACEBACK'):
             raise
         return _complain(f'a fault of the program ({type(error).__name__}: {error}); '
                          'ENGB_TRACEBACK=1 shows where', FAULT)
     finally:
-        if previous is not None:
-            signal.signal(signal.SIGTERM, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
-def _catch_terminate() -> Any:
-    def terminate(number: int, frame: FrameType | None) -> None:
-        raise _Terminated
+def _catch_signals(came: list[int]) -> dict[int, Any]:
+    """Have each signal raise `_Stopped` where the program is; return the handlers before."""
+    def stop(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        raise _Stopped(number)
 
-    try:
-        return signal.signal(signal.SIGTERM, terminate)
-    except ValueError:      # not in the main thread
-        return None
+    previous = {}
+    for number in _SIGNALS.values():
+        # What is ignored stays so: nohup ignores SIGHUP, a shell's background job SIGINT.
+        if signal.getsignal(number) not in (signal.SIG_IGN, None):
+            try:
+                previous[number] = signal.signal(number, stop)
+            except ValueError:      # not in the main thread
+                break
+    return previous
+
+
+def _stopped(number: int) -> int:
+    name = signal.Signals(number).name
+    return _complain(_TOLD.get(name, name), 128 + number)
 
 
 def _complain(message: str, status: int) -> int:
-    print('engb: ' + ' '.join(message.split()), file=sys.stderr)
+    print('engb: ' + printable(' '.join(message.split())), file=sys.stderr)
     return status
 
 

@@ -42,7 +42,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     from engb_core.model import Model
     model = Model.read(arguments.model)
-    with Progress(arguments) as progress, file_output(arguments.out, '.npz') as scratch:
+    with Progress(arguments) as progress, file_output(
+            arguments.out, '.npz', [arguments.model, arguments.recording]) as scratch:
         recording, = read_recordings([arguments.recording], model, arguments.namespace, progress)
         import numpy as np
 

@@ -10,8 +10,12 @@ examples:
   engb prove --cases 100 --jobs 2 --out out/proof
   engb prove --cases 300 --strata clean --out out/null
   engb prove --reuse out/proof --out out/again
+  engb prove --cases-from FOLDER --jobs 2 --out out/other
   engb prove --real ../shared/real --out out/real
   engb prove --open bags/brake_1/truth.sealed --diagnosis result/diagnosis.json
+
+With --cases-from the cases are those of another hand: a folder of case_…, each with train…, test,
+nominal.yaml, truth.json and truth.npz; they are scored by the same tables.
 
 With --real no case is drawn: of the best model of each machine one term at a time is taken out,
 to see whether the tool names just that term; index.html also holds the held-out ladder.
@@ -52,6 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='cases at a time (default: %(default)s)')
     parser.add_argument('--reuse', metavar='DIR',
                         help='run the tool on the cases of an earlier proof')
+    parser.add_argument('--cases-from', metavar='DIR',
+                        help='run and score the cases of another hand that DIR holds')
+    parser.add_argument('--only', metavar='N,…', help='with --cases-from: only case_N, …')
     parser.add_argument('--again', action='store_true', help='run the tool anew on all cases')
     parser.add_argument('--baselines', action='store_true',
                         help='score plain methods on the same cases, too')
@@ -80,12 +87,16 @@ def run(arguments: argparse.Namespace) -> int:
     job = proof.Proof(
         Path(arguments.out), arguments.cases, arguments.seed, arguments.strata,
         arguments.effects, arguments.jobs, Path(arguments.reuse) if arguments.reuse else None,
-        arguments.again, arguments.baselines, shlex.join(['engb', *sys.argv[1:]]))
+        arguments.again, arguments.baselines, shlex.join(['engb', *sys.argv[1:]]),
+        arguments.only)
     with Progress(arguments) as progress:
         def say(text: str) -> None:
             progress.done()
             print(text, flush=True)
-        summary = proof.prove(job, progress, say)
+        if arguments.cases_from:
+            summary = proof.prove_other(job, Path(arguments.cases_from), progress, say)
+        else:
+            summary = proof.prove(job, progress, say)
     print((job.out / 'scores.txt').read_text('utf8'), end='')
     for one in summary.get('baselines', []):
         print(_baseline(one))
@@ -108,14 +119,40 @@ def _check(arguments: argparse.Namespace) -> None:
              '--effects': arguments.effects, '--reuse': arguments.reuse,
              '--baselines': arguments.baselines or None, '--strict': arguments.strict or None}
     given = [name for name, value in drawn.items() if value is not None]
-    if arguments.real and given:
-        raise InputError(f'--real draws no case; leave {given[0]} away')
+    for name, value in (('--real', arguments.real), ('--cases-from', arguments.cases_from)):
+        allowed = {'--strict'} if name == '--cases-from' else set()
+        if value and set(given) - allowed:
+            wrong = next(one for one in given if one not in allowed)
+            raise InputError(f'{name} draws no case; leave {wrong} away')
+    if arguments.real and arguments.cases_from:
+        raise InputError('--real and --cases-from: give one of them')
+    if arguments.only and not arguments.cases_from:
+        raise InputError('--only belongs to --cases-from')
+    if arguments.cases_from and not Path(arguments.cases_from).is_dir():
+        raise InputError(f'--cases-from {arguments.cases_from}: no such folder')
     if arguments.seed is not None and arguments.seed < 0:
         raise InputError(f'--seed {arguments.seed}: must not be below 0')
     if arguments.jobs < 1:
         raise InputError(f'--jobs {arguments.jobs}: must be at least 1')
     if Path(arguments.out).exists() and not Path(arguments.out).is_dir():
         raise InputError(f'--out {arguments.out}: is a file; name a folder')
+    if not _former_proof(Path(arguments.out)):
+        raise InputError(f'--out {arguments.out}: holds something else; name a new folder')
+
+
+def _former_proof(folder: Path) -> bool:
+    """Whether a folder is new, empty, or what an earlier proof has left, also a stopped one."""
+    entries = {entry.name for entry in folder.iterdir()} if folder.exists() else set()
+    for name, key in (('proof.json', 'digest'), ('scores.json', 'digest'), ('real.json', 'sets')):
+        try:
+            if key in json.loads((folder / name).read_text('utf8')):
+                return True
+        except (OSError, ValueError, TypeError):
+            continue
+    # A stopped one has no scores yet.
+    return entries <= {'results', 'baselines'} and all(
+        entry.name.startswith('case_') for entry in folder.glob('results/*')) or (
+        entries == {'real'} and all((entry / 'best').is_dir() for entry in folder.glob('real/*')))
 
 
 def _real(arguments: argparse.Namespace) -> None:
@@ -166,7 +203,7 @@ def _open(path: str, diagnosis: str | None) -> None:
     print(f'sha256 {digest(text)}')
     print(f'concealed: {effect}')
     claims = [] if diagnosis is None else _claims(diagnosis)
-    found = next((claim['parameters'] for claim in claims if claim['effect'] == effect), {})
+    found: dict = next((claim['parameters'] for claim in claims if claim['effect'] == effect), {})
     for name, value in parameters.items():
         line = f'   {name} = {value:g}'
         if name in found:

@@ -16,7 +16,6 @@ import argparse
 from collections.abc import Callable
 import json
 from pathlib import Path
-import shutil
 import time
 
 from engb_core.errors import InputError
@@ -52,7 +51,9 @@ def run(arguments: argparse.Namespace) -> None:
     begin = time.monotonic()
     from engb_core.reproduce.page import reproduction_page, results_mapping
     from engb_core.reproduce.procedure import reproduce
-    with Progress(arguments) as progress, folder_output(arguments.out, OUTPUTS) as scratch:
+    inputs = [_kept_bags(arguments.bags)] if arguments.offline else []
+    with Progress(arguments) as progress, folder_output(
+            arguments.out, OUTPUTS, inputs) as scratch:
         if arguments.offline:
             record = _from_bags(_kept_bags(arguments.bags))
             origin = 'The recordings are the bags kept with the package.'
@@ -67,8 +68,6 @@ def run(arguments: argparse.Namespace) -> None:
             json.dumps(results_mapping(results), indent=1, ensure_ascii=False, allow_nan=False),
             encoding='utf-8')
         reproduction_page(results, origin).write(scratch / 'report.html')
-        # A folder can't be replaced by another where it holds something.
-        shutil.rmtree(Path(arguments.out) / 'bags', ignore_errors=True)
     _tell(results, time.monotonic() - begin)
     print(f'report: {Path(arguments.out) / "report.html"}')
 

@@ -24,16 +24,24 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from engb_core.errors import InputError
-from engb_ros.commands.common import add_model, add_progress, Progress
+from engb_ros.commands.common import (
+    add_model,
+    add_progress,
+    Progress,
+    tell_what_is_missing,
+)
+from engb_ros.outputs import claimed_folder
 
 if TYPE_CHECKING:
     from engb_core.fleet.table import Entry
     from engb_ros.fleet.find import Found
     from engb_ros.fleet.store import Store
+    tell_what_is_missing()
 
 __all__ = ['add_arguments', 'run']
 
 _BACKENDS = {'zoom': 'plotly', 'still': 'matplotlib', 'table': 'table', 'none': None}
+OUTPUTS = ('survey.html', 'survey.csv', 'effects.csv', 'survey.parquet', 'effects.parquet')
 _MANY = 100     # a report that zooms takes 5 MB, still pictures 0.3 MB
 
 
@@ -71,8 +79,11 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.units:
         recordings = read_units(arguments.units, recordings)
     figures = arguments.reports or ('zoom' if len(recordings) <= _MANY else 'still')
-    store = Store(arguments.out, model, _version() + figures)
-    with Progress(arguments) as progress:
+    inputs = [arguments.model, *([arguments.units] if arguments.units else []),
+              *(recording.path for recording in recordings)]
+    with Progress(arguments) as progress, claimed_folder(
+            arguments.out, OUTPUTS, inputs) as folder:
+        store = Store(folder, model, _version() + figures)
         done: dict[str, list[dict[str, Any]]] = {}
         if not arguments.fresh:
             done = {recording.key: results for recording in recordings

@@ -13,6 +13,7 @@ from pathlib import Path
 import re
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
 from engb_ros.bags.locate import METADATA, recording_name
 
 __all__ = ['Found', 'find_recordings', 'read_units']
@@ -74,7 +75,7 @@ def find_recordings(folders: Sequence[str]) -> list[Found]:
             if real in found:
                 continue
             relative = path.relative_to(root).as_posix() if path != root else recording_name(path)
-            key = prefix + relative
+            key = printable(prefix + relative)
             if any(entry.key == key for entry in found.values()):
                 key = f'{number}/{key}'
             parent = Path(key).parent.as_posix()

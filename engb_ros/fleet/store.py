@@ -32,7 +32,8 @@ class Store:
         InputError: the folder can't be written to.
     """
 
-    def __init__(self, folder: str, model: Mapping[str, Any], settings: str = '') -> None:
+    def __init__(self, folder: str | os.PathLike, model: Mapping[str, Any],
+                 settings: str = '') -> None:
         self.folder = Path(folder)
         digest = hashlib.sha256(json.dumps([model, settings], sort_keys=True).encode())
         self._settings = digest.hexdigest()

@@ -22,7 +22,7 @@ def write_table(path: Path, rows: Sequence[dict[str, Any]]) -> None:
             name, 'w', encoding='utf-8', newline='') as file:
         writer = csv.DictWriter(file, list(rows[0]) if rows else ['recording'])
         writer.writeheader()
-        writer.writerows(rows)
+        writer.writerows({name: _plain(value) for name, value in row.items()} for row in rows)
     target = path.with_suffix('.parquet')
     try:
         import pyarrow
@@ -34,6 +34,13 @@ def write_table(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     table = pyarrow.table({name: _column([row[name] for row in rows]) for name in names})
     with _whole(target) as name:
         parquet.write_table(table, name)
+
+
+def _plain(value: Any) -> Any:
+    """Return a cell that no spreadsheet takes for a formula: names come out of recordings."""
+    if isinstance(value, str) and value.startswith(('=', '+', '-', '@', '\t', '\r')):
+        return f"'{value}"
+    return value
 
 
 def _column(values: list[Any]) -> Any:

@@ -34,6 +34,8 @@ MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6), conta
 NOMINAL = {'inertia': MODEL.motor.inertia, 'viscous_friction': MODEL.motor.viscous_friction,
            'coulomb': MODEL.friction.coulomb, 'load_gain': MODEL.friction.load_gain,
            'load_curvature': MODEL.friction.load_curvature}
+# The longest lag with which the loop of the tests is stable [s].
+STABLE = {'lag': 0.006}
 PLACES = {'begin': 1.1, 'end': 2.6, 'centre': 9.0, 'width': 2.0}
 TABLE = {'x_code': float(POSITION), 'x_from': 0.0, 'x_to': 20.0, 'x_count': 12.0,
          'y_code': float(DIRECTION), 'y_from': -1.0, 'y_to': 1.0, 'y_count': 2.0}
@@ -73,7 +75,7 @@ def _drawn(parameter: Parameter, sizing: bool, rng: np.random.Generator) -> floa
         return PLACES[parameter.name]
     if not parameter.starts:
         return math.sqrt(parameter.low * parameter.high) if parameter.low > 0.0 else 1.0
-    start = float(rng.choice(parameter.starts))
+    start = min(float(rng.choice(parameter.starts)), STABLE.get(parameter.name, math.inf))
     if sizing and not parameter.logarithmic:
         none = parameter.none or 0.0
         start = none + (start - none) * rng.uniform(0.8, 1.3)

@@ -22,7 +22,7 @@ from .bench import Bench, strokes
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = ROOT / 'engb_core' / 'diagnose' / 'diagnosis.schema.json'
-SHARED = ROOT.parent / 'shared' / 'diagnosis.schema.json'
+CONTRACT = ROOT / 'docs' / 'diagnosis.schema.json'
 
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
               friction=Friction(0.012, 0.11, 0.06),
@@ -139,10 +139,9 @@ def test_the_document_is_valid(results, name):
     assert document['verdict'] == results[name].verdict
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason='the shared schema is not there')
-def test_the_schema_is_the_shared_one():
+def test_the_schema_is_the_contracts():
     assert json.loads(SCHEMA.read_text(encoding='utf-8')) == \
-        json.loads(SHARED.read_text(encoding='utf-8'))
+        json.loads(CONTRACT.read_text(encoding='utf-8'))
 
 
 def test_a_corrected_model_survives_its_file(results, tmp_path):

@@ -140,18 +140,24 @@ def test_the_middle_of_a_basin_is_good_and_the_same_each_time(loose):
     assert not np.array_equal(middle.vector, found.vector)
 
 
-@pytest.mark.parametrize(('inertia', 'friction', 'seed'), [
-    (0.2, 0.8, 2),
-    pytest.param(0.3, 0.6, 1, marks=pytest.mark.xfail(
-        strict=False, reason='a second name beside it: its fit ends in a poor minimum'))])
-def test_a_gap_that_is_never_crossed_to_its_end_is_there(inertia, friction, seed):
-    """How wide it is can't be known: no deviation, and a name all the same."""
-    wide = lively(brake_with('backlash', gap=12.0, inertia_fraction=inertia,
-                             friction_fraction=friction), seed=seed)
-    found = diagnose([wide], NOMINAL)
-    assert [entry.effect for entry in found.effects] == ['backlash']
-    assert found.effects[0].probability > 0.9
-    assert found.effects[0].parameters['gap'].std is None
+def test_a_gap_that_is_never_crossed_to_its_end_is_named_at_a_rate():
+    """How wide it is can't be known: no deviation, and most often a name all the same.
+
+    Of these ten brakes eight got `backlash` first (commit 841e3b8; one of them with others
+    behind it), one got it behind another name, one got none. A tool that names eight of ten first
+    names fewer than five in 0.6 % of such draws: five are asked for.
+    """
+    generator = np.random.default_rng(20261123)
+    first = 0
+    for seed in range(10):
+        inertia, friction = generator.uniform(0.2, 0.3), generator.uniform(0.6, 0.8)
+        wide = lively(brake_with('backlash', gap=12.0, inertia_fraction=inertia,
+                                 friction_fraction=friction), seed=seed)
+        found = diagnose([wide], NOMINAL)
+        if found.effects and found.effects[0].effect == 'backlash':
+            first += 1
+            assert found.effects[0].parameters['gap'].std is None
+    assert first >= 5
 
 
 def strokes_and_waves(seed: int) -> Trajectory:

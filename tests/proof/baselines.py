@@ -25,6 +25,7 @@ import numpy as np
 from .columns import Answer, candidates, Columns, number_columns, seen, solve
 from .flexible import fitted_oracle, flexible
 from .nominal import Nominal, torque_of
+from .run import recordings_of
 from .sealing import open_truth
 from .signals import read_nominal, read_signals, Signals
 from .sparse import sparse
@@ -148,15 +149,15 @@ def _told(results: Path, seconds: float, failure: str | None) -> str | None:
 
 def _answer(case: Path, results: Path, method: Callable[[Nominal, Signals], Answer]) -> None:
     model = read_nominal(case / 'nominal.yaml')
-    train, test = (read_signals(next(p for p in (case / part, case / f'{part}.mcap')
-                                     if p.exists())) for part in ('train', 'test'))
+    train, test = (read_signals(recordings_of(case, part)[0]) for part in ('train', 'test'))
     answer = method(model, train)
     nominal = torque_of(model, test)
     corrected = nominal + answer.added(test)
     results.mkdir(parents=True)
     content = {'effects': [{'effect': effect, 'probability': p, 'parameters': {}}
                            for effect, p in answer.claims],
-               'mismatch': {'time': []}, 'verdict': None}
+               'mismatch': {'time': []},
+               'verdict': 'explained' if answer.claims else 'consistent'}
     (results / 'diagnosis.json').write_text(json.dumps(content), 'utf8')
     np.savez(results / 'nominal.npz', time=test.time, effort=nominal)
     np.savez(results / 'corrected.npz', time=test.time, effort=corrected)

@@ -12,7 +12,7 @@ from .score import CaseScore
 
 __all__ = ['proof_page']
 
-_STRATA = ('clean', 'strong', 'subtle', 'pair', 'outside')
+_COLOURS = ('noise', 'after', 'before', 'third', 'mark')
 
 
 def proof_page(summary: dict, scores: Sequence[CaseScore], *, backend: str | None = None) -> Page:
@@ -82,8 +82,9 @@ def _header(page: Page, summary: dict) -> None:
          f'{_of(summary["confident_wrong_outside"])}, probability above 50 %'),
         ('calibration error', '–' if error is None else f'{error:.3f}',
          f'{summary["calibration"]["claims"]} claims'),
-        ('seconds', '–' if seconds['mean'] is None else f'{seconds["mean"]:.1f}',
-         'a diagnosis, on average')])
+        ('seconds', '–' if seconds['median'] is None else f'{seconds["median"]:.1f}',
+         'the median diagnosis' + ('' if seconds['median'] is None else
+                                   f'; 95 % within {seconds["p95"]:.0f}'))])
 
 
 def _shares(page: Page, summary: dict) -> None:
@@ -91,10 +92,14 @@ def _shares(page: Page, summary: dict) -> None:
     rows = [(f'named first, {key}', value) for key, value in summary['named_first'].items()]
     rows += [('both of a pair', summary['pairs_both']),
              ('one of a pair first', summary['pairs_first']),
-             ('false alarms on clean recordings', summary['false_alarms']),
-             ('confident wrong name, outside the library', summary['confident_wrong_outside']),
+             ('all of three', summary['triples_all']),
+             ('something said on a clean recording', summary['false_alarms']),
+             ('a name given on a clean recording', summary['claims_on_clean']),
+             *((f'confident wrong name, {stratum}', entry)
+               for stratum, entry in summary['confident_wrong'].items()),
              ('single effects with a false second name', summary['singles_with_false_extra']),
-             ('harm: held-out prediction made worse', summary['harm'])]
+             ('held-out prediction made worse', summary['worse']),
+             ('harm: materially worse, all cases', summary['harm'])]
     page.table([Column('score'), Column('share', number=True), Column('cases', number=True),
                 Column('95 % interval', number=True)],
                [[name, _share(entry), _of(entry), _interval(entry)]
@@ -128,12 +133,13 @@ def _baselines(page: Page, summary: dict) -> None:
         'strong', 'subtle', 'both of a pair', 'false alarms', 'wrong names outside'))], rows,
         chosen=[0], kind='compact', caption='The same cases and scorer. Sparse regression by '
         f'{summary["thresholding"]}.')
-    rows = [[label, *(_mean(one['held_out_removed'].get(stratum)) for stratum in _STRATA[1:]),
+    kinds = [kind for kind in summary['held_out_removed'] if kind != 'named_singles']
+    rows = [[label, *(_mean(one['held_out_removed'].get(kind)) for kind in kinds),
              _share(one['harm']),
              '–' if one['seconds']['mean'] is None else f'{one["seconds"]["mean"]:.1f}']
             for label, one in every]
     page.table([Column('error removed on another recording'), *(Column(text, number=True)
-               for text in (*_STRATA[1:], 'harm', 'seconds'))], rows, chosen=[0], kind='compact',
+               for text in (*kinds, 'harm', 'seconds'))], rows, chosen=[0], kind='compact',
                caption='Of the nominal model\'s held-out error, how much of what the true '
                'equations remove. Refit, flexible regressor and oracle give no names; the oracle '
                'was told them, and fits the numbers.')
@@ -170,6 +176,7 @@ def _matrix(page: Page, confusion: dict) -> None:
 def _calibration(page: Page, summary: dict) -> None:
     sure = summary['calibration']
     if not sure['bins']:
+        _conditions(page, summary)
         return
     page.section('Whether its probabilities mean what they say')
     said, right = ([b[key] for b in sure['bins']] for key in ('said', 'right'))
@@ -180,11 +187,24 @@ def _calibration(page: Page, summary: dict) -> None:
             Line('claims', said, right, 'after', marker='circle')), 300),),
         alt='Reliability diagram: ' + '; '.join(
             f'said {b["said"]:.2f}, right {b["right"]:.2f}' for b in sure['bins'])))
-    page.table([Column('said'), Column('right', number=True), Column('claims', number=True)],
-               [[f'{b["said"]:.2f}', f'{b["right"]:.2f}', str(b['claims'])]
-                for b in sure['bins']], kind='compact',
-               caption=f'Expected calibration error {sure["expected_error"]:.3f} over '
-               f'{sure["claims"]} claims.')
+    page.table([Column('said'), Column('on average', number=True), Column('right', number=True)],
+               [[f'{b["from"]:.2f} to {b["to"]:.2f}', f'{b["said"]:.2f}',
+                 f'{b["right"]} of {b["claims"]}'] for b in sure['bands']], kind='compact',
+               caption=f'Expected calibration error {sure["expected_error"]:.3f}, Brier score '
+               f'{sure["brier"]:.3f}, over {sure["claims"]} claims.')
+    _conditions(page, summary)
+
+
+def _conditions(page: Page, summary: dict) -> None:
+    if not summary['by_tag']:
+        return
+    page.section('Under which conditions')
+    page.table([Column('condition'), Column('right', number=True), Column('cases', number=True),
+                Column('95 % interval', number=True)],
+               [[tag.replace('_', ' '), _share(entry), _of(entry), _interval(entry)]
+                for tag, entry in summary['by_tag'].items()], kind='compact',
+               caption='Right: a single effect named first, all of several, nothing said on a '
+               'clean recording, no confident wrong name outside the library.')
 
 
 def _parameters(page: Page, summary: dict) -> None:
@@ -209,19 +229,20 @@ def _parameters(page: Page, summary: dict) -> None:
 
 def _held_out(page: Page, summary: dict, scores: Sequence[CaseScore]) -> None:
     page.section('What the corrected model gains on another recording')
-    rows = [[name.replace('_', ' '), _mean(value), _mean(summary['held_out_energy_removed'][name])]
+    rows = [[name.replace('_', ' '), _mean(value)]
             for name, value in summary['held_out_removed'].items()]
     where = summary['localisation']
-    page.table([Column('stratum'), Column('of the rms', number=True),
-                Column('of the energy', number=True)], rows, kind='compact',
-               caption='Removed error as a share of what the oracle removes, which knows the true '
-               'equations (1: all of it; below 0: worse than the nominal).')
+    page.table([Column('stratum'), Column('removed', number=True)], rows, kind='compact',
+               caption='Removed energy of the error as a share of what the oracle removes, which '
+               'knows the true torque (1: all of it; below 0: worse than the nominal).')
     series = []
-    for stratum, colour in zip(_STRATA, ('noise', 'after', 'before', 'third', 'mark'),
-                               strict=True):
-        kept = [s for s in scores if s.stratum == stratum and s.after is not None and s.floor > 0]
+    groups = {'clean': ('clean',), 'single': ('strong', 'subtle'), 'several': ('pair', 'triple'),
+              'described': ('described', 'outside'), 'undescribed': ('undescribed',)}
+    for (name, strata), colour in zip(groups.items(), _COLOURS, strict=True):
+        kept = [s for s in scores if s.stratum in strata and s.after is not None and s.floor > 0]
         if kept:
-            series.append(Points(stratum, [s.before / s.floor for s in kept],
+            name = 'outside' if {s.stratum for s in kept} == {'outside'} else name
+            series.append(Points(name, [s.before / s.floor for s in kept],
                                  [s.after / s.floor for s in kept], colour))
     if series:
         top = max(s.before / s.floor for s in scores if s.floor > 0)
@@ -232,9 +253,8 @@ def _held_out(page: Page, summary: dict, scores: Sequence[CaseScore]) -> None:
                 Line('no gain', [0.0, top], [0.0, top], 'recorded', 'dash'), *series), 320),),
             alt='Error of the corrected model over that of the nominal model, a point per case.'))
     if where['recall'] is not None:
-        precision = '–' if where['precision'] is None else f'{where["precision"]:.2f}'
-        page.text(f'Where in time the mismatch lies: precision {precision}, recall '
-                  f'{where["recall"]:.2f}.')
+        page.text(f'Where in time the mismatch lies: precision {where["precision"]:.2f} (chance '
+                  f'{where["chance"]:.2f}), recall {where["recall"]:.2f}.')
     zones = where['zones']
     if zones['count']:
         page.text(f'Where in position and velocity: the {zones["count"]} named zones hold '
@@ -251,9 +271,11 @@ def _misses(page: Page, summary: dict) -> None:
     rows, silent = [], {one['case'] for one in summary['failures']}
     for miss in summary['misses']:
         case = str(miss['case'])
-        held = ', '.join(f'{_name(effect)} ({form})' for effect, form in zip(
-            miss['hidden'], miss['as'], strict=True)) or 'nothing'
-        said = ', '.join(f'{_name(effect)} {p:.2f}' for effect, p in miss['claims']) or 'nothing'
+        held = ', '.join(f'{_name(effect)} ({form})' if form else _name(effect)
+                         for effect, form in zip(miss['hidden'], miss['as'], strict=True)
+                         ) or 'nothing'
+        said = ', '.join(f'{_name(effect)} {p:.2f}' for effect, p in miss['claims']) or (
+            f'nothing ({miss["verdict"]})')
         link = Html(f'<a href="results/{escape(case)}/report.html">{escape(case)}</a>')
         rows.append([case if case in silent else link,
                      f'{miss["stratum"]}, {miss["motion"]}'
@@ -265,6 +287,14 @@ def _misses(page: Page, summary: dict) -> None:
 
 def _how(page: Page, summary: dict) -> None:
     page.section('How this was measured')
+    if summary['source'] == 'other':
+        page.text('The cases come from another hand: another plant, other formulas, other '
+                  'conditions. The tool ran as a separate process on copies that held the '
+                  'recordings and a nominal model, nothing else.')
+        page.table([Column('what'), Column('value', kind='wrap')],
+                   [['command', summary['command']], ['cases', str(summary['cases'])]],
+                   kind='compact')
+        return
     page.text('Each case is a brake drawn at random, simulated by a plant that shares no code '
               'with the tool, with an effect in a formulation that is not the library\'s (a wrong '
               'number, a dead time and a linear shaft have but one form). The tool ran as a '

@@ -1,7 +1,7 @@
 """One proof from the draw to the page; `engb prove` calls this.
 
 DIR holds cases/, truth/, results/ (one folder per case), proof.json (what was drawn, its digest),
-and in the end scores.json, cases.jsonl and index.html.
+and in the end scores.json, cases.jsonl and index.html. Cases of another hand stay where they are.
 """
 from __future__ import annotations
 
@@ -21,15 +21,17 @@ from engb_core.errors import InputError
 from .baselines import BASELINES, NAMING, ORACLE, run_baseline, run_oracle
 from .catalogue import known
 from .generate import generate, parse_strata
+from .other_hand import cases_in, other_truth
+from .own_truth import truth_of
 from .page import proof_page
 from .run import run_tool, score_all
-from .score import CaseScore
+from .score import CaseScore, CaseTruth
 from .sealing import digest_of
 from .sparse import thresholding_by
 from .summary import as_text
 from .totals import summarise
 
-__all__ = ['Proof', 'prove', 'strict_failures']
+__all__ = ['Proof', 'prove', 'prove_other', 'strict_failures']
 
 _STRATA = ('clean', 'strong', 'subtle', 'pair', 'outside')
 # A run that was stopped (Ctrl-C reaches it, too) is done again by the next start.
@@ -50,6 +52,7 @@ class Proof:
     again: bool = False
     baselines: bool = False
     command: str = ''
+    only: str | None = None
 
 
 def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], None]) -> dict:
@@ -81,16 +84,64 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
         at = proof.out / 'baselines' / ORACLE[0]
         _run_all([(lambda c=c: run_oracle(c, truth / f'{c.name}.npz', at / c.name), at / c.name)
                   for c in folders], proof.jobs, progress)
-    scores = score_all(folders, truth, results)
+    truths = [truth_of(c.name, truth / f'{c.name}.npz') for c in folders]
+    scores = score_all(truths, results)
     summary = {
-        'digest': sealed, 'date': datetime.now(UTC).isoformat(timespec='seconds'),
-        'command': proof.command, 'seed': plan['seed'],
-        'strata': plan['strata'], 'wall_seconds': time.monotonic() - begin, **summarise(scores)}
+        'source': 'own', 'digest': sealed, 'seed': plan['seed'], 'strata': plan['strata'],
+        **_told(proof, begin), **summarise(scores)}
     if names:
-        summary['baselines'] = _baselines(names, folders, truth, proof.out)
+        summary['baselines'] = _baselines(names, truths, proof.out)
         summary['thresholding'] = thresholding_by()
     _write(proof.out, summary, scores)
     return summary
+
+
+def prove_other(proof: Proof, folder: Path, progress: Callable[[str], None],
+                say: Callable[[str], None]) -> dict:
+    """Run and score the tool on a folder of cases from another hand; returns the summary.
+
+    Raises:
+        InputError: there are no such cases, one is damaged, or `out` holds something else.
+    """
+    begin = time.monotonic()
+    cases = cases_in(folder)
+    if proof.only:
+        wanted = proof.only.split(',')
+        missing = [name for name in wanted if not (folder / f'case_{name}').is_dir()]
+        if missing:
+            raise InputError(f'--only {missing[0]}: {folder} holds no case_{missing[0]}')
+        cases = [case for case in cases if case.name.partition('_')[2] in wanted]
+    note = proof.out / 'proof.json'
+    # Kept as text: of the same folder under another name nothing is run again by mistake.
+    plan = {'cases_from': str(folder.resolve())}
+    if note.exists():
+        if json.loads(note.read_text('utf8')).get('cases_from') != plan['cases_from']:
+            raise InputError(f'--out {proof.out}: holds the proof of other cases; name another')
+    elif proof.out.exists() and any(proof.out.iterdir()):
+        raise InputError(f'--out {proof.out}: holds something else; name a new folder')
+    # Damage is told before an hour is spent, and the truth is read again once the tool is done.
+    for case in cases:
+        progress(f'checking {case.name}')
+        other_truth(case)
+    proof.out.mkdir(parents=True, exist_ok=True)
+    note.write_text(json.dumps(plan, indent=1), 'utf8')
+    results = proof.out / 'results'
+    if proof.again:
+        for case in cases:
+            shutil.rmtree(results / case.name, ignore_errors=True)
+    say(f'{len(cases)} cases from {folder}')
+    _run_all([(lambda c=c: run_tool(c, results / c.name), results / c.name) for c in cases],
+             proof.jobs, progress)
+    scores = score_all([other_truth(case) for case in cases], results)
+    summary = {'source': 'other', 'digest': None, 'seed': None, 'strata': None,
+               **_told(proof, begin), **summarise(scores)}
+    _write(proof.out, summary, scores)
+    return summary
+
+
+def _told(proof: Proof, begin: float) -> dict:
+    return {'date': datetime.now(UTC).isoformat(timespec='seconds'), 'command': proof.command,
+            'wall_seconds': time.monotonic() - begin}
 
 
 def strict_failures(summary: dict) -> list[str]:
@@ -201,10 +252,10 @@ def _run_all(work: list[tuple[Callable[[], str | None], Path]], jobs: int,
     pool.shutdown()
 
 
-def _baselines(names: list[str], folders: list[Path], truth: Path, out: Path) -> list[dict]:
+def _baselines(names: list[str], truths: list[CaseTruth], out: Path) -> list[dict]:
     found = []
     for name, label in [*((name, BASELINES[name][0]) for name in names), ORACLE]:
-        summary = summarise(score_all(folders, truth, out / 'baselines' / name))
+        summary = summarise(score_all(truths, out / 'baselines' / name))
         keys = ('named_first', 'pairs_both', 'false_alarms', 'confident_wrong_outside',
                 'held_out_removed', 'harm', 'seconds', 'failures')
         found.append({'name': name, 'label': label, 'gives_names': name in NAMING,

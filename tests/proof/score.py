@@ -1,39 +1,97 @@
-"""Scores of a diagnosis tool against sealed truth, case by case; totals.py sums them up.
+"""Scores of a diagnosis against its truth, case by case; totals.py sums them up.
+
+One scorer for all cases, whoever made them: `CaseTruth` is what it needs to know of a case, read
+from a sealed truth (own_truth.py) or from a folder of another hand (other_hand.py).
 
 Definitions (all over the cases whose tool run ended; others count as silent and are listed):
 
-- named first: `effects[0].effect` is the hidden effect (single-effect strata).
-- both of a pair: the two hidden effects are the first two claimed, in any order.
-- false alarm: anything at all is claimed on a clean recording; exact 95 % Clopper-Pearson.
-- confident wrong name: a claim above probability 0.5 where the truth lies outside the library.
-- calibration: every claim is right if its effect is hidden in that case; ten bins of
-  probability; ECE = Σ n_b/N·|share right - mean probability|. `self_energizing` beside
-  `pad_friction_fade` counts as right, since such a fade holds it.
+- named first: `effects[0].effect` is one of the names that are right (`accepted`).
+- both of a pair, all of three: every hidden effect is claimed.
+- extra: a claim that is not accepted. Where the true load curve has a form that the model cannot
+  follow, a name of the tool's own for that (one that the contract does not list) is no extra.
+- false alarm: anything at all is said on a clean recording: a claim, or a verdict other than
+  `consistent`; exact 95 % Clopper-Pearson.
+- confident wrong name: outside the library, a name of the contract with a probability of 0.5 or
+  more that is not a fair name of the mechanism.
+- right variables (outside): of the variables that the mismatch truly depends on, the share that
+  `unexplained.depends_on` names; how many it names beside them; whether `memory` is told right.
+- calibration: every claim is right if its effect is accepted; ten bins of probability;
+  ECE = Σ n_b/N·|share right - mean probability|; and five bands that look closely above 0.9.
 - parameters: |value - truth| / |truth| of every contract parameter of rightly claimed effects;
   `deviation` is the same, but for ratios whose neutral value is 1 over |truth - 1|;
   coverage: the share with |value - truth| ≤ 2·std.
-- localisation: in time, precision and recall; in the coordinates, what share of the mismatch the
-  named zones truly hold, beside what the tool says (locate.py).
-- held-out error removed: (e(nominal) - e(corrected)) / (e(nominal) - e(oracle)), e the rms on
-  `test` of prediction minus the noise-free effort, low-passed, standstill masked; the oracle
-  knows the true equations and all but the recording's noise (sealing.py); over cases where
-  e(nominal) exceeds e(oracle) by half a noise floor; each clipped to ±1. `energy` uses squares.
-- harm: e(corrected) > 1.05·e(nominal) and e(corrected) - e(nominal) > 0.2 noise floors, both as
-  the tool itself predicts (`nominal.npz`; without it, as the truth's side does).
+- localisation: precision and recall in time, beside the precision that chance would have; in the
+  coordinates what share of the mismatch the named zones truly hold (locate.py).
+- held-out error removed: e the error on `test` of prediction minus the noise-free effort,
+  low-passed, where the motion determines it: (e²(nominal) - e²(corrected)) / (e²(nominal) -
+  e²(oracle)), clipped to ±1; the oracle is the true torque of the recorded motion. Over cases
+  where e(nominal) > 1.2·e(oracle).
+- made worse: less than -0.02 of it removed. Harm, over all cases, the clean ones too:
+  e(corrected) > 1.05·e(nominal) and e(corrected) - e(nominal) > 0.2 noise floors, both as the
+  tool itself predicts (`nominal.npz`; without it, as the truth's side does).
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 import json
+import math
 from pathlib import Path
 
 import numpy as np
 
-from .locate import in_time, in_zones
-from .nominal import low_pass, moving, rms
-from .sealing import open_truth
+from .locate import in_time, in_zones, Stretch
+from .vocabulary import TABLE_4
 
-__all__ = ['CaseScore', 'score_case']
+__all__ = ['CaseScore', 'CaseTruth', 'OUTSIDE', 'read_prediction', 'score']
+
+OUTSIDE = ('described', 'undescribed', 'outside')
+CONFIDENT = 0.5
+_SCORED = 1.2       # times the oracle's error: below it there is nothing to remove
+_WORSE = -0.02
+
+
+@dataclass(frozen=True)
+class CaseTruth:
+    """What the scorer needs to know of a case.
+
+    Attributes:
+        stratum: clean, strong, subtle, pair, triple, or one of OUTSIDE.
+        tags: conditions by which scores are broken down.
+        hidden, formulations: effects (or mechanisms outside the library) and their forms.
+        accepted: names that are right; fair: names of the contract that a mechanism outside the
+            library may physically bear.
+        parameters: (effect, name, value, other right values) of the contract's parameters.
+        depends_on: for each variable that the mismatch truly depends on, the names that mean it.
+        other_load_shape: the load curve has a form that the model cannot follow.
+        before, oracle: errors [N·m] of the nominal model and of the true torque on `test`.
+        error: (time [s], effort [N·m]) → error [N·m] of a prediction on `test`.
+        floor: noise floor [N·m]; band: in which the effects are judged [Hz].
+        stretches: energy of the mismatch over time, a `Stretch` per training recording.
+        zones: energy, position and velocity for the scores of zones (None: not known).
+    """
+
+    name: str
+    stratum: str
+    hidden: tuple[str, ...]
+    formulations: tuple[str, ...]
+    accepted: tuple[str, ...]
+    before: float
+    oracle: float
+    floor: float
+    error: Callable[[np.ndarray, np.ndarray], float]
+    stretches: tuple[Stretch, ...]
+    fair: tuple[str, ...] = ()
+    parameters: tuple[tuple[str, str, float, tuple[float, ...]], ...] = ()
+    tags: tuple[str, ...] = ()
+    motion: str = ''
+    refitted: bool = False
+    depends_on: tuple[tuple[str, ...], ...] = ()
+    memory: bool = False
+    other_load_shape: bool = False
+    held_out_scored: bool = True
+    band: float = 20.0
+    zones: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -44,16 +102,21 @@ class CaseScore:
     stratum: str
     motion: str
     refitted: bool
+    tags: tuple[str, ...]
     hidden: tuple[str, ...]
     formulations: tuple[str, ...]
+    accepted: tuple[str, ...]
+    fair: tuple[str, ...]
     claims: tuple[tuple[str, float], ...]
+    own_names: tuple[str, ...]
     verdict: str | None
     parameters: tuple[tuple[str, str, float, float, float | None], ...]
     precision: float | None
     recall: float | None
+    chance: float | None
     zones: tuple[tuple[str, float, float, float], ...]
+    variables: tuple[float, int, bool] | None
     removed: float | None
-    removed_energy: float | None
     harm: bool | None
     before: float
     oracle: float
@@ -65,86 +128,120 @@ class CaseScore:
     failure: str | None
 
     @property
-    def named_first(self) -> bool:
-        """The first claim is (one of) the hidden."""
-        return bool(self.claims) and self.claims[0][0] in self.hidden
+    def outside(self) -> bool:
+        """What is hidden is no effect of the contract."""
+        return self.stratum in OUTSIDE
 
     @property
-    def both(self) -> bool:
-        """The first two claims are the two hidden effects."""
-        return {name for name, _ in self.claims[:2]} == set(self.hidden)
+    def named_first(self) -> bool:
+        """The first claim is right; or nothing was said where that is accepted."""
+        if self.claims:
+            return self.claims[0][0] in self.accepted
+        return 'consistent' in self.accepted and self.verdict == 'consistent'
+
+    @property
+    def all_named(self) -> bool:
+        """Every hidden effect is claimed."""
+        return set(self.hidden) <= {name for name, _ in self.claims}
+
+    @property
+    def alarm(self) -> bool:
+        """Something is said."""
+        return bool(self.claims) or self.verdict != 'consistent'
+
+    @property
+    def confident_wrong(self) -> bool:
+        """A name of the contract is given with confidence that is no fair one."""
+        return any(p >= CONFIDENT and name in TABLE_4 and name not in self.fair
+                   for name, p in self.claims)
+
+    @property
+    def worse(self) -> bool | None:
+        """The held-out prediction was made worse; None where there was nothing to remove."""
+        return None if self.removed is None else self.removed < _WORSE
 
 
-@dataclass(frozen=True)
-class _Errors:
-    """Rms errors [N·m] on the test recording; None where there is no prediction."""
-
-    nominal: float
-    oracle: float
-    corrected: float | None
-    own_nominal: float | None
-
-
-def _errors(results: Path, arrays: dict[str, np.ndarray], cutoff: float) -> _Errors:
-    truth = arrays['test_effort'].astype(float)
-    move = moving(arrays['test_velocity'])
-
-    def size(effort: np.ndarray) -> float:
-        return rms(low_pass(move * (effort - truth), cutoff=cutoff)[move])
-
-    def predicted(path: Path) -> float | None:
-        if not path.exists():
-            return None
-        with np.load(path) as data:
-            time, effort = data['time'].astype(float), data['effort'].astype(float)
-        good = np.isfinite(time) & np.isfinite(effort)
-        if good.sum() < 100:
-            return None
-        time, index = np.unique(time[good], return_index=True)
-        return size(np.interp(np.arange(truth.size) * 1e-3, time, effort[good][index]))
-
-    return _Errors(size(arrays['test_nominal'].astype(float)),
-                   size(arrays['test_oracle'].astype(float)),
-                   predicted(results / 'corrected.npz'), predicted(results / 'nominal.npz'))
+def read_prediction(path: Path) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times [s] and efforts [N·m] of a prediction; None where it is none."""
+    if not path.exists():
+        return None
+    with np.load(path, allow_pickle=False) as data:
+        time, effort = (np.asarray(data[key], float).ravel() for key in ('time', 'effort'))
+    if time.size != effort.size:
+        return None
+    good = np.isfinite(time) & np.isfinite(effort)
+    if good.sum() < 100:
+        return None
+    time, index = np.unique(time[good], return_index=True)
+    return time, effort[good][index]
 
 
-def _parameters(diagnosis: dict, facts: dict) -> tuple:
+def _claims(diagnosis: dict) -> list[dict]:
+    return [one for one in diagnosis.get('effects') or [] if isinstance(one, dict)
+            and isinstance(one.get('effect'), str)]
+
+
+def _number(value: object) -> float | None:
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _parameters(claims: list[dict], truth: CaseTruth) -> tuple:
     rows = []
-    for hidden in facts['effects']:
-        claim = next((c for c in diagnosis['effects'] if c['effect'] == hidden['effect']), None)
-        if claim is None:
+    for effect, name, value, others in truth.parameters:
+        claim = next((one for one in claims if one['effect'] == effect), None)
+        got = (claim or {}).get('parameters', {}).get(name)
+        said = _number(got.get('value') if isinstance(got, dict) else got)
+        if said is None:
             continue
-        for name, truth in hidden['parameters'].items():
-            got = claim['parameters'].get(name)
-            if got is not None:
-                rows.append((hidden['effect'], name, truth, got['value'], got['std']))
+        nearest = min((value, *others), key=lambda one: abs(said - one))
+        rows.append((effect, name, nearest, said,
+                     _number(got.get('std')) if isinstance(got, dict) else None))
     return tuple(rows)
 
 
-def score_case(name: str, truth: Path, results: Path) -> CaseScore:
-    """Score one case from `results` (diagnosis.json, corrected.npz, run.json)."""
-    facts, arrays = open_truth(truth)
+def _variables(diagnosis: dict, truth: CaseTruth) -> tuple[float, int, bool] | None:
+    if truth.stratum not in OUTSIDE or not truth.depends_on:
+        return None
+    told = diagnosis.get('unexplained') or {}
+    names = set(told.get('depends_on') or [])
+    groups = [set(group) for group in truth.depends_on]
+    return (float(np.mean([bool(group & names) for group in groups])),
+            len(names - set().union(*groups)), bool(told.get('memory')) == truth.memory)
+
+
+def score(truth: CaseTruth, results: Path) -> CaseScore:
+    """Score one case from `results` (diagnosis.json, corrected.npz, nominal.npz, run.json)."""
     run = json.loads((results / 'run.json').read_text('utf8'))
-    silent = {'effects': [], 'mismatch': {'time': []}, 'verdict': None}
     path = results / 'diagnosis.json'
-    diagnosis = json.loads(path.read_text('utf8')) if path.exists() else silent
-    floor = facts['test_floor']
-    e = _errors(results, arrays, facts['cutoff'])
-    removed = energy = harm = None
-    if e.corrected is not None:
-        if facts['effects'] and e.nominal > e.oracle + 0.5 * floor:
-            removed = float(np.clip((e.nominal - e.corrected) / (e.nominal - e.oracle), -1, 1))
-            energy = float(np.clip((e.nominal ** 2 - e.corrected ** 2)
-                                   / (e.nominal ** 2 - e.oracle ** 2), -1, 1))
-        own = e.nominal if e.own_nominal is None else e.own_nominal
-        harm = bool(e.corrected > 1.05 * own and e.corrected - own > 0.2 * floor)
-    where = in_time(diagnosis, arrays['train_energy']) if facts['effects'] else (None, None)
-    zones = in_zones(diagnosis, arrays) if facts['effects'] else ()
+    diagnosis = json.loads(path.read_text('utf8')) if path.exists() else {}
+    claims = _claims(diagnosis)
+    named = tuple((one['effect'], min(max(_number(one.get('probability')) or 0.0, 0.0), 1.0))
+                  for one in claims)
+    own_names: tuple[str, ...] = ()
+    if truth.other_load_shape and truth.stratum not in OUTSIDE:
+        own_names = tuple(name for name, _ in named if name not in TABLE_4)
+        named = tuple(claim for claim in named if claim[0] in TABLE_4)
+    predicted = read_prediction(results / 'corrected.npz')
+    after = None if predicted is None else truth.error(*predicted)
+    predicted = read_prediction(results / 'nominal.npz')
+    own_before = None if predicted is None else truth.error(*predicted)
+    removed = harm = None
+    if truth.held_out_scored and truth.before > _SCORED * truth.oracle:
+        removed = 0.0 if after is None else float(np.clip(
+            (truth.before ** 2 - after ** 2) / (truth.before ** 2 - truth.oracle ** 2), -1, 1))
+    if after is not None:
+        own = truth.before if own_before is None else own_before
+        harm = bool(after > 1.05 * own and after - own > 0.2 * truth.floor)
+    where = in_time(diagnosis, truth.stretches) if truth.hidden else None
     return CaseScore(
-        name, facts['stratum'], facts['motion'], facts['refitted'],
-        tuple(e['effect'] for e in facts['effects']),
-        tuple(e['formulation'] for e in facts['effects']),
-        tuple((c['effect'], float(c['probability'])) for c in diagnosis['effects']),
-        diagnosis.get('verdict'), _parameters(diagnosis, facts), where[0], where[1], zones,
-        removed, energy, harm, e.nominal, e.oracle, e.own_nominal, e.corrected, floor,
-        facts['cutoff'], run.get('seconds'), run.get('failure'))
+        truth.name, truth.stratum, truth.motion, truth.refitted, truth.tags, truth.hidden,
+        truth.formulations, truth.accepted, truth.fair, named, own_names,
+        diagnosis.get('verdict'), _parameters(claims, truth),
+        where and where.precision, where and where.recall, where and where.chance,
+        in_zones(diagnosis, truth.zones) if truth.hidden else (), _variables(diagnosis, truth),
+        removed, harm, truth.before, truth.oracle, own_before, after, truth.floor, truth.band,
+        run.get('seconds'), run.get('failure'))

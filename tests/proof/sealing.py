@@ -17,13 +17,12 @@ import numpy as np
 
 from .bagfile import Bench, LAYOUTS, write_model, write_recording
 from .cases import Case, Take
+from .locate import BIN
 from .nominal import low_pass, moving, Nominal, residual, rms, torque_of
 from .plant_record import settings_of
 from .sensors import motion_of
 
-__all__ = ['BIN', 'digest_of', 'open_truth', 'write_case']
-
-BIN = 0.02  # s: the grain of the mismatch's energy over time
+__all__ = ['digest_of', 'open_truth', 'write_case']
 
 
 def _cutoff(case: Case) -> float:

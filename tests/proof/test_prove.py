@@ -115,12 +115,17 @@ def test_open_shows_the_truth_beside_a_diagnosis(tmp_path: Path) -> None:
     (['--out', 'x', '--effects', 'odd'], "no effect 'odd'"),
     (['--out', 'x', '--reuse', 'y'], 'holds no cases'),
     (['--out', '.'], 'holds something else'),
+    (['--out', 'x', '--cases-from', 'nowhere'], 'no such folder'),
+    (['--out', 'x', '--cases-from', 'empty'], 'holds no folder case_'),
+    (['--out', 'x', '--cases-from', 'empty', '--seed', '1'], 'leave --seed away'),
+    (['--out', 'x', '--only', '3'], 'belongs to --cases-from'),
     (['--diagnosis', 'noise.sealed'], 'belongs to --open'),
 ])
 def test_wrong_calls_end_in_one_line(arguments: list[str], told: str, tmp_path: Path,
                                      monkeypatch: pytest.MonkeyPatch,
                                      capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / 'empty').mkdir()
     (tmp_path / 'noise.sealed').write_bytes(b'\xff\x00noise')
     assert main(['prove', *arguments]) == 2
     said = capsys.readouterr().err

@@ -5,35 +5,40 @@ import json
 from pathlib import Path
 import sys
 
+import pytest
+
 from tests.proof.run import run_tool
 
 FAKE = """
 import json, sys
 from pathlib import Path
 command, recording, *rest = sys.argv[1:]
-options = dict(zip(rest[::2], rest[1::2]))
+at = sys.argv.index('--model')
+options = dict(zip(sys.argv[at::2], sys.argv[at + 1::2]))
 if command == 'diagnose':
+    near = sorted(p.name for p in Path.cwd().iterdir())
+    where = str(Path.cwd())
     out = Path(options['--out'])
     out.mkdir()
-    near = sorted(p.name for p in Path(recording).parent.iterdir())
-    (out / 'diagnosis.json').write_text(json.dumps({'near': near, 'recording': recording}))
+    (out / 'diagnosis.json').write_text(json.dumps({'near': near, 'where': where}))
     (out / 'model.yaml').write_text(Path(options['--model']).read_text())
 else:
     sys.exit('engb: no ' + Path(recording).name)
 """
 
 
-def test_tool_sees_a_copy_without_truth(tmp_path: Path) -> None:
+@pytest.mark.parametrize('trains', [['train.mcap'], ['train_1.mcap', 'train_2.mcap']])
+def test_tool_sees_a_copy_without_truth(tmp_path: Path, trains: list[str]) -> None:
     case, results = tmp_path / 'case_0007', tmp_path / 'results' / 'case_0007'
     case.mkdir()
-    for name in ('train.mcap', 'test.mcap', 'nominal.yaml'):
+    for name in (*trains, 'test.mcap', 'nominal.yaml', 'truth.json', 'truth.npz'):
         (case / name).write_text(name, 'utf8')
     (tmp_path / 'fake.py').write_text(FAKE, 'utf8')
     failure = run_tool(case, results, [sys.executable, '-B', str(tmp_path / 'fake.py')])
     told = json.loads((results / 'diagnosis.json').read_text('utf8'))
-    assert told['near'] == ['nominal.yaml', 'test.mcap', 'train.mcap']
-    assert str(tmp_path) not in told['recording']
-    assert '0007' not in told['recording']
+    assert told['near'] == ['nominal.yaml', *trains]
+    assert str(tmp_path) not in told['where']
+    assert '0007' not in told['where']
     assert failure == 'predict: exit 1: engb: no test.mcap'
     assert json.loads((results / 'run.json').read_text('utf8'))['failure'] == failure
     assert json.loads((results / 'run.json').read_text('utf8'))['seconds'] > 0.0

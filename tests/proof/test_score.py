@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.proof.locate import in_zones, true_bins
-from tests.proof.score import score_case
-from tests.proof.sealing import BIN
+from tests.proof.locate import BIN, in_time, in_zones, Stretch, true_samples
+from tests.proof.own_truth import truth_of
+from tests.proof.score import CaseScore, score
 from tests.proof.summary import as_text
 from tests.proof.totals import clopper_pearson, summarise
 
 FLOOR = 4e-4
 HIDDEN = {'strong': ['cogging_torque'], 'subtle': ['backlash'],
-          'pair': ['pad_creep', 'inertia_error'], 'outside': ['outside_dent'], 'clean': []}
+          'pair': ['pad_creep', 'inertia_error'], 'undescribed': ['outside_dent'], 'clean': []}
 PARAMETERS = {'cogging_torque': {'order': 4.0, 'amplitude': 0.005}, 'backlash': {'gap': 0.3},
               'pad_creep': {'relaxed_fraction': 0.1, 'time_constant': 2.0},
               'inertia_error': {'inertia': 7e-5}, 'outside_dent': {}}
@@ -51,7 +51,8 @@ def write_truth(folder: Path) -> list[str]:
     for number, (stratum, effects) in enumerate(HIDDEN.items()):
         name = f'case_{number:04d}'
         facts = {'stratum': stratum, 'motion': 'rich', 'refitted': True, 'test_floor': FLOOR,
-                 'cutoff': 20.0,
+                 'cutoff': 20.0, 'depends_on': [['position', 'motor_angle'], ['load']],
+                 'memory': True, 'fair': ['torque_ripple'], 'tags': ['low_rate'],
                  'effects': [{'effect': e, 'formulation': 'x', 'parameters': PARAMETERS[e]}
                              for e in effects]}
         np.savez(folder / f'{name}.npz', truth=np.array(json.dumps(facts)), **arrays_of(stratum))
@@ -69,12 +70,14 @@ def write_answer(folder: Path, stratum: str, perfect: bool) -> None:
     """A fake tool's output: all that is true, or nothing."""
     folder.mkdir(parents=True)
     known = [e for e in HIDDEN[stratum] if not e.startswith('outside_')]
-    where = np.flatnonzero(true_bins(arrays_of(stratum)['train_energy']))
+    where = np.flatnonzero(true_samples(arrays_of(stratum)['train_energy']))
     spans = [{'recording': 'train', 'from': float(where[0] * BIN),
               'to': float((where[-1] + 1) * BIN), 'share': 1.0}] if where.size else []
     diagnosis = {'effects': [claim(e) for e in known] if perfect else [],
                  'mismatch': {'time': spans if perfect else [], 'where': []},
-                 'verdict': 'explained' if perfect else 'consistent'}
+                 'unexplained': {'depends_on': ['motor_angle', 'load'] if perfect else [],
+                                 'memory': perfect},
+                 'verdict': 'explained' if perfect and stratum != 'clean' else 'consistent'}
     (folder / 'diagnosis.json').write_text(json.dumps(diagnosis), 'utf8')
     (folder / 'run.json').write_text(json.dumps({'seconds': 2.0, 'failure': None}), 'utf8')
     arrays = arrays_of(stratum)
@@ -82,12 +85,16 @@ def write_answer(folder: Path, stratum: str, perfect: bool) -> None:
     np.savez(folder / 'corrected.npz', time=np.arange(effort.size) * 1e-3, effort=effort)
 
 
+def scored(name: str, truth: Path, results: Path) -> CaseScore:
+    return score(truth_of(name, truth / f'{name}.npz'), results)
+
+
 def summary_of(tmp_path: Path, perfect: bool) -> dict:
     names = write_truth(tmp_path)
     scores = []
     for name, stratum in zip(names, HIDDEN, strict=True):
         write_answer(tmp_path / 'out' / name, stratum, perfect)
-        scores.append(score_case(name, tmp_path / f'{name}.npz', tmp_path / 'out' / name))
+        scores.append(scored(name, tmp_path, tmp_path / 'out' / name))
     return summarise(scores)
 
 
@@ -104,8 +111,13 @@ def test_perfect_answer_scores_full_marks(tmp_path: Path) -> None:
     assert summary['parameters']['median_error'] == 0.0
     assert summary['parameters']['coverage'] == 1.0
     assert summary['harm']['hits'] == 0
-    for stratum in ('strong', 'subtle', 'pair', 'outside'):
-        assert summary['held_out_removed'][stratum] == pytest.approx(1.0)
+    for kind in ('single', 'pair', 'undescribed'):
+        assert summary['held_out_removed'][kind] == pytest.approx(1.0)
+    assert summary['worse']['hits'] == 0
+    assert summary['variables']['undescribed'] == {
+        'cases': 1, 'told': 1.0, 'beside': 0.0, 'memory': 1.0}
+    assert summary['right']['hits'] == summary['by_tag']['low_rate']['of'] == 5
+    assert summary['localisation']['chance'] < 0.2
 
 
 def test_silent_answer_scores_nothing_but_no_false_alarm(tmp_path: Path) -> None:
@@ -117,9 +129,10 @@ def test_silent_answer_scores_nothing_but_no_false_alarm(tmp_path: Path) -> None
     assert summary['confident_wrong_outside']['hits'] == 0
     assert summary['calibration']['claims'] == 0
     where = summary['localisation']
-    assert (where['precision'], where['recall']) == (None, 0.0)
+    assert (where['precision'], where['recall']) == (0.0, 0.0)
     assert summary['harm']['hits'] == 0
-    assert summary['held_out_removed']['strong'] == pytest.approx(0.0, abs=1e-9)
+    assert summary['held_out_removed']['single'] == pytest.approx(0.0, abs=1e-9)
+    assert summary['variables']['undescribed']['told'] == 0.0
     assert summary['confusion']['cogging_torque'] == {'nothing': 1}
     assert '5 cases' in as_text(summary)
 
@@ -136,11 +149,14 @@ def test_wrong_name_outside_and_false_alarm_and_harm_are_counted(tmp_path: Path)
         arrays = arrays_of(stratum)
         np.savez(out / 'corrected.npz', time=np.arange(arrays['test_effort'].size) * 1e-3,
                  effort=arrays['test_effort'] + 0.01)
-        scores.append(score_case(name, tmp_path / f'{name}.npz', out))
+        scores.append(scored(name, tmp_path, out))
     summary = summarise(scores)
     assert summary['false_alarms']['share'] == 1.0
     assert summary['confident_wrong_outside']['share'] == 1.0
     assert summary['harm']['share'] == 1.0
+    assert summary['worse']['share'] == 1.0
+    assert summary['calibration']['bands'] == [
+        {'from': 0.9, 'to': 0.97, 'claims': 5, 'said': pytest.approx(0.9), 'right': 1}]
     assert summary['named_first']['subtle']['share'] == 1.0
     assert summary['named_first']['strong']['share'] == 0.0
     assert summary['calibration']['expected_error'] == pytest.approx(0.9 - 0.2)
@@ -152,10 +168,51 @@ def test_interval_of_nothing_in_three_hundred() -> None:
     assert high == pytest.approx(0.01222, abs=1e-4)
 
 
-def test_true_bins_hold_the_energy_and_close_small_holes() -> None:
+def test_a_fair_name_outside_the_library_is_not_held_against_it(tmp_path: Path) -> None:
+    write_truth(tmp_path)
+    name = next(f'case_{k:04d}' for k, one in enumerate(HIDDEN) if one == 'undescribed')
+    out = tmp_path / 'out'
+    write_answer(out, 'undescribed', perfect=True)
+    for effect, wrong in (('torque_ripple', False), ('load_shape', False), ('backlash', True)):
+        text = json.loads((out / 'diagnosis.json').read_text('utf8'))
+        text['effects'] = [{**claim('backlash'), 'effect': effect, 'probability': 0.5}]
+        (out / 'diagnosis.json').write_text(json.dumps(text), 'utf8')
+        assert scored(name, tmp_path, out).confident_wrong is wrong, effect
+
+
+def test_a_verdict_alone_on_a_clean_recording_is_an_alarm(tmp_path: Path) -> None:
+    write_truth(tmp_path)
+    name = next(f'case_{k:04d}' for k, one in enumerate(HIDDEN) if one == 'clean')
+    out = tmp_path / 'out'
+    write_answer(out, 'clean', perfect=False)
+    text = json.loads((out / 'diagnosis.json').read_text('utf8'))
+    (out / 'diagnosis.json').write_text(json.dumps({**text, 'verdict': 'unexplained'}), 'utf8')
+    summary = summarise([scored(name, tmp_path, out)])
+    assert summary['false_alarms']['hits'] == 1
+    assert summary['claims_on_clean']['hits'] == 0
+
+
+def test_true_samples_are_the_fewest_that_hold_the_energy() -> None:
     energy = np.zeros(500)
-    energy[100:120], energy[125:140], energy[300:310] = 1.0, 1.0, 1.0
-    bins = true_bins(energy)
-    assert bins[105:135].all()
-    assert not bins[200:290].any()
-    assert energy[bins].sum() > 0.85 * energy.sum()
+    energy[100:120], energy[300:310] = 1.0, 10.0
+    true = true_samples(energy)
+    assert true[300:310].all()
+    assert energy[true].sum() >= 0.8 * energy.sum()
+    assert energy[true].sum() - 1.0 < 0.8 * energy.sum() + 10.0
+    assert not true_samples(np.zeros(5)).any()
+
+
+def test_a_span_counts_in_its_own_recording() -> None:
+    time, judged = np.arange(100) * BIN, np.ones(100, bool)
+    energy = np.zeros(100)
+    energy[10:20] = 1.0
+    stretches = (Stretch('train_1', time, energy, judged),
+                 Stretch('train_2', time, np.zeros(100), judged))
+    span = {'from': 10 * BIN - 1e-6, 'to': 19 * BIN + 1e-6, 'share': 1.0}
+    own = in_time({'mismatch': {'time': [{**span, 'recording': 'train_1'}]}}, stretches)
+    other = in_time({'mismatch': {'time': [{**span, 'recording': 'train_2'}]}}, stretches)
+    assert own is not None and other is not None
+    assert own.precision == pytest.approx(0.8, abs=0.15)
+    assert own.recall == 1.0
+    assert (other.precision, other.recall) == (0.0, 0.0)
+    assert own.chance == pytest.approx(0.04, abs=0.01)

@@ -1,0 +1,224 @@
+"""What is wrong with a recording itself: found, told, and kept out of what is judged.
+
+A fault of the data is no physics that a model leaves out. Each test here rests on what a machine
+can do (no shaft jumps away and back within a sample or two, since that needs more torque than the
+drive has) or on what noise does, and none looks at how well a model fits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+from scipy.stats import norm
+
+from engb_core.model import Model
+from engb_core.motion import quantum_of
+from engb_core.recording import Recording
+
+__all__ = ['DataFault', 'cleaned']
+
+Array = NDArray[np.float64]
+
+# Samples in a row that a glitch lasts at most: more would be a motion, or lost samples.
+LONGEST_GLITCH = 3
+# Part of a glitch that the values before and after it may differ by: what stays is none.
+STAYS = 0.25
+# Chance of taking noise for a glitch anywhere in a recording.
+CHANCE = 0.01
+# Part of a recording at a value that no sample goes beyond, from which on it is a limit: noise
+# alone leaves a single sample at its largest value.
+CLIPPED_LEAST = 10
+# How much of the effort's variance a command computed from the reference may leave: rounding of
+# what was logged; a measured current carries noise that no reference knows of.
+COMPUTED_LEAVES = 1e-3
+
+
+@dataclass(frozen=True)
+class DataFault:
+    """A fault of a recording: its name, where [s], and a sentence with the remedy."""
+
+    fault: str
+    recording: str
+    begin: float
+    end: float
+    statement: str
+
+
+def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFault]]:
+    """Return the recording without samples that cannot be true, and what is wrong with it."""
+    faults: list[DataFault] = []
+    position_bad = _impossible(recording, model)
+    effort_bad = _spikes(recording.effort)
+    for bad, what in ((position_bad, 'position'), (effort_bad, 'effort')):
+        if bad.any():
+            times = recording.time[bad]
+            faults.append(DataFault(
+                f'{what}_glitch', recording.name, float(times[0]), float(times[-1]),
+                f'{int(bad.sum())} samples of {what} jump away and back within '
+                f'{LONGEST_GLITCH} samples (first at {times[0]:.3f} s); they are left out. '
+                'Look at the encoder line and its shield.' if what == 'position' else
+                f'{int(bad.sum())} samples of effort are spikes '
+                f'(first at {times[0]:.3f} s); they are left out. Look at the current '
+                'sensor and at the bus.'))
+    faults += [*_lost(recording), *_jitter(recording)]
+    computed = _computed(recording)
+    # A command is cut off by its own law, which is no fault.
+    faults += computed or _clipped(recording, model)
+    keep = ~(position_bad | effort_bad)
+    repeated = _repeated(recording)
+    if repeated:
+        faults += repeated
+        keep &= np.append(True, (np.diff(recording.position) != 0.0)
+                          | (np.diff(recording.effort) != 0.0))
+    if keep.all():
+        return recording, faults
+    return replace(
+        recording, time=recording.time[keep], position=recording.position[keep],
+        effort=recording.effort[keep],
+        velocity=None if recording.velocity is None else recording.velocity[keep]), faults
+
+
+def _away_and_back(values: Array, count: int) -> tuple[Array, Array]:
+    """Return how far each block of `count` values stands off the line between its neighbours, the
+    least of the block with its sign, and the step between those neighbours: (n − count − 1,)."""
+    before, after = values[:-count - 1], values[count + 1:]
+    shares = (np.arange(1, count + 1) / (count + 1))[:, None]
+    inner = np.stack([values[1 + place:values.size - count + place] for place in range(count)])
+    off = inner - (before + shares * (after - before))
+    least = np.where((off > 0).all(axis=0), off.min(axis=0),
+                     np.where((off < 0).all(axis=0), off.max(axis=0), 0.0))
+    return least, after - before
+
+
+def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
+    """Return which positions (n,) a shaft cannot have had: the drive's whole torque and as much
+    load, for and against it, would not bring it there and back in the time."""
+    position, interval = recording.position, recording.interval
+    most = 4.0 * float(np.max(np.abs(recording.effort))) / model.motor.inertia
+    quantum = quantum_of(position)
+    bad = np.zeros(position.size, bool)
+    for count in range(1, LONGEST_GLITCH + 1):
+        if position.size < count + 4:
+            break
+        off, between = _away_and_back(position, count)
+        reach = 0.125 * most * ((count + 1) * interval) ** 2 + 2.0 * quantum
+        # Beside it the motion goes on as if nothing were: a step that stays is no glitch.
+        found = np.flatnonzero((np.abs(off) > reach) & (np.abs(between) < STAYS * np.abs(off)))
+        for place in found:
+            bad[place + 1:place + 1 + count] = True
+    return bad
+
+
+def _spikes(effort: Array) -> NDArray[np.bool_]:
+    """Return which efforts (n,) are spikes: off the line between their neighbours by more than
+    noise of this size ever is in so many samples, and by more than effort moves anywhere else in
+    the same time; while the neighbours stand where they would without it."""
+    bad = np.zeros(effort.size, bool)
+    level = float(norm.isf(0.5 * CHANCE / max(effort.size, 2)))
+    for count in range(1, LONGEST_GLITCH + 1):
+        if effort.size < 50:
+            break
+        off, between = _away_and_back(effort, count)
+        moved = off[off != 0.0]
+        typical = 1.4826 * float(np.median(np.abs(moved))) if moved.size else 0.0
+        alone = (np.abs(off) > level * typical) & (np.abs(between) < STAYS * np.abs(off))
+        beside = maximum_filter1d(alone, 2 * (2 * count + 1) + 1)
+        if beside.all():
+            continue
+        usual = float(np.max(np.abs(between[~beside])))
+        for place in np.flatnonzero(alone & (np.abs(off) > usual)):
+            bad[place + 1:place + 1 + count] = True
+    return bad
+
+
+def _lost(recording: Recording) -> list[DataFault]:
+    step = np.diff(recording.time)
+    gaps = np.flatnonzero(step > 4.5 * recording.interval)
+    if not gaps.size:
+        return []
+    missing = float(np.sum(step[gaps]) - gaps.size * recording.interval)
+    return [DataFault(
+        'samples_lost', recording.name, float(recording.time[gaps[0]]),
+        float(recording.time[gaps[-1] + 1]),
+        f'Samples are missing in {gaps.size} stretches, {missing:.3g} s together; nothing is '
+        'judged there. Look at the recorder and its queue.')]
+
+
+def _jitter(recording: Recording) -> list[DataFault]:
+    step = np.diff(recording.time)
+    usual = step[step < 1.9 * recording.interval]
+    spread = float(np.std(usual)) if usual.size else 0.0
+    if spread < 0.1 * recording.interval:
+        return []
+    return [DataFault(
+        'jittering_stamps', recording.name, 0.0, recording.duration,
+        f'The time between samples varies by {spread * 1e3:.2g} ms about '
+        f'{recording.interval * 1e3:.3g} ms. Stamp the samples where they are taken.')]
+
+
+def _repeated(recording: Recording) -> list[DataFault]:
+    """A log that repeats each value of a slower source: positions and efforts change together and
+    only every few samples, although the shaft moves."""
+    changed = (np.diff(recording.position) != 0.0) | (np.diff(recording.effort) != 0.0)
+    places = np.flatnonzero(changed)
+    if places.size < 20:
+        return []
+    between = np.diff(places)
+    usual = int(np.median(between))
+    if usual < 2 or np.mean(between == 1) > 0.01:
+        return []
+    return [DataFault(
+        'repeated_values', recording.name, 0.0, recording.duration,
+        f'Each value stands for {usual} samples: the source is {usual} times slower than the log. '
+        'Only the samples at which the values change are used. Record the source itself.')]
+
+
+def _clipped(recording: Recording, model: Model) -> list[DataFault]:
+    """Effort that stands at its largest value again and again: the sensor or the drive's limit."""
+    effort = recording.effort
+    faults = []
+    for sign, side in ((1.0, 'above'), (-1.0, 'below')):
+        most = float(np.max(sign * effort))
+        at_most = np.flatnonzero(sign * effort >= most - 1e-9 * abs(most))
+        limit = model.controller.effort_limit if model.controller is not None else None
+        if most <= 0.0 or at_most.size < CLIPPED_LEAST or (
+                limit is not None and most > 0.98 * limit):
+            continue
+        # A source of few counts also stands at one value often: only a limit crowds there.
+        step = quantum_of(effort)
+        next_below = int(np.sum((sign * effort < most - 0.5 * step)
+                                & (sign * effort >= most - 1.5 * step))) if step > 0.0 else 0
+        if at_most.size <= 3 * max(next_below, 1):
+            continue
+        faults.append(DataFault(
+            'clipped_effort', recording.name, float(recording.time[at_most[0]]),
+            float(recording.time[at_most[-1]]),
+            f'Effort is cut off {side} {sign * most:.4g} ({at_most.size} samples). Widen the '
+            "current sensor's range, or give the drive's limit in the model file "
+            '(controller.effort_limit).'))
+    return faults
+
+
+def _computed(recording: Recording) -> list[DataFault]:
+    """Effort that follows from reference and position alone is a command, no measurement."""
+    reference = recording.reference
+    if reference is None:
+        return []
+    error = np.interp(recording.time, reference.time, reference.position) - recording.position
+    inside = np.abs(recording.effort) < 0.98 * np.max(np.abs(recording.effort))
+    if inside.sum() < 50 or float(np.ptp(error[inside])) == 0.0:
+        return []
+    effort, error = recording.effort[inside], error[inside]
+    design = np.stack([error, np.ones_like(error)], axis=1)
+    solution, *_ = np.linalg.lstsq(design, effort, rcond=None)
+    left = float(np.var(effort - design @ solution))
+    if left > COMPUTED_LEAVES * float(np.var(effort)):
+        return []
+    return [DataFault(
+        'effort_is_command', recording.name, 0.0, recording.duration,
+        f'Effort is {solution[0]:.4g} times the deviation from the reference: a command, not a '
+        'measurement. What the drive itself does to it (delay, limits, back-EMF) is in the '
+        'mismatch.')]

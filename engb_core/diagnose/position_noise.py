@@ -1,0 +1,58 @@
+"""What position counts put into the effort that a motion seems to need.
+
+An encoder tells position in counts. What it rounds off goes through the very chain that derives
+velocity and acceleration (motion.py), and through friction, which turns with the sign of the
+velocity; both sides of the comparison pass the same low-pass afterwards, so that this part of the
+residual is no mismatch but noise. Nothing about it is white, Gaussian or the same everywhere: it
+is found by a parametric bootstrap (Efron and Tibshirani, An Introduction to the Bootstrap, 1993,
+section 6.5) of the whole chain, with the phase of the counts drawn at random. How the chain smears
+the edges of a motion is part of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.filtering import Comparison
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.motion import Motion, motion_of
+from engb_core.plant import Physics
+from engb_core.recording import Recording
+
+__all__ = ['position_noise']
+
+Array = NDArray[np.float64]
+
+# Draws of the counts' phase: the deviation that they give is itself sure to a sixth,
+# 1/sqrt(2·DRAWS), which is less than how well the noise of effort is known.
+DRAWS = 20
+SEED = 20
+
+
+def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
+                   physics: Physics) -> Array:
+    """Return the standard deviation (m,) [N·m] that position counts put into the filtered effort
+    of the motion.
+
+    Args:
+        recording: as it was taken; its stamps are kept, gaps and jitter with them.
+        motion: derived from it; stands for the true one.
+        comparison: the filter through which both sides pass.
+        physics: of the model, which says how motion becomes effort.
+    """
+    if motion.quantum <= 0.0:
+        return np.zeros(comparison.grid.size)
+    random = np.random.default_rng(SEED)
+    true = np.interp(recording.time, motion.time, motion.position)
+    needed = comparison(effort_of_motion(motion.samples(), motion.step, physics))
+    squares = np.zeros(comparison.grid.size)
+    for _ in range(DRAWS):
+        phase = random.uniform()
+        counted = motion.quantum * (np.floor(true / motion.quantum + phase) + 0.5 - phase)
+        drawn = motion_of(replace(recording, position=counted), motion.bandwidth)
+        effort = comparison(effort_of_motion(drawn.samples(), drawn.step, physics))
+        squares += (effort - needed) ** 2
+    return np.sqrt(squares / DRAWS)

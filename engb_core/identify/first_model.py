@@ -1,0 +1,342 @@
+"""The first model of any axis: inertia, friction, offset, and the load that the data determine.
+
+The torque balance (1) is linear in its numbers once the form of the load is chosen:
+
+    u = J·ω̇ + B·ω + C·sat(ω/ω_s) + T_L(θ),
+
+with T_L constant (an offset), a polynomial of θ, a polynomial from a contact on, or a sinusoid.
+Both sides pass the same low-pass (filtering.py), and standstill carries no weight.
+
+Which form the data determine is decided by prediction, not by a limit on the fit: the recordings
+are cut into blocks of time, each block is predicted by a fit to all others, and forms are compared
+by the log density that they gave to what they had not seen. Of the forms that are no worse than
+the best by more than one standard error of the blocks' differences the one with the fewest
+numbers is taken (Breiman et al. 1984, section 3.4.3: the 1-SE rule). Uncertainties are those of
+the delete-a-block jackknife, which coloured residuals do not make too small (Efron and Tibshirani
+1993, chapter 11).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear, minimize_scalar
+
+from engb_core.errors import InputError
+from engb_core.filtering import (
+    comparison_of,
+    low_passed_noise,
+    noise_of,
+    slowest_speed,
+)
+from engb_core.identify.load_forms import contact_form, FilteredColumns, load_forms, LoadForm
+from engb_core.model import Friction, Joint, Model, Motor
+from engb_core.motion import motion_of
+from engb_core.recording import Recording
+
+__all__ = ['FirstModel', 'FormScore', 'Number', 'first_model']
+
+Array = NDArray[np.float64]
+
+# Blocks of time that are predicted in turn. Ten are usual; shorter than a stroke they would hold
+# no motion of their own.
+BLOCKS, SHORTEST_BLOCK = 10, 0.5
+# Corner of the comparison [Hz], and as a part of the sampling rate, as in a diagnosis.
+BANDWIDTH, OF_RATE = 20.0, 0.1
+LEAST_POINTS = 40
+CONTACT_DEGREES = (1, 2, 3)
+# Places between the ends of the stroke that are tried as a contact.
+CONTACTS = 40
+# A value is determined if it is this many standard deviations from none.
+SURE = 2.0
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number with its standard deviation; `determined` tells whether it differs from none."""
+
+    value: float
+    std: float
+    unit: str
+    determined: bool
+
+
+@dataclass(frozen=True)
+class FormScore:
+    """How a form of the load predicts blocks that it has not seen.
+
+    `behind` is the log density per value that it loses to the best form, and `error` the standard
+    error of that over the blocks; `numbers` is how many it has.
+    """
+
+    form: str
+    numbers: int
+    behind: float
+    error: float
+    rms: float
+
+
+@dataclass(frozen=True)
+class FirstModel:
+    """A first model and how far it can be trusted.
+
+    Attributes:
+        model: the model.
+        numbers: name → value with uncertainty.
+        scores: the forms of the load that were weighed, the chosen one first.
+        not_told: what could not be told, a sentence each.
+        rms, noise: of what is left and of the noise [N·m].
+        position, velocity, acceleration, effort, predicted: (m,) filtered, for pictures.
+    """
+
+    model: Model
+    numbers: dict[str, Number]
+    scores: tuple[FormScore, ...]
+    not_told: tuple[str, ...]
+    rms: float
+    noise: float
+    position: Array = field(repr=False)
+    velocity: Array = field(repr=False)
+    acceleration: Array = field(repr=False)
+    effort: Array = field(repr=False)
+    predicted: Array = field(repr=False)
+    time: Array = field(repr=False)
+
+    def summary(self) -> str:
+        """Return the numbers and what could not be told, a line each."""
+        lines = []
+        for name, number in self.numbers.items():
+            doubt = '' if number.determined else '   (not determined)'
+            lines.append(f'{name:<22}{number.value:12.4g} ± {number.std:<10.2g}{number.unit}'
+                         f'{doubt}')
+        chosen = self.scores[0]
+        lines.append(f'load: {chosen.form}; blocks that it had not seen are predicted to '
+                     f'{chosen.rms:.3g} (noise {self.noise:.3g})')
+        lines += [f'could not be told: {text}' for text in self.not_told]
+        return '\n'.join(lines)
+
+
+def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
+                torque_constant: float | None = None,
+                progress: Callable[[str], None] | None = None) -> FirstModel:
+    """Identify a first model.
+
+    Args:
+        recordings: of one axis.
+        joint: its name and type (None: a revolute one of the recordings' name).
+        torque_constant: [N·m/A], written into the model (None: the model's usual one).
+        progress: is told what is being done.
+
+    Raises:
+        InputError: too little motion.
+    """
+    tell = progress or (lambda text: None)
+    joint = joint or Joint(name=recordings[0].joint)
+    tell('reading the motion')
+    data = _data(recordings, joint)
+    tell('weighing forms of the load')
+    scored = _scored(data, joint)
+    form, density = _chosen(scored)
+    scores = tuple(_score(entry, found, scored) for entry, found in
+                   sorted(scored, key=lambda pair: pair[0] is not form))
+    fit = _solve(data, form, np.ones(data.effort.size, bool))
+    deviations = _jackknife(data, form)
+    names = ('inertia', 'viscous_friction', 'coulomb', *form.names)
+    model = _model(fit, form, data, joint, torque_constant)
+    numbers = _numbers(names, fit, deviations, joint)
+    predicted = _design(data, form) @ fit
+    told = _not_told(data, form, numbers, scores, joint, density, predicted)
+    if not fit[0] > 0.0:
+        # A model needs one; the largest that the data leave room for is harmless.
+        model = replace(model, motor=replace(model.motor, inertia=max(2.0 * deviations[0],
+                                                                      1e-12)))
+    return FirstModel(
+        model, numbers, scores, tuple(told),
+        float(np.sqrt(np.mean((data.effort - predicted) ** 2))), data.noise, data.position,
+        data.velocity, data.acceleration, data.effort, predicted, data.time)
+
+
+def _data(recordings: Sequence[Recording], joint: Joint) -> FilteredColumns:
+    motions = [motion_of(recording) for recording in recordings]
+    speed = max(motion.speed for motion in motions)
+    # At which speed friction turns is for a diagnosis to find: here it is below what is judged.
+    slowest = slowest_speed(motions, 0.0, speed)
+    bandwidth = min(BANDWIDTH, *(OF_RATE / recording.interval for recording in recordings))
+    runs = [(motion, comparison_of(motion, bandwidth, slowest)) for motion in motions]
+    parts: dict[str, list[Array]] = {name: [] for name in (
+        'acceleration', 'velocity', 'direction', 'position', 'effort', 'time', 'block')}
+    noises = []
+    blocks = 0
+    length = max(sum(float(motion.time[-1]) for motion in motions) / BLOCKS, SHORTEST_BLOCK)
+    for recording, (motion, comparison) in zip(recordings, runs, strict=True):
+        time = motion.time[comparison.grid]
+        columns = {'acceleration': motion.acceleration, 'velocity': motion.velocity,
+                   'direction': np.sign(motion.velocity), 'position': motion.position,
+                   'effort': motion.effort}
+        for name, values in columns.items():
+            parts[name].append(comparison(values))
+        parts['time'].append(time)
+        count = max(1, round(float(motion.time[-1]) / length))
+        parts['block'].append(blocks + np.minimum(
+            (time / motion.time[-1] * count).astype(int), count - 1))
+        blocks += count
+        stride = max(1, round(0.8 / bandwidth / motion.step))
+        noises.append(low_passed_noise(motion, comparison, stride)
+                      or noise_of(recording.effort) * comparison.noise_gain_whole)
+    joined: dict[str, Any] = {name: np.concatenate(values) for name, values in parts.items()}
+    if joined['effort'].size:
+        # Numbers of blocks without a gap: some hold no motion.
+        joined['block'] = np.unique(joined['block'], return_inverse=True)[1]
+    if joined['effort'].size < LEAST_POINTS or joined['block'].max() < 2:
+        raise InputError(f'{recordings[0].name}: too little motion for a model; record several '
+                         'strokes in both directions, some slow and some fast')
+    return FilteredColumns(**joined, noise=float(np.sqrt(np.mean(np.square(noises)))),
+                           runs=tuple(runs), slowest=slowest)
+
+
+def _design(data: FilteredColumns, form: LoadForm) -> Array:
+    return np.concatenate([np.stack([data.acceleration, data.velocity, data.direction], axis=1),
+                           form.columns], axis=1)
+
+
+def _solve(data: FilteredColumns, form: LoadForm, rows: NDArray[np.bool_]) -> Array:
+    """Return the numbers by least squares; inertia and frictions are never negative."""
+    design = _design(data, form)[rows]
+    scale = np.sqrt(np.mean(design ** 2, axis=0))
+    scale[scale == 0.0] = 1.0
+    low = np.full(design.shape[1], -np.inf)
+    low[:3] = 0.0
+    found = lsq_linear(design / scale, data.effort[rows], (low, np.inf), method='bvls')
+    return found.x / scale
+
+
+def _densities(data: FilteredColumns, form: LoadForm) -> tuple[Array, float]:
+    """Return the mean log density of each block predicted by a fit to all others, (blocks,), and
+    the root mean square error of these predictions."""
+    design = _design(data, form)
+    blocks = int(data.block.max()) + 1
+    density, squares = np.empty(blocks), 0.0
+    for block in range(blocks):
+        out = data.block == block
+        numbers = _solve(data, form, ~out)
+        inside = data.effort[~out] - design[~out] @ numbers
+        error = data.effort[out] - design[out] @ numbers
+        freedom = max(int((~out).sum()) - numbers.size - form.extra, 1)
+        variance = max(float(inside @ inside) / freedom, data.noise ** 2, 1e-300)
+        density[block] = -0.5 * (np.log(2.0 * np.pi * variance)
+                                 + float(np.mean(error ** 2)) / variance)
+        squares += float(error @ error)
+    return density, math.sqrt(squares / data.effort.size)
+
+
+Scored = list[tuple[LoadForm, tuple[Array, float]]]
+
+
+def _scored(data: FilteredColumns, joint: Joint) -> Scored:
+    scored = [(form, _densities(data, form)) for form in load_forms(data, joint)]
+    low, high = np.quantile(data.position, [0.02, 0.98])
+    whole = np.ones(data.effort.size, bool)
+    places = np.linspace(low, high, CONTACTS + 2)
+    for degree in CONTACT_DEGREES:
+        def left(contact: float, degree: int = degree) -> float:
+            form = contact_form(data, float(contact), degree)
+            return float(np.sum((data.effort - _design(data, form)
+                                 @ _solve(data, form, whole)) ** 2))
+
+        best = 1 + int(np.argmin([left(place) for place in places[1:-1]]))
+        # Between the places that were tried: half a step beside it a further term would pay.
+        contact = minimize_scalar(left, bounds=(places[best - 1], places[best + 1]),
+                                  method='bounded').x
+        form = contact_form(data, float(contact), degree)
+        scored.append((form, _densities(data, form)))
+    return scored
+
+
+def _chosen(scored: Scored) -> tuple[LoadForm, Array]:
+    """Return the form with the fewest numbers that is within one standard error of the best."""
+    best = max(scored, key=lambda pair: float(np.mean(pair[1][0])))
+    near = []
+    for form, (density, rms) in scored:
+        behind, error = _behind(best[1][0], density)
+        if behind <= error:
+            near.append((form.columns.shape[1] + form.extra, rms, form, density))
+    _, _, form, density = min(near, key=lambda entry: entry[:2])
+    return form, density
+
+
+def _behind(best: Array, density: Array) -> tuple[float, float]:
+    """Return by how much a form is behind the best, a value, and the standard error of that."""
+    difference = best - density
+    return (float(np.mean(difference)),
+            float(np.std(difference, ddof=1) / math.sqrt(difference.size)))
+
+
+def _score(form: LoadForm, found: tuple[Array, float], scored: Scored) -> FormScore:
+    best = max((density for _, (density, _) in scored), key=lambda entry: float(np.mean(entry)))
+    behind, error = _behind(best, found[0])
+    return FormScore(form.name, form.columns.shape[1] + form.extra, behind, error, found[1])
+
+
+def _jackknife(data: FilteredColumns, form: LoadForm) -> Array:
+    """Return the standard deviations of the numbers by leaving out one block after another."""
+    blocks = int(data.block.max()) + 1
+    values = np.stack([_solve(data, form, data.block != block) for block in range(blocks)])
+    return np.sqrt((blocks - 1) / blocks * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
+
+
+def _numbers(names: tuple[str, ...], fit: Array, deviations: Array, joint: Joint,
+             ) -> dict[str, Number]:
+    angle, torque = ('rad', 'N·m') if joint.type == 'revolute' else ('m', 'N')
+    units = {'inertia': 'kg·m²' if joint.type == 'revolute' else 'kg',
+             'viscous_friction': f'{torque}·s/{angle}'}
+    return {name: Number(float(value), float(std), units.get(name, torque),
+                         abs(value) > SURE * std)
+            for name, value, std in zip(names, fit, deviations, strict=True)}
+
+
+def _model(fit: Array, form: LoadForm, data: FilteredColumns, joint: Joint,
+           torque_constant: float | None) -> Model:
+    motor = Motor(inertia=float(fit[0]), viscous_friction=float(fit[1]))
+    if torque_constant is not None:
+        motor = replace(motor, torque_constant=torque_constant)
+    return Model(motor=motor, load_torque=form.load(fit[3:]),
+                 friction=Friction(coulomb=float(fit[2]), load_gain=0.0,
+                                   saturation_velocity=0.5 * data.slowest), joint=joint)
+
+
+def _not_told(data: FilteredColumns, form: LoadForm, numbers: dict[str, Number],
+              scores: Sequence[FormScore], joint: Joint, density: Array,
+              predicted: Array) -> list[str]:
+    told = []
+    words = {'inertia': 'the inertia: the axis is hardly accelerated; record faster starts',
+             'viscous_friction': 'viscous friction: speeds differ too little; record slow and '
+                                 'fast strokes',
+             'coulomb': 'Coulomb friction: record strokes in both directions'}
+    for name, text in words.items():
+        if not numbers[name].determined:
+            told.append(f'{text} ({numbers[name].value:.2g} ± {numbers[name].std:.2g} '
+                        f'{numbers[name].unit})')
+    if form.name == 'none':
+        told.append('an offset or a load: without them unseen blocks are predicted as well')
+    elif form.name == 'offset':
+        told.append('a load that changes over the stroke: a constant predicts unseen blocks as '
+                    'well')
+    others = [score.form for score in scores[1:]
+              if score.behind <= score.error and score.form not in ('none', 'offset')]
+    if others and form.name not in ('none', 'offset'):
+        told.append(f'the form of the load for sure: as good are {", ".join(others)}')
+    both = [float(np.mean(np.sign(data.velocity) > 0)), float(np.mean(np.sign(data.velocity) < 0))]
+    if min(both) < 0.05:
+        told.append('friction and offset apart: the axis moves in one direction only')
+    if 'offset' in form.names:
+        # c₊·[ω>0] − c₋·[ω<0] is a constant and a Coulomb friction, whatever the speeds.
+        told.append('an offset apart from friction that differs between the directions: while '
+                    'the axis moves they are one and the same, and the model has the offset')
+    unit = 'rad/s' if joint.type == 'revolute' else 'm/s'
+    told.append(f'friction below {data.slowest:.2g} {unit}: there the shaft may stand')
+    return told

@@ -1,0 +1,62 @@
+"""Make the first model of any axis: of tables of a bench, or of rosbag2 recordings.
+
+Inertia, viscous and Coulomb friction, an offset, and a load curve, sinusoid or contact where the
+data determine it: blocks of time are predicted by fits to all others, and of the forms that do
+this as well as the best, within one standard error, the one with the fewest numbers is taken.
+Writes MODEL.yaml and, beside it, MODEL.html: what was found, how sure, and what could not be told.
+
+examples:
+  engb model bench.csv --out model.yaml
+  engb model bench.csv --unit position=deg effort=A --torque-constant 0.05 --out model.yaml
+  engb model run1 run2 --out model.yaml
+
+Strokes of a brake, whose load and friction the paper's procedure separates: engb identify.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from engb_ros.commands.common import add_namespace, add_progress, folder_output, Progress
+from engb_ros.commands.inputs import (
+    add_table_options,
+    read_inputs,
+    request_of,
+    write_first_model,
+)
+from engb_ros.numerics import computing
+
+__all__ = ['add_arguments', 'run']
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument('recordings', nargs='+', metavar='TABLE-or-RECORDING')
+    parser.add_argument('--out', required=True, metavar='MODEL.yaml',
+                        help='where the model goes; the page goes beside it')
+    add_namespace(parser)
+    add_progress(parser)
+    add_table_options(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Run the command."""
+    from engb_core.errors import InputError
+    out = Path(arguments.out)
+    if out.suffix != '.yaml':
+        raise InputError(f'--out {arguments.out}: the name must end in .yaml')
+    request = request_of(arguments)
+    page = out.with_suffix('.html')
+    with Progress(arguments) as progress, folder_output(
+            str(out.parent), (out.name, page.name), arguments.recordings) as scratch:
+        inputs = read_inputs(arguments.recordings, None, arguments.namespace, progress, request)
+        from engb_core.identify.first_model import first_model
+        with computing(', '.join(arguments.recordings)):
+            first = first_model(inputs.recordings, inputs.joint, request.torque_constant,
+                                progress)
+        write_first_model(scratch / out.name, scratch / page.name, first)
+    for told in inputs.told:
+        print(told)
+    print(first.summary())
+    print(f'model: {out}\nreport: {page}')

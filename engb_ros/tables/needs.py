@@ -1,0 +1,25 @@
+"""Optional readers: imported when a file needs one, with a plain word where it is missing."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from types import ModuleType
+
+from engb_core.errors import InputError
+
+__all__ = ['needed']
+
+
+def needed(module: str, path: Path, kind: str, package: str = '') -> ModuleType:
+    """Import an optional package.
+
+    Raises:
+        InputError: it is not installed; the message has the command that installs it.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = package or module.partition('.')[0]
+        raise InputError(f'{path}: {kind} is read by {package}, which is not installed; run '
+                         f'pip install {package}, or export the file as .csv') from error

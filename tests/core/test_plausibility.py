@@ -1,0 +1,70 @@
+"""Wrong units are told with their remedy; a true fault of the machine is not taken for them."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.engine import diagnose
+from engb_core.errors import InputError
+from engb_core.model import Friction, LoadTorque, Model, Motor
+from engb_core.plausibility import Plausibility
+from engb_core.recording import Recording
+
+MODEL = Model(Motor(0.0174, 6.8e-5, 1.1e-3),
+              LoadTorque(coefficients=(0.0, 1e-3, 2e-4), contact_angle=5.0),
+              Friction(0.012, 0.11, 1.5))
+
+
+@pytest.fixture(scope='module')
+def recording():
+    """Strokes into contact and back, as MODEL has them, with noise."""
+    time = np.arange(8000) / 1000.0
+    position = 10.0 - 14.0 * np.cos(2 * np.pi * 0.5 * time) + np.sin(2 * np.pi * 1.7 * time)
+    velocity = np.gradient(position, time)
+    load = np.polyval([2e-4, 1e-3, 0.0], np.maximum(position - 5.0, 0.0))
+    friction = (0.012 + 0.11 * load) * np.clip(velocity / 1.5, -1.0, 1.0)
+    effort = 6.8e-5 * np.gradient(velocity, time) + 1.1e-3 * velocity + load + friction
+    noise = np.random.default_rng(4).standard_normal(time.size)
+    return Recording('run', time, position, effort + 1e-3 * noise)
+
+
+@pytest.mark.parametrize(('change', 'words'), [
+    ({'position': 180.0 / math.pi}, ['degrees', '--scale position=0.01745']),
+    ({'position': 4096 / (2.0 * math.pi)}, ['counts of 4096', '--scale position=0.001533']),
+    ({'effort': 1000.0}, ['mN·m', '--scale effort=0.001']),
+    ({'effort': 1.0 / 0.0174}, ['amperes', '--scale effort=0.0174']),
+    ({'position': 180.0 / math.pi, 'effort': 1.0 / 0.0174},
+     ['degrees', 'amperes', 'position=0.01745', 'effort=0.0174']),
+    ({'effort': 0.0}, ['effort is 0', 'all 8000 samples']),
+])
+def test_wrong_units_are_told(recording, change, words):
+    columns = {name: getattr(recording, name) * factor for name, factor in change.items()}
+    if 'counts' in words[0]:
+        columns['position'] = np.rint(columns['position'])
+    changed = dataclasses.replace(recording, **columns)
+    with pytest.raises(InputError) as caught:
+        diagnose([changed], MODEL)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_an_angle_within_one_turn(recording):
+    changed = dataclasses.replace(recording, position=np.mod(recording.position, 2 * math.pi))
+    assert 'numpy.unwrap' in Plausibility(changed, MODEL).fault()
+
+
+@pytest.mark.parametrize('model', [
+    MODEL,
+    dataclasses.replace(MODEL, load_torque=dataclasses.replace(
+        MODEL.load_torque, coefficients=(0.0, 3e-3, 6e-4))),
+    dataclasses.replace(MODEL, load_torque=LoadTorque()),
+    dataclasses.replace(MODEL, motor=Motor(0.0174, 6.8e-4, 1.1e-2)),
+    dataclasses.replace(MODEL, motor=Motor(0.5, 6.8e-5, 1.1e-3)),
+    dataclasses.replace(MODEL, friction=Friction(0.1, 0.5, 1.5))])
+@pytest.mark.parametrize('gain', [0.5, 1.0, 2.0])
+def test_a_wrong_number_is_no_wrong_unit(recording, model, gain):
+    """Load three times too stiff or missing, other friction or inertia, torque constant off."""
+    changed = dataclasses.replace(recording, effort=gain * recording.effort)
+    assert Plausibility(changed, model).fault() == ''

@@ -1,0 +1,43 @@
+"""The first model of any axis: numbers near the truth, a load only where there is one."""
+
+import numpy as np
+import pytest
+
+from engb_core.errors import InputError
+from engb_core.identify.first_model import first_model
+from engb_core.recording import Recording
+
+TIME = np.arange(16000) * 1e-3
+ANGLE = 3.0 * np.sin(1.3 * TIME) + 1.1 * np.sin(4.7 * TIME + 1.0) + 0.4 * np.sin(11.0 * TIME)
+SPEED, ACCELERATION = np.gradient(ANGLE, TIME), np.gradient(np.gradient(ANGLE, TIME), TIME)
+
+
+def recorded(load, seed=0):
+    effort = 2e-3 * ACCELERATION + 3e-3 * SPEED + 0.05 * np.sign(SPEED) + load(ANGLE)
+    noise = np.random.default_rng(seed).normal(0.0, 2e-3, TIME.size)
+    return Recording.from_samples('run', TIME, ANGLE, effort + noise)
+
+
+@pytest.mark.parametrize(('load', 'form'), [
+    (lambda angle: 0.0 * angle, 'none'),
+    (lambda angle: 0.0 * angle + 0.02, 'offset'),
+    (lambda angle: 0.03 * angle, 'polynomial of degree 1'),
+    (lambda angle: 0.1 * np.sin(angle + 0.3), 'sinusoid'),
+    (lambda angle: 0.05 * np.maximum(angle - 1.0, 0.0), 'contact, then a polynomial of degree 1'),
+])
+def test_the_form_of_the_load(load, form):
+    found = first_model([recorded(load)])
+    assert found.scores[0].form == form
+    for name, truth in (('inertia', 2e-3), ('viscous_friction', 3e-3), ('coulomb', 0.05)):
+        number = found.numbers[name]
+        assert abs(number.value - truth) < max(4.0 * number.std, 0.03 * truth), (name, number)
+
+
+def test_what_cannot_be_told_is_said():
+    found = first_model([recorded(lambda angle: 0.0 * angle + 0.02)])
+    assert any('differs between the directions' in text for text in found.not_told)
+
+
+def test_too_little_motion_is_refused():
+    with pytest.raises(InputError, match='too little motion'):
+        first_model([Recording.from_samples('still', TIME, 0.0 * TIME, 0.0 * TIME)])

@@ -1,0 +1,98 @@
+"""Cases from another hand are read, run and scored by the same tables."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+import shutil
+
+import numpy as np
+import pytest
+
+from engb_ros.commands.main import main
+from tests.proof.other_hand import cases_in, other_truth
+from tests.proof.score import score
+
+ROOT = Path(__file__).resolve().parents[2]
+DEV = ROOT.parent / 'shared' / 'dev'
+
+pytestmark = pytest.mark.skipif(not DEV.is_dir(), reason='../shared/dev is not there')
+
+
+@pytest.fixture(scope='module')
+def kinds() -> dict[str, Path]:
+    """One case of each kind."""
+    found: dict[str, Path] = {}
+    for case in cases_in(DEV):
+        found.setdefault(json.loads((case / 'truth.json').read_text('utf8'))['kind'], case)
+    return found
+
+
+def answer(folder: Path, diagnosis: dict, effort: np.ndarray | None = None) -> Path:
+    """Results as the runner leaves them."""
+    folder.mkdir()
+    (folder / 'diagnosis.json').write_text(json.dumps(diagnosis), 'utf8')
+    (folder / 'run.json').write_text(json.dumps({'seconds': 1.0, 'failure': None}), 'utf8')
+    if effort is not None:
+        np.savez(folder / 'corrected.npz', time=np.arange(effort.size) * 1e-3, effort=effort)
+    return folder
+
+
+def test_truth_as_an_answer_gets_full_marks(kinds: dict[str, Path], tmp_path: Path) -> None:
+    for kind in ('single', 'two', 'three'):
+        truth = other_truth(kinds[kind])
+        claims = [{'effect': name, 'probability': 0.99, 'parameters': {
+            key: {'value': value, 'std': 0.1 * abs(value)}
+            for effect, key, value, _ in truth.parameters if effect == name}}
+            for name in truth.hidden]
+        with np.load(kinds[kind] / 'truth.npz') as data:
+            facts = json.loads((kinds[kind] / 'truth.json').read_text('utf8'))
+            effort = data['test_effort'].astype(float) * facts['noise_floor']
+        got = score(truth, answer(tmp_path / kind, {'effects': claims, 'verdict': 'explained'},
+                                  effort))
+        assert got.named_first and got.all_named
+        assert got.removed == pytest.approx(1.0, abs=0.05)
+        assert all(value == said for _, _, value, said, _ in got.parameters)
+        assert len(got.parameters) == len(truth.parameters)
+
+
+def test_silence_is_right_on_clean_recordings_only(kinds: dict[str, Path], tmp_path: Path
+                                                   ) -> None:
+    silent = {'effects': [], 'verdict': 'consistent'}
+    got = score(other_truth(kinds['consistent']), answer(tmp_path / 'clean', silent))
+    assert not got.alarm
+    assert not score(other_truth(kinds['two']), answer(tmp_path / 'two', silent)).all_named
+
+
+def test_outside_tells_variables(kinds: dict[str, Path], tmp_path: Path) -> None:
+    truth = other_truth(kinds['oov'])
+    told = {'depends_on': [group[0] for group in truth.depends_on], 'memory': truth.memory}
+    got = score(truth, answer(tmp_path / 'oov', {
+        'effects': [], 'verdict': 'unexplained', 'unexplained': told}))
+    assert got.variables == (1.0, 0, True)
+    assert got.outside and not got.confident_wrong
+
+
+def test_damage_is_told_in_one_line(kinds: dict[str, Path], tmp_path: Path,
+                                    capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(kinds['consistent'], tmp_path / 'set' / 'case_01')
+    (tmp_path / 'set' / 'case_01' / 'truth.json').write_text('{', 'utf8')
+    assert main(['prove', '--cases-from', str(tmp_path / 'set'), '--out',
+                 str(tmp_path / 'out')]) == 2
+    said = capsys.readouterr().err
+    assert 'truth.json or truth.npz is damaged' in said
+    assert said.count('\n') == 1
+    assert not (tmp_path / 'out').exists()
+
+
+@pytest.mark.slow
+def test_a_case_runs_and_is_scored(tmp_path: Path) -> None:
+    out = tmp_path / 'out'
+    assert main(['prove', '--cases-from', str(DEV), '--only', '09', '--out', str(out)]) == 0
+    scores = json.loads((out / 'scores.json').read_text('utf8'))
+    assert scores['cases'] == 1
+    assert not scores['failures']
+    assert 'another hand' in (out / 'index.html').read_text('utf8')
+    # What is left to do is nothing: the tool does not run again.
+    before = (out / 'results' / 'case_09' / 'run.json').stat().st_mtime_ns
+    assert main(['prove', '--cases-from', str(DEV), '--out', str(out), '--only', '09']) == 0
+    assert (out / 'results' / 'case_09' / 'run.json').stat().st_mtime_ns == before

@@ -1,0 +1,1 @@
+"""Tests of engb_ros.tables."""

@@ -1,0 +1,92 @@
+"""The formats of the field, each written by its own library, read as the same recording."""
+
+import numpy as np
+import pytest
+
+from engb_ros.tables.measure import measured_of
+from engb_ros.tables.request import Request
+
+TIME = np.arange(2000) * 1e-3
+ANGLE = 90.0 * np.sin(2.0 * TIME)
+CURRENT = 2.0 * np.cos(2.0 * TIME)
+REQUEST = Request(torque_constant=0.05)
+
+
+def mdf(path):
+    asammdf = pytest.importorskip('asammdf')
+    # Current ten times slower, in a group with a clock of its own.
+    with asammdf.MDF() as file:
+        file.append([asammdf.Signal(ANGLE, TIME, unit='deg', name='MotorAngle')])
+        file.append([asammdf.Signal(CURRENT[::10], TIME[::10], unit='A', name='MotorCurrent')])
+        file.save(path, overwrite=True)
+
+
+def tdms(path):
+    nptdms = pytest.importorskip('nptdms')
+    with nptdms.TdmsWriter(path) as writer:
+        for name, values, unit in (('angle', ANGLE, 'deg'), ('current', CURRENT, 'A')):
+            writer.write_segment([nptdms.ChannelObject('bench', name, values, properties={
+                'wf_increment': 1e-3, 'wf_start_offset': 0.0, 'unit_string': unit})])
+
+
+def parquet(path):
+    pa = pytest.importorskip('pyarrow')
+    from pyarrow import parquet as writer
+    writer.write_table(pa.table({'t [s]': TIME, 'phi [deg]': ANGLE, 'I [A]': CURRENT}), path)
+
+
+def arrow(path):
+    pa = pytest.importorskip('pyarrow')
+    from pyarrow import feather
+    feather.write_feather(pa.table({'time_ms': 1e3 * TIME, 'phi_deg': ANGLE, 'I_A': CURRENT}),
+                          str(path))
+
+
+def hdf5(path):
+    h5py = pytest.importorskip('h5py')
+    with h5py.File(path, 'w') as file:
+        for name, values, unit in (('run/time', TIME, 's'), ('run/angle', ANGLE, 'deg'),
+                                   ('run/current', CURRENT, 'A')):
+            file[name] = values
+            file[name].attrs['unit'] = unit
+
+
+def mat5(path):
+    from scipy.io import savemat
+    savemat(path, {'log': {'t_s': TIME, 'phi_deg': ANGLE, 'I_A': CURRENT}})
+
+
+def plotjuggler(path):
+    rows = ['__time,/drive/position_deg,/drive/current_A']
+    for index, time in enumerate(TIME):
+        rows.append(f'{1.7e9 + time:.6f},{ANGLE[index]:.9f},')
+        if index % 5 == 2:
+            rows.append(f'{1.7e9 + time + 2e-4:.6f},,{2.0 * np.cos(2.0 * (time + 2e-4)):.9f}')
+    path.write_text('\n'.join(rows) + '\n')
+
+
+def iso(path):
+    rows = ['Bench 3;;', '', 'Zeit;phi/°;I/A']
+    rows += [f'2026-11-23T23:59:{59 - 1 + (0.5 + t) % 1:09.6f};{a:.7f};{i:.7f}'.replace('.', ',')
+             for t, a, i in zip(TIME[:500], ANGLE, CURRENT, strict=False)]
+    path.write_text('\n'.join(rows) + '\n', encoding='cp1252')
+
+
+@pytest.mark.parametrize(('write', 'name'), [
+    (mdf, 'a.mf4'), (tdms, 'a.tdms'), (parquet, 'a.parquet'), (arrow, 'a.arrow'),
+    (hdf5, 'a.h5'), (mat5, 'a.mat'), (plotjuggler, 'a.csv'), (iso, 'a.csv')])
+def test_read_alike(tmp_path, write, name):
+    path = tmp_path / name
+    write(path)
+    measured, _ = measured_of(path, REQUEST)
+    recording = measured.recording()
+    time = recording.time if write is not mdf else recording.time
+    if write is iso:
+        assert recording.interval == pytest.approx(1e-3, rel=1e-3)
+        return
+    assert recording.duration > 1.9
+    start = 0.0 if write is not plotjuggler else recording.start - 1.7e9
+    start = start if abs(start) < 1.0 else 2e-3
+    np.testing.assert_allclose(recording.position,
+                               np.deg2rad(90.0 * np.sin(2.0 * (time + start))), atol=6e-3)
+    np.testing.assert_allclose(recording.effort, 0.1 * np.cos(2.0 * (time + start)), atol=6e-4)

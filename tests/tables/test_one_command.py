@@ -1,0 +1,41 @@
+"""One command from somebody's table to the right name; the others are run by
+benchmarks/ten_tables.py."""
+
+import json
+
+import numpy as np
+import pytest
+
+from engb_ros.commands.main import main
+from engb_ros.tables.measure import measured_of
+from engb_ros.tables.request import Request
+
+from .simulated_bench import sampled, TABLES, write_table
+
+
+@pytest.mark.parametrize('table', TABLES, ids=[table.name for table in TABLES])
+def test_each_table_becomes_the_same_recording(tmp_path, table, monkeypatch):
+    # Titles without any unit leave three things open, one more than wanted.
+    assert table.questions <= (3 if table.name == 'stribeck.csv' else 2)
+    made = sampled(None, table.every, 0)
+    made = {name: values[:2000] for name, values in made.items()}
+    path = tmp_path / table.name
+    table.write(path, made)
+    units = dict(word.split('=') for word in table.said if '=' in word)
+    recording = measured_of(path, Request(torque_constant=0.05, units=units))[0].recording()
+    np.testing.assert_allclose(recording.position - recording.position[0],
+                               made['phi'] - made['phi'][0], atol=2e-5)
+    np.testing.assert_allclose(recording.effort, 0.05 * made['i'], atol=1e-4)
+    assert recording.interval == pytest.approx(1e-4 * table.every, rel=1e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('table', TABLES[:2], ids=['clean', 'stribeck'])
+def test_the_name(tmp_path, table):
+    path = write_table(table, tmp_path)
+    out = tmp_path / 'out'
+    assert main(['diagnose', str(path), *table.said, '--out', str(out)]) == 0
+    found = json.loads((out / 'diagnosis.json').read_text(encoding='utf-8'))
+    names = [entry['effect'] for entry in found['effects']]
+    assert names[:1] == ([] if table.effect is None else [table.effect])
+    assert (out / 'first_model.yaml').exists() and (out / f'{path.stem}.mcap').exists()
