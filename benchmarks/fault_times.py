@@ -51,7 +51,7 @@ def main() -> int:
     options = parser.parse_args()
     chosen = [fault for fault in FAULTS if options.only in fault.name]
     texts: dict[Fault, str] = {}
-    for kind in ('plant', 'can', 'force'):
+    for kind in ('plant', 'spoilt', 'can', 'force'):
         of_kind = [fault for fault in chosen if fault.loop == kind]
         if not of_kind:
             continue

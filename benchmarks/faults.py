@@ -15,6 +15,7 @@ from engb_ros.interface import (
     CONTROLLER_ACTIVATION,
     JOINT_STATES,
     POSITION_COMMAND,
+    POSITION_COMMAND_STAMPED,
     RECORDED,
 )
 from engb_ros.runner import node_command
@@ -33,7 +34,7 @@ class Fault:
         bound: what the parameters promise.
         reaction: what is done about it.
         test: that injects it.
-        loop: 'plant', 'can' or 'force'.
+        loop: 'plant', 'can', 'force' or 'spoilt' (a drive that goes wrong on request).
         measure: injects it once and returns what took how long [s].
     """
 
@@ -91,9 +92,13 @@ def stale_command(loop: WatchedLoop) -> Times:
 
 
 def bad_command(loop: WatchedLoop) -> Times:
-    """Send a command that is no number."""
+    """Send commands that are no number until one is read."""
     begin = time.time_ns()
-    loop.probe.publish(POSITION_COMMAND, math.nan)
+
+    def told() -> bool:   # the controller reads the newest only
+        loop.probe.publish(POSITION_COMMAND, math.nan)
+        return loop.has(Cause.COMMAND_NOT_FINITE)
+    loop.until(told, 'the cause')
     return {'told': loop.noticed(begin, 'command_not_finite')}
 
 
@@ -147,6 +152,50 @@ def recorder_killed(loop: WatchedLoop) -> Times:
         return {'lost': last.sec + 1e-9 * last.nanosec - readable}
 
 
+def spoilt(name: str, told: str = '', angle: float = 15.0) -> Callable[[WatchedLoop], Times]:
+    """Return a measurement: the drive goes wrong; `told` names the cause where no fault is
+    latched, `angle` is commanded meanwhile [rad]."""
+    def measure(loop: WatchedLoop) -> Times:
+        begin = time.time_ns()
+        loop.target = angle
+        loop.set_parameter('plant', 'fault', name)
+        if told:
+            return {'told': loop.noticed(begin, told)}
+        found = {'noticed': loop.noticed(begin, 'state', 'fault')}
+        return found if name == 'seized' else found | {'no torque': loop.no_torque(begin)}
+    return measure
+
+
+def command(value: float, told: str) -> Callable[[WatchedLoop], Times]:
+    """Return a measurement: a position is commanded [rad], and told of."""
+    def measure(loop: WatchedLoop) -> Times:
+        begin = time.time_ns()
+        loop.target = value
+        return {'told': loop.noticed(begin, told)}
+    return measure
+
+
+def stamped(told: str, age: float = 0.0, counters: tuple[float, ...] = (1.0,),
+            ) -> Callable[[WatchedLoop], Times]:
+    """Return a measurement: stamped commands that are late, repeated, or somebody else's."""
+    def measure(loop: WatchedLoop) -> Times:
+        from sensor_msgs.msg import JointState
+        loop.until(lambda: loop.probe.subscribers(POSITION_COMMAND_STAMPED), 'the subscription')
+        begin = time.time_ns()
+
+        def seen() -> bool:
+            for counter in counters:
+                message = JointState(name=['motor', 'counter'], position=[15.0, counter])
+                message.header.frame_id = f'somebody {begin}'
+                message.header.stamp = loop.probe.node.get_clock().now().to_msg()
+                message.header.stamp.sec -= int(age)
+                loop.probe.publish(POSITION_COMMAND_STAMPED, message)
+            return loop.has(Cause[told.upper()])
+        loop.until(seen, told)
+        return {'told': loop.noticed(begin, told)}
+    return measure
+
+
 FAULTS = (
     Fault('drive killed', '`state_timeout` + 20 ms', 'torque ramps to zero in `ramp_time`; '
           'latched', 'test_a_killed_drive_and_a_frozen_drive', 'plant',
@@ -189,6 +238,87 @@ FAULTS = (
           'test_the_loop_over_can_and_every_fault_of_the_bus', 'can', bus_fault('late')),
     Fault('drive\'s sensor fault flag', '`state_timeout`', 'as before',
           'test_the_loop_over_can_and_every_fault_of_the_bus', 'can', bus_fault('sensor_fault')),
+    Fault('stamps stand still', '`state_timeout` + 20 ms',
+          'samples not used, then `stop_state_stale`; latched',
+          'test_a_drive_whose_stamps_or_angles_go_wrong', 'spoilt',
+          spoilt('stamps_stand')),
+    Fault('stamps are nought', '`state_timeout` + 20 ms',
+          'as before',
+          'test_a_drive_whose_stamps_or_angles_go_wrong', 'spoilt',
+          spoilt('stamps_nought')),
+    Fault('clock set back by 60 ms', 'at once; told with `diagnostics_period`',
+          'the loop goes on by the steady clock',
+          'test_a_drive_whose_stamps_or_angles_go_wrong', 'spoilt',
+          spoilt('clock_back', 'clock_jump')),
+    Fault('clock set forward by an hour', 'at once; told with `diagnostics_period`',
+          'as before',
+          'test_a_drive_whose_stamps_or_angles_go_wrong', 'spoilt',
+          spoilt('clock_forward', 'clock_jump')),
+    Fault('angle jumps by 8 rad and stays', '`jump_time` + a cycle',
+          '`stop_angle_lost`; latched',
+          'test_a_drive_whose_stamps_or_angles_go_wrong', 'spoilt',
+          spoilt('angle_jumps')),
+    Fault('angle jumps by 500 rad and stays', '`jump_time` + a cycle',
+          'as before',
+          'test_a_drive_whose_stamps_or_angles_go_wrong', 'spoilt',
+          spoilt('angle_far')),
+    Fault('angle glitches now and then', 'at once; told with `diagnostics_period`',
+          'sample not used',
+          'test_a_drive_whose_stamps_or_angles_go_wrong', 'spoilt',
+          spoilt('angle_glitches', 'state_jump')),
+    Fault('angle is no number', '`state_timeout` + 20 ms',
+          'samples not used, then `stop_state_stale`; latched',
+          'test_a_drive_whose_stamps_or_angles_go_wrong', 'spoilt',
+          spoilt('angle_nan')),
+    Fault('drive gives no torque', '2 × `drive_delay` + `drive_time`, once the torque asked '
+          'is twice `drive_tolerance`',
+          '`stop_drive_off`; latched, nothing winds up',
+          'test_a_drive_that_does_not_obey', 'spoilt',
+          spoilt('off', angle=25.0)),
+    Fault('command link lost for a second', 'as before',
+          'as before',
+          'test_a_drive_that_does_not_obey', 'spoilt',
+          spoilt('deaf_for_a_second', angle=25.0)),
+    Fault('bridge says the drive refuses', 'a cycle',
+          'as before',
+          'test_a_drive_that_does_not_obey', 'spoilt',
+          spoilt('refuses')),
+    Fault('bridge says the drive does not let go', 'a cycle',
+          '`stop_drive_wrong`; latched',
+          'test_a_drive_that_does_not_obey', 'spoilt',
+          spoilt('holds_on')),
+    Fault('torque reversed', '2 × `drive_delay` + `drive_time`',
+          'as before',
+          'test_a_drive_that_does_not_obey', 'spoilt',
+          spoilt('reversed', angle=25.0)),
+    Fault('torque stuck', '2 × `drive_delay` + `drive_time`',
+          'as before',
+          'test_a_drive_that_does_not_obey', 'spoilt',
+          spoilt('stuck', angle=25.0)),
+    Fault('drive weak (40 %)', '2 × `drive_delay` + `drive_time`, once it lacks `drive_tolerance`',
+          'degraded; nothing winds up',
+          'test_a_drive_that_does_not_obey', 'spoilt',
+          spoilt('weak', 'drive_weak', 36.0)),
+    Fault('shaft seized', '`seized_time` + the time to full torque',
+          '`stop_shaft_seized`; latched',
+          'test_a_drive_that_does_not_obey', 'spoilt',
+          spoilt('seized', angle=30.0)),
+    Fault('command beyond the range', 'at once; told with `diagnostics_period`',
+          "taken at the range's end",
+          'test_a_request_too_high_and_then_none', 'spoilt',
+          command(45.0, 'command_out_of_range')),
+    Fault('stamped command late', 'at once; told with `diagnostics_period`',
+          'not taken',
+          'test_several_sources_of_commands', 'spoilt',
+          stamped('command_late', 60.0)),
+    Fault('stamped command repeated', 'at once; told with `diagnostics_period`',
+          'not taken',
+          'test_several_sources_of_commands', 'spoilt',
+          stamped('command_repeated', 0.0, (5.0, 5.0))),
+    Fault('second source of commands, by name', 'at once; told with `diagnostics_period`',
+          'the first is obeyed; degraded',
+          'test_several_sources_of_commands', 'spoilt',
+          stamped('command_conflict')),
     Fault('recorder killed', 'a second', 'what was recorded before is readable',
           'test_killed_while_writing_it_loses_less_than_a_second', 'plant', recorder_killed),
 )
@@ -201,6 +331,36 @@ UNTIMED = (
      'test_who_only_listens_may_die_or_freeze'),
     ('implausible identified model', 'at the service call', 'refused',
      'test_force_mode_observer_loss_and_a_model_accepted'),
+    ('model file with a cogging order of 1e308', 'at the service call', 'refused; no cycle waits',
+     'test_no_model_file_stops_the_loop'),
+    ('model file with 3000 harmonics', 'at the service call', 'refused; no cycle waits',
+     'test_no_model_file_stops_the_loop'),
+    ('model whose load is a tenth', 'at the service call', 'refused',
+     'test_no_model_file_stops_the_loop'),
+    ('model file that is a pipe', 'at the service call', 'refused; no cycle waits',
+     'test_no_model_file_stops_the_loop'),
+    ('watchdog, clock or limit changed while it runs', 'at the service call', 'refused',
+     'test_watchdogs_cannot_be_switched_off_while_it_runs'),
+    ('two publishers of one Float64 command', '0.1 s after discovery', 'the highest request of '
+     'the last `command_timeout`; degraded',
+     'test_two_publishers_of_one_float64_do_not_swing_the_brake'),
+    ('force command without a mechanism', 'at once', 'told, not taken',
+     'test_a_request_too_high_and_then_none'),
+    ('single lower request after stale commands', '-', 'not taken; one that lasts '
+     '`command_timeout` is', 'test_a_request_too_high_and_then_none'),
+    ('forged claim of another controller', '-', 'told; nobody falls silent by one message',
+     'test_an_intruder_neither_silences_nor_hides'),
+    ('torque of 1e6 N·m from a stranger', '0.1 s after discovery', 'told, degraded; the loop '
+     'pulls back', 'test_an_intruder_neither_silences_nor_hides'),
+    ('two controllers on remapped topics', '0.1 s after discovery', 'the later one yields',
+     'test_the_guard_against_two_controllers_sees_remapped_names'),
+    ('primary controller killed beside a standby', '`takeover_time` + a cycle', 'the standby '
+     'goes on from the last torque',
+     'test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed'),
+    ('driver that offers best effort only', 'discovery', 'heard; told where samples may be lost',
+     'test_a_driver_that_offers_best_effort_only_is_heard'),
+    ('configuration fails', 'at the transition', 'told in one line; nothing stays behind',
+     'test_a_failing_configuration_leaves_nothing_behind'),
 )
 
 

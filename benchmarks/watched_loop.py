@@ -16,7 +16,10 @@ from engb_ros.live_loop import Drive, LiveLoop
 from engb_ros.probe import Probe
 from engb_ros.runner import reserved_domain, Runner
 
-__all__ = ['WatchedLoop', 'answer_of', 'closed_loop', 'nanoseconds', 'recover']
+__all__ = ['SPOILT', 'WatchedLoop', 'answer_of', 'closed_loop', 'nanoseconds', 'recover']
+
+# The drive that goes wrong on request.
+SPOILT = 'benchmarks.spoilt_drive'
 
 # The prober hears every message: a slower drive leaves it time to be punctual [Hz].
 RATE = 250.0
@@ -58,13 +61,16 @@ class WatchedLoop(LiveLoop):
 
 @contextlib.contextmanager
 def closed_loop(kind: str) -> Iterator[WatchedLoop]:
-    """Run a loop with the plant, over CAN, or commanding by force with an observer."""
+    """Run a loop with the plant, over CAN, commanding by force with an observer, or with a drive
+    that goes wrong on request."""
     brake = {'rate': RATE, 'effort_noise': 0.0}
     controller = {'diagnostics_period': DIAGNOSTICS_PERIOD}
     drive = [('plant', brake)]
     if kind == 'can':
         bus = {'interface': 'udp_multicast', 'channel': f'239.75.{os.getpid() % 250}.1'}
         drive = [('drive_emulator', {**brake, **bus}), ('can_bridge', bus)]
+    elif kind == 'spoilt':
+        drive = [(SPOILT, brake)]
     elif kind == 'force':
         drive.append(('disturbance_observer', {}))
         controller |= {'model': os.fspath(TRUE_BRAKE), 'observer_timeout': 0.1,
@@ -87,6 +93,8 @@ def recover(loop: WatchedLoop) -> None:
             loop.start(name)
     if 'drive_emulator' in loop.drive:
         loop.set_parameter('drive_emulator', 'fault', 'none')
+    if SPOILT in loop.drive:
+        loop.set_parameter('plant', 'fault', 'none')
     count = len(loop.states)
     loop.until(lambda: len(loop.states) > count + 30, 'joint states')
     asked = [0.0]
@@ -103,8 +111,10 @@ def recover(loop: WatchedLoop) -> None:
     loop.until(lambda: _cleared(loop), 'the faults to be cleared', timeout=60.0)
     loop.target = 15.0
     loop.until(tracks, 'the brake to track')
-    loop.until(lambda: not loop.has(Cause.OBSERVER_STALE | Cause.CLOCK_JUMP
-                                    | Cause.COMMAND_NOT_FINITE), 'old causes to fade')
+    loop.until(lambda: not loop.has(
+        Cause.OBSERVER_STALE | Cause.CLOCK_JUMP | Cause.COMMAND_NOT_FINITE | Cause.STATE_JUMP
+        | Cause.DRIVE_WEAK | Cause.COMMAND_OUT_OF_RANGE | Cause.COMMAND_LATE
+        | Cause.COMMAND_REPEATED | Cause.COMMAND_CONFLICT), 'old causes to fade')
     loop.until(tracks, 'the brake to track')
 
 

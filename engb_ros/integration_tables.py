@@ -9,7 +9,7 @@ from pathlib import Path
 import re
 import sys
 
-from engb_core.control.causes import Cause, CAUSES, State
+from engb_core.control.causes import Cause, CAUSES, State, STOPPING
 from engb_ros import interface
 from engb_ros.interface import SERVICES, Topic, TOPICS
 
@@ -18,7 +18,7 @@ __all__ = ['filled', 'tables']
 PAGE = Path(__file__).resolve().parents[1] / 'docs' / 'integrate.md'
 
 _QOS = {
-    'state': 'reliable, depth 10 000; loops read depth 1',
+    'state': 'reliable, depth 10 000; loops read best effort, depth 1',
     'command': 'reliable, depth 1; read best effort, depth 1',
     'status': 'reliable, transient local, depth 1',
 }
@@ -33,7 +33,7 @@ _STATES = {
 def tables() -> dict[str, str]:
     """Return the tables by name, as Markdown."""
     found = {'topics': _topics(), 'services': _services(), 'states': _states(),
-             'causes': _causes()}
+             'causes': _causes(), 'stops': _stops()}
     for name, specs in _node_parameters().items():
         rows = [(f'`{spec.name}`', _shown(spec.default), spec.unit or '-', _range(spec),
                  'yes' if spec.live else 'no', spec.description) for spec in specs]
@@ -89,6 +89,13 @@ def _causes() -> str:
         (str(cause.value.bit_length() - 1), f'`{cause.name.lower()}`',
          CAUSES[cause].severity.value, CAUSES[cause].meaning, CAUSES[cause].reaction)
         for cause in Cause])
+
+
+def _stops() -> str:
+    return _table(('parameter', 'default', 'may be', 'why'), [
+        (f'`stop_{cause.name.lower()}`', f'`{CAUSES[cause].stops[0].value}`',
+         ', '.join(stop.value for stop in CAUSES[cause].stops), CAUSES[cause].reason)
+        for cause in STOPPING])
 
 
 def _shown(value: object) -> str:

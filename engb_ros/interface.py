@@ -10,13 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 __all__ = ['ACCEPT_MODEL', 'CLAMP_FORCE', 'CLAMP_FORCE_COMMAND', 'CLEAR', 'CLEAR_FAULTS', 'CLOCK',
-           'CLOCK_TYPE', 'CONTROLLER_ACTIVATION', 'CONTROLLER_CAUSES',
-           'CONTROLLER_STATE', 'CONTROL_REPORT',
-           'DEFAULT_NAMESPACE', 'DIAGNOSTICS', 'DIAGNOSTIC_ARRAY', 'DISC_SPEED', 'DISTURBANCE',
+           'CLAMP_FORCE_COMMAND_STAMPED', 'CLOCK_TYPE', 'CONTROLLER_ACTIVATION',
+           'CONTROLLER_CAUSES', 'CONTROLLER_STATE', 'CONTROL_REPORT', 'DEFAULT_NAMESPACE',
+           'DIAGNOSTICS', 'DIAGNOSTIC_ARRAY', 'DISC_SPEED', 'DISTURBANCE', 'DRIVE_STATE',
            'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY', 'JOINT_STATE',
-           'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND', 'RECORDED',
-           'REFERENCE', 'SERVICES', 'START_REFERENCE', 'STRING', 'Service', 'TOPICS', 'TRIGGER',
-           'Topic', 'UINT32', 'UINT64', 'WRITE_MODEL']
+           'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND',
+           'POSITION_COMMAND_STAMPED', 'RECORDED', 'REFERENCE', 'SERVICES', 'START_REFERENCE',
+           'STRING', 'Service', 'TOPICS', 'TRIGGER', 'Topic', 'UINT32', 'UINT64', 'WRITE_MODEL']
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 FLOAT64 = 'std_msgs/msg/Float64'
@@ -40,9 +40,10 @@ class Topic:
         unit: of the value ('' where the type holds several).
         meaning: one line.
         kind: 'state' (published reliable, depth 10 000, for those who need every sample; a control
-            loop reads depth 1), 'command' (published reliable, depth 1, read best effort,
-            depth 1: only the newest counts), or 'status' (reliable and transient local, depth 1,
-            for those who join late).
+            loop reads best effort, depth 1: it gets on with drivers that offer no more),
+            'command' (published reliable, depth 1, read best effort, depth 1: only the newest
+            counts), or 'status' (reliable and transient local, depth 1, for those who join
+            late).
     """
 
     name: str
@@ -70,6 +71,13 @@ REFERENCE = Topic('reference', JOINT_STATE, '', 'what the controller tracks: pos
 POSITION_COMMAND = Topic('position_command', FLOAT64, 'rad', 'set-point from the stack', 'command')
 CLAMP_FORCE_COMMAND = Topic('clamp_force_command', FLOAT64, 'N', 'set-point from the stack',
                             'command')
+POSITION_COMMAND_STAMPED = Topic(
+    'position_command_stamped', JOINT_STATE, '', 'set-point from the stack: `position` [rad] of '
+    'the joint, `header.stamp`, the source as `header.frame_id`, and, if it has one, the position '
+    'of an entry `counter`', 'command')
+CLAMP_FORCE_COMMAND_STAMPED = Topic(
+    'clamp_force_command_stamped', JOINT_STATE, '', 'the same for a clamp force: `effort` [N] of '
+    'an entry `clamp`, and of the entry `counter`', 'command')
 DISTURBANCE = Topic('disturbance', FLOAT64, 'N·m', 'the observer\'s estimate, equation (30)')
 CLAMP_FORCE = Topic('clamp_force', FLOAT64, 'N', 'estimated or measured clamp force')
 DISC_SPEED = Topic('disc_speed', FLOAT64, 'rad/s', 'brake disc, signed')
@@ -84,7 +92,11 @@ CONTROLLER_STATE = Topic('controller_state', STRING, '', 'ready, enabled, degrad
 CONTROLLER_CAUSES = Topic('controller_causes', UINT32, '', 'one bit per cause (docs/integrate.md)',
                           'status')
 CONTROLLER_ACTIVATION = Topic('controller_activation', UINT64, 'ns', 'when a controller became '
-                              'active: of two, the later one yields', 'status')
+                              'active, said again and again while it is healthy: of two, '
+                              'the later one yields', 'status')
+DRIVE_STATE = Topic('drive_state', STRING, '', 'off, obeys, refuses (asked for torque and not in '
+                    'its mode, or deaf to it), holds_on (asked to let go and doesn\'t) or lost '
+                    '(no valid link)', 'status')
 DIAGNOSTICS = Topic('/diagnostics', DIAGNOSTIC_ARRAY, '', 'state, causes, input/command/output '
                     'triples, the force\'s uncertainty')
 CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')
@@ -92,7 +104,8 @@ CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')
 TOPICS: tuple[Topic, ...] = (
     JOINT_STATES, EFFORT_COMMAND, REFERENCE, POSITION_COMMAND, CLAMP_FORCE_COMMAND, DISTURBANCE,
     CLAMP_FORCE, DISC_SPEED, PAD_TEMPERATURE, LOAD_TORQUE, FRICTION_TORQUE, CONTROL_REPORT,
-    CONTROLLER_STATE, CONTROLLER_CAUSES, CONTROLLER_ACTIVATION)
+    CONTROLLER_STATE, CONTROLLER_CAUSES, CONTROLLER_ACTIVATION, DRIVE_STATE,
+    POSITION_COMMAND_STAMPED, CLAMP_FORCE_COMMAND_STAMPED)
 
 START_REFERENCE = Service('~/start_reference', TRIGGER,
                           'controller: begin the trajectory that parameter `reference` names')

@@ -59,9 +59,10 @@ def node_command(
     parameter_file: str | os.PathLike | None = None,
     name: str | None = None,
 ) -> list[str]:
-    """Return the command line that starts a node of this package with this Python."""
-    command = [sys.executable, '-m', f'engb_ros.nodes.{executable}', '--ros-args',
-               '-r', f'__ns:={namespace}']
+    """Return the command line that starts a node of this package with this Python, or of any
+    module: a name with a dot."""
+    module = executable if '.' in executable else f'engb_ros.nodes.{executable}'
+    command = [sys.executable, '-m', module, '--ros-args', '-r', f'__ns:={namespace}']
     if name:
         command += ['-r', f'__node:={name}']
     if parameter_file:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 import math
 
-from engb_core.control.acceptance import AcceptanceBounds, check_candidate
+from engb_core.control.acceptance import AcceptanceBounds, check_candidate, check_computable
 from engb_core.control.brake_settings import ControllerSettings, Report
-from engb_core.control.causes import Cause
+from engb_core.control.causes import Cause, Stop
 from engb_core.control.clamp_force import ClampForceEstimator
+from engb_core.control.command_arbiter import Command
 from engb_core.control.final_clamp import FinalClamp
 from engb_core.control.force_control import ForceControl
 from engb_core.control.loop import PositionLoop, VELOCITY_CUTOFF
@@ -19,12 +20,21 @@ from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.sensors import VelocityFromPosition
 
-__all__ = ['BrakeController']
+__all__ = ['BrakeController', 'PreparedModel']
 
 _COMMAND_STALE = Cause.COMMAND_STALE.value
 _STATE_STALE = Cause.STATE_STALE.value
-# With these latched the set-point still means something; with any other the torque goes.
-_TORQUE_MUST_GO = ~(Cause.COMMAND_STALE | Cause.TRACKING_ERROR).value
+
+# Full torque, but for rounding.
+_FULL = 0.99
+
+
+@dataclass(frozen=True)
+class PreparedModel:
+    """An identified model that was found plausible, with what a controller makes of it."""
+
+    model: Model
+    force: ForceControl | None
 
 
 class BrakeController:
@@ -39,6 +49,7 @@ class BrakeController:
 
     def __init__(self, model: Model, settings: ControllerSettings) -> None:
         self.settings = settings
+        check_computable(model, self._bounds)
         self.supervisor = Supervisor(settings.supervisor)
         self.clamp = FinalClamp(settings.supervisor)
         self.loop = PositionLoop(model, settings.loop)
@@ -82,48 +93,77 @@ class BrakeController:
         Raises:
             InputError: it is out of bounds (`acceptance`).
         """
-        settings = self.settings
-        check_candidate(candidate, self.model, AcceptanceBounds(
-            highest_torque=settings.supervisor.effort_limit, low=settings.position_min,
-            high=settings.position_max))
-        before = self.loop.output
-        force = self._force_control(candidate)
+        self.take_model(self.prepare_model(candidate))
+
+    def prepare_model(self, candidate: Model) -> PreparedModel:
+        """Judge an identified model and build what it takes to use it; changes nothing, so it
+        may be called in another thread.
+
+        Raises:
+            InputError: it is out of bounds (`acceptance`).
+        """
+        check_candidate(candidate, self.model, self._bounds)
+        return PreparedModel(candidate, self._force_control(candidate))
+
+    def take_model(self, prepared: PreparedModel) -> None:
+        """Take a prepared model into use; the torque doesn't jump."""
+        force = prepared.force
         if force is not None and self._force is not None:
             force.learn_from(self._force)
             force.command = self._force.command
         self._force = force
-        self.loop.set_model(candidate)
-        self.loop.carry_over(before, self.setpoint)
+        self.loop.set_model(prepared.model)
+
+    @property
+    def _bounds(self) -> AcceptanceBounds:
+        settings = self.settings
+        return AcceptanceBounds(highest_torque=settings.supervisor.effort_limit,
+                                low=settings.position_min, high=settings.position_max)
 
     # Inputs.
 
     def on_position_command(self, now: float, value: float) -> bool:
-        """Take a set-point [rad]; False where it isn't taken."""
-        settings = self.settings
-        if self.source.commanded_by_trajectory:
-            return False
-        if not self.supervisor.accept_command(now, value, settings.position_min,
-                                              settings.position_max):
-            return False
-        if self._force is not None:
-            self._force.command = None
-        self.report.position_input = value
-        self.source.command(value)
-        return True
+        """Take a set-point [rad] without a name; False where it isn't taken."""
+        return self.on_command(now, Command(value))
 
     def on_force_command(self, now: float, value: float) -> bool:
-        """Take a set-point [N]; False where it isn't taken."""
-        if self.source.commanded_by_trajectory or self._force is None:
+        """Take a set-point [N] without a name; False where it isn't taken."""
+        return self.on_command(now, Command(value, by_force=True))
+
+    def on_command(self, now: float, command: Command) -> bool:
+        """Take a set-point; False where it isn't taken.
+
+        With a fault latched only a lower request is.
+        """
+        settings, supervisor = self.settings, self.supervisor
+        if self.source.commanded_by_trajectory:
             return False
-        if not self.supervisor.accept_command(now, value, 0.0, self._highest_force):
+        if command.by_force and self._force is None:
+            supervisor.note(Cause.FORCE_NOT_CONFIGURED, now)
             return False
-        self._aim_at_force(value)
+        low, high = ((0.0, self._highest_force) if command.by_force
+                     else (settings.position_min, settings.position_max))
+        value = supervisor.accept_command(now, command, low, high)
+        if value is None:
+            return False
+        if supervisor.faults:
+            angle = self._angle_of_force(value) if command.by_force else value
+            if supervisor.stop is not Stop.HOLD or angle > self.source.target:
+                return False
+        if command.by_force:
+            self._aim_at_force(value)
+        else:
+            if self._force is not None:
+                self._force.command = None
+            self.report.position_input = value
+            self.source.command(value)
         return True
 
-    def on_disc_speed(self, value: float) -> None:
+    def on_disc_speed(self, now: float, value: float) -> None:
         """Take the disc's speed [rad/s]."""
         if math.isfinite(value):
             self._disc_speed = value
+            self.supervisor.disc_spoke(now)
 
     def on_disturbance(self, now: float, value: float) -> None:
         """Take an external observer's word: only its age is used."""
@@ -134,6 +174,10 @@ class BrakeController:
         """Take note of a joint state that lacks the joint."""
         self.supervisor.note(Cause.STATE_WRONG_JOINT, now)
 
+    def on_drive_state(self, now: float, word: str) -> None:
+        """Take a bridge's word on whether its drive obeys (`Supervisor.drive_state`)."""
+        self.supervisor.drive_state(now, word)
+
     def start_reference(self) -> float:
         """Begin the trajectory; return its length [s]. InputError where there is none."""
         if self.supervisor.faults:
@@ -142,11 +186,19 @@ class BrakeController:
         return self.source.duration
 
     def clear(self, now: float) -> Cause:
-        """Clear latched faults; return those whose condition remains."""
-        left = self.supervisor.clear(now)
+        """Clear latched faults; return those whose condition remains. A brake without faults
+        goes on as if nothing had been asked."""
+        supervisor = self.supervisor
+        stop = supervisor.stop
+        if stop is None:
+            return Cause(0)
+        left = supervisor.clear(now)
         if not left:
+            if self.silent or stop is not Stop.HOLD:
+                self._restart(self.clamp.output)
+            else:   # torque is there and the loop is closed: it stays so
+                self._hold()
             self.silent = False
-            self._restart()
         return left
 
     # Cycles.
@@ -158,30 +210,34 @@ class BrakeController:
         supervisor.watch(now)
         if not supervisor.accept_state(now, stamp, position, velocity):
             return None
+        time = supervisor.states.time
         if velocity != velocity:
-            velocity = self._derived.step(stamp, position)
-        report = self.report
+            velocity = self._derived.step(time, position)
+        report, settings = self.report, self.settings
         report.position_output, report.effort_output = position, effort
         if self.silent:
             return None
-        self._estimate(now, stamp, position, velocity, effort)
-        if supervisor.faults & _TORQUE_MUST_GO:
-            return self._ramp_down(now)
-        if supervisor.faults & _COMMAND_STALE and not self._stale_handled:
-            self._stale()
-        self.setpoint = setpoint = self.source.at(stamp, position)
-        if self.source.commanded_by_trajectory and self.source.running:
-            supervisor.commanded = True
-        wish = self.loop.step(stamp, position, velocity, effort, setpoint)
         dt, self._last = now - self._last, now
+        supervisor.angle(now, position, settings.position_min, settings.position_max)
+        supervisor.torque(now, effort, dt)
+        try:
+            wish = self._wish(now, time, position, velocity, effort)
+        except (ArithmeticError, ValueError):   # a model whose torque cannot be computed
+            wish = math.nan
         if not math.isfinite(wish):
             supervisor.set(Cause.OUTPUT_NOT_FINITE, True, now)
-            return self.clamp.ramp_down(dt)
+        if supervisor.stop not in (None, Stop.HOLD):
+            return self._let_go(dt)
+        self._ramping = False
         torque = self.clamp.step(wish, dt)
+        supervisor.torques.asked(torque, dt)
         if self.clamp.limited:
             supervisor.note(Cause.OUTPUT_LIMITED, now)
-        supervisor.tracking(now, setpoint.position - position)
-        report.position_command = setpoint.position
+        error = self.setpoint.position - position
+        supervisor.tracking(now, error)
+        if supervisor.shaft(now, position, error, self._is_full(torque), dt):
+            self._seized(position)
+        report.position_command = self.setpoint.position
         report.effort_input, report.effort_command = wish, torque
         return torque
 
@@ -191,13 +247,32 @@ class BrakeController:
         supervisor.watch(now)
         if self.silent or not supervisor.faults & _STATE_STALE:
             return None
-        return self._ramp_down(now)
+        dt, self._last = now - self._last, now
+        return self._let_go(dt)
 
-    def on_other_controller(self, now: float, present: bool, was_first: bool) -> None:
-        """Say whether someone else publishes torque; `was_first`: this one was here before."""
-        self.supervisor.set(Cause.OTHER_CONTROLLER, present, now, latch=not was_first)
-        if present and not was_first:
+    def on_other_controller(self, now: float, present: bool, was_first: bool,
+                            latch: bool = True) -> None:
+        """Say whether someone else publishes torque; `was_first`: this one was here before.
+
+        Who was not falls silent, and with `latch` stays so until it is cleared.
+        """
+        yields = present and not was_first
+        self.supervisor.set(Cause.OTHER_CONTROLLER, present, now, latch=latch and yields)
+        if yields:
             self.silent = True
+
+    def take_over(self, now: float, torque: float) -> None:
+        """Speak from now on, in the place of one who sent `torque` [N·m] last."""
+        force = self._force.command if self._force is not None else None
+        target = self.source.target
+        limit = self.settings.supervisor.effort_limit
+        self._restart(min(max(torque, -limit), limit))
+        self.silent = False
+        self._last = now
+        if force is not None:
+            self._aim_at_force(force)
+        elif self.supervisor.commanded:
+            self.source.command(target)
 
     @property
     def feedforward(self) -> float:
@@ -206,26 +281,82 @@ class BrakeController:
 
     # Parts.
 
-    def _restart(self) -> None:
-        self.loop.reset()
+    def _wish(self, now: float, time: float, position: float, velocity: float,
+              effort: float) -> float:
+        """Return the loop's torque [N·m] for a sample; NaN where there is none."""
+        supervisor = self.supervisor
+        self._estimate(now, time, position, velocity, effort)
+        new = supervisor.faults & ~self._handled
+        if new:
+            self._handled |= new
+            if new & _COMMAND_STALE:
+                self._stale()
+            elif supervisor.stop is Stop.HOLD:
+                self._hold_at(position)
+        if supervisor.stop not in (None, Stop.HOLD):
+            return 0.0
+        self.setpoint = self.source.at(time, position)
+        if self.source.commanded_by_trajectory and self.source.running:
+            supervisor.commanded = True
+        loop = self.loop
+        loop.pid.frozen = supervisor.torques.short
+        return loop.step(time, position, velocity, effort, self.setpoint)
+
+    def _restart(self, output: float = 0.0) -> None:
+        """Begin anew, from torque `output` [N·m]."""
+        position = self.report.position_output
+        known = math.isfinite(position) and self.supervisor.states.seen
+        self.loop.reset(output, Setpoint(position) if known else None)
+        self.clamp.output = output
         self.source.reset()
         if self._force is not None:
             self._force.reset()
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
-        self._stale_handled = self._ramping = False
+        self._handled = 0
+        self._ramping = False
         self.report = Report()
 
-    def _ramp_down(self, now: float) -> float:
-        dt, self._last = now - self._last, now
-        # The ramp begins now, not with the last cycle, which may be a timeout ago.
-        torque = self.clamp.ramp_down(dt if self._ramping else 0.0)
+    def _let_go(self, dt: float) -> float:
+        """Return the next torque of a stop that ends without any [N·m]."""
+        if self.supervisor.stop is Stop.RELEASE:
+            torque = self.clamp.release()
+        else:
+            # The ramp begins now, not with the last cycle, which may be a timeout ago.
+            torque = self.clamp.ramp_down(dt if self._ramping else 0.0)
         self._ramping = True
+        self.supervisor.torques.asked(torque, dt)
         self.loop.reset(torque)
         self.report.effort_input, self.report.effort_command = 0.0, torque
         return torque
 
+    def _hold(self) -> None:
+        """Stay at the set-point, forget the command."""
+        self._handled = 0
+        if self._force is not None:
+            self._force.command = None
+        self.source.hold()
+
+    def _hold_at(self, position: float) -> None:
+        if self._force is not None:
+            self._force.command = None
+        settings = self.settings
+        self.source.hold_at(min(max(position, settings.position_min), settings.position_max))
+
+    def _seized(self, position: float) -> None:
+        """Full torque moves nothing: hold what is reached with what the model says it takes."""
+        if self.supervisor.stop is Stop.HOLD:
+            self._hold_at(position)
+            held = Setpoint(position)
+            self.loop.reset(self.loop.torques.torque(held), held)
+            self.supervisor.torques.moved()
+
+    def _is_full(self, torque: float) -> bool:
+        gains, limit = self.loop.settings.gains, self.settings.supervisor.effort_limit
+        if torque >= 0.0:
+            return torque >= _FULL * min(limit, gains.u_clamp_max)
+        return torque <= _FULL * max(-limit, gains.u_clamp_min)
+
     def _stale(self) -> None:
-        self._stale_handled = True
         settings, force = self.settings, self._force
         action = settings.supervisor.stale_action
         by_force = force is not None and force.command is not None
@@ -245,14 +376,18 @@ class BrakeController:
         force = self._force
         if force is None or not force.observe(stamp, velocity, effort):
             return
+        supervisor = self.supervisor
         was_uncertain = force.uncertain
-        force.estimate(stamp, position, velocity, self._disc_speed,
-                       not self.supervisor.holds(Cause.OBSERVER_STALE))
+        # A speed that nobody tells any more counts as none.
+        unknown = supervisor.holds(Cause.DISC_SPEED_STALE)
+        disc_speed = 0.0 if unknown else self._disc_speed
+        force.estimate(stamp, position, velocity, disc_speed,
+                       not unknown and not supervisor.holds(Cause.OBSERVER_STALE))
         estimator, torques = force.estimator, self.loop.torques
         torques.shift = estimator.shift
-        torques.load_ratio = estimator.map.load_ratio(self._disc_speed)
+        torques.load_ratio = estimator.map.load_ratio(disc_speed)
         if force.uncertain or was_uncertain:
-            self.supervisor.set(Cause.FORCE_UNCERTAIN, force.uncertain, now)
+            supervisor.set(Cause.FORCE_UNCERTAIN, force.uncertain, now)
         if force.command is not None:
             self._aim_at_force(force.command)
 
@@ -262,10 +397,13 @@ class BrakeController:
 
     def _aim_at_force(self, value: float) -> None:
         self._force.command = value
-        angle = min(max(self._force.angle_of(value), self.settings.position_min),
-                    self.settings.position_max)
+        angle = self._angle_of_force(value)
         self.report.position_input = angle
         self.source.command(angle)
+
+    def _angle_of_force(self, value: float) -> float:
+        return min(max(self._force.angle_of(value), self.settings.position_min),
+                   self.settings.position_max)
 
     def _force_control(self, model: Model) -> ForceControl | None:
         settings = self.settings

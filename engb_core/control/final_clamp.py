@@ -42,6 +42,11 @@ class FinalClamp:
         self.output = value
         return value
 
+    def release(self) -> float:
+        """Take the torque away at once; return 0."""
+        self.output = 0.0
+        return 0.0
+
     def ramp_down(self, dt: float) -> float:
         """Return the next torque [N·m] on the way to none."""
         settings = self.settings

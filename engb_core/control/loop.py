@@ -59,6 +59,8 @@ class PositionLoop:
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
         self.output = self.feedforward = self.disturbance = 0.0
         self._time: float | None = None
+        self._setpoint = Setpoint(0.0)
+        self.observer = DisturbanceObserver(model.motor, settings.disturbance_cutoff)
         self._apply(settings)
 
     @property
@@ -67,42 +69,36 @@ class PositionLoop:
         return self._settings
 
     def set_settings(self, settings: LoopSettings) -> None:
-        """Change settings while running; gains change without a jump of the torque."""
+        """Change settings while running; the integral part takes up what they change."""
         self.pid.set_gains(settings.gains)
-        self._apply(settings)
+        self._change(self.model, settings)
 
     def set_model(self, model: Model) -> None:
-        """Change the model while running."""
-        self.model = model
-        self._apply(self._settings)
+        """Change the model while running; the integral part takes up what it changes."""
+        self._change(model, self._settings)
 
-    def reset(self, output: float = 0.0) -> None:
-        """Start anew, from torque `output` [N·m]."""
+    def reset(self, output: float = 0.0, setpoint: Setpoint | None = None) -> None:
+        """Start anew, from torque `output` [N·m]; with `setpoint`, its feedforward included."""
         self.pid.reset(output)
         self.observer.reset()
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
         self.output = self.pid.output
         self.feedforward = self.disturbance = 0.0
         self._time = None
+        if setpoint is not None:
+            self.pid.shift_integral(-self._feedforward.torque(setpoint))
 
     @property
     def torques(self) -> Feedforward:
         """The feedforward, whose load curve may be shifted and scaled."""
         return self._feedforward
 
-    def carry_over(self, output: float, setpoint: Setpoint) -> None:
-        """After a change of model: let the integral part take up the feedforward's jump."""
-        feedforward = self._feedforward.torque(setpoint)
-        gains = self.pid.gains
-        self.pid.i_term = min(max(self.pid.i_term + self.feedforward - feedforward,
-                                  gains.i_clamp_min), gains.i_clamp_max)
-        self.output = output
-
     def step(self, time: float, position: float, velocity: float, effort: float,
              setpoint: Setpoint) -> float:
         """Return the torque demanded of the drive [N·m] for one sample.
 
-        A sample that is not finite, or whose stamp doesn't advance, leaves the output as it was.
+        A sample that is not finite, or whose stamp doesn't advance, leaves the output as it was;
+        NaN where the model gives no finite torque.
 
         Args:
             time: the sample's stamp [s].
@@ -124,9 +120,9 @@ class PositionLoop:
             dt = 1e-6
         feedforward = self._feedforward.torque(setpoint)
         if not math.isfinite(feedforward):
-            self.pid.rejected += 1
-            return self.output
+            return math.nan   # no torque of before may stand for it
         self.feedforward = feedforward
+        self._setpoint = setpoint
         if self._settings.disturbance_compensation:
             self._observe(time, position, velocity, effort)
             feedforward -= self.disturbance
@@ -143,6 +139,16 @@ class PositionLoop:
                  + torques.cogging_torque(position))
         self.disturbance = self.observer.step(time, velocity, effort - known)
 
+    def _change(self, model: Model, settings: LoopSettings) -> None:
+        before = self.feedforward - self.disturbance
+        self.model = model
+        self._apply(settings)
+        if self._time is not None:   # it runs
+            self.feedforward = self._feedforward.torque(self._setpoint)
+            after = self.feedforward - self.disturbance
+            if math.isfinite(before - after):
+                self.pid.shift_integral(before - after)
+
     def _apply(self, settings: LoopSettings) -> None:
         before = getattr(self, '_feedforward', None)
         self._settings = settings
@@ -152,5 +158,9 @@ class PositionLoop:
         if before is not None:
             self._feedforward.shift = before.shift
             self._feedforward.load_ratio = before.load_ratio
-        self.observer = DisturbanceObserver(self.model.motor, settings.disturbance_cutoff)
-        self.disturbance = 0.0
+        if (before is None or before.model is not self.model
+                or self.observer.cutoff != settings.disturbance_cutoff):
+            self.observer = DisturbanceObserver(self.model.motor, settings.disturbance_cutoff)
+            self.disturbance = 0.0
+        if not settings.disturbance_compensation:
+            self.disturbance = 0.0

@@ -74,6 +74,13 @@ class Pid:
 
     A value that is not finite or beyond LARGEST, or a dt not within 0 and LONGEST_STEP, changes
     no state; the output is held.
+
+    Attributes:
+        i_term: the integral part [N·m].
+        output: of the last sample [N·m].
+        saturated: it was limited.
+        frozen: the integral part stays: the drive doesn't give what is asked.
+        rejected: samples that were not used.
     """
 
     def __init__(self, gains: PidGains) -> None:
@@ -82,6 +89,7 @@ class Pid:
         self.i_term = 0.0
         self.output = 0.0
         self.saturated = False
+        self.frozen = False
         self.rejected = 0
         self._error = 0.0
         self._error_rate = 0.0
@@ -109,6 +117,11 @@ class Pid:
         self.saturated = False
         self._error = self._error_rate = 0.0
         self._velocity = None
+
+    def shift_integral(self, torque: float) -> None:
+        """Add to the integral part [N·m], within its limits: it takes up another part's jump."""
+        gains = self._gains
+        self.i_term = min(max(self.i_term + torque, gains.i_clamp_min), gains.i_clamp_max)
 
     def step(self, error: float, velocity: float, dt: float, velocity_setpoint: float = 0.0,
              feedforward: float = 0.0) -> float:
@@ -144,6 +157,8 @@ class Pid:
 
     def _integrate(self, error: float, excess: float, dt: float) -> None:
         gains = self._gains
+        if self.frozen:
+            return
         if gains.i == 0.0:
             # What a change of gains left behind fades out instead of staying as an offset.
             self.i_term *= max(0.0, 1.0 - dt / self._fade_time)

@@ -157,6 +157,17 @@ class ReferenceSource:
         self._target = None if self._time is None else limiter.position + stop
         self._requested = False
 
+    @property
+    def target(self) -> float:
+        """Where a command is going, or where the set-point stands [rad]."""
+        return self._limiter.position if self._target is None else self._target
+
+    def hold_at(self, position: float) -> None:
+        """Stand still at `position` [rad] at once; a trajectory ends here."""
+        self._limiter.reset(position)
+        self._target = position
+        self._requested = False
+
     def reset(self) -> None:
         """Hold the position of the next sample; a trajectory starts anew."""
         self._time: float | None = None

@@ -6,15 +6,13 @@ tested exactly.
 
 from __future__ import annotations
 
-import math
-
-from engb_core.control.causes import Cause, CAUSES, Severity, State
+from engb_core.control.causes import Cause, CAUSES, Severity, State, Stop
+from engb_core.control.command_arbiter import Command, CommandArbiter
+from engb_core.control.state_watch import StateWatch
 from engb_core.control.supervisor_settings import SupervisorSettings
+from engb_core.control.torque_watch import TorqueWatch
 
 __all__ = ['Supervisor']
-
-# An angle or speed beyond this is no measurement [rad, rad/s].
-LARGEST = 1e6
 
 # A rejected input is shown for so long after it came [s].
 SHOWN = 1.0
@@ -23,6 +21,12 @@ _COMMAND_STALE = Cause.COMMAND_STALE.value
 _STATE_STALE = Cause.STATE_STALE.value
 _OBSERVER_STALE = Cause.OBSERVER_STALE.value
 _TRACKING_ERROR = Cause.TRACKING_ERROR.value
+_ANGLE_OUT_OF_RANGE = Cause.ANGLE_OUT_OF_RANGE.value
+_SHAFT_SEIZED = Cause.SHAFT_SEIZED.value
+_DISC_SPEED_STALE = Cause.DISC_SPEED_STALE.value
+_COMMAND_CONFLICT = Cause.COMMAND_CONFLICT.value
+_OUTPUT_NOT_FINITE = Cause.OUTPUT_NOT_FINITE.value
+_DRIVE = (Cause.DRIVE_WEAK | Cause.DRIVE_OFF | Cause.DRIVE_WRONG).value
 # Someone else's torque is a fault for who came later; who was first goes on, degraded.
 _DEGRADING = Cause.OTHER_CONTROLLER.value | sum(
     cause.value for cause, info in CAUSES.items() if info.severity is Severity.DEGRADED)
@@ -38,23 +42,54 @@ class Supervisor:
     """
 
     def __init__(self, settings: SupervisorSettings) -> None:
-        self.settings = settings
         self.faults = 0
         self.counts = dict.fromkeys(Cause, 0)
         self.watch_commands = True
         self._conditions = 0
         self._last_seen: dict[Cause, float] = {}
+        self.commands = CommandArbiter(settings, self.note)
+        self.states = StateWatch(settings, self.note)
+        self.torques = TorqueWatch(settings)
+        self.settings = settings
         self.start(0.0)
+
+    @property
+    def settings(self) -> SupervisorSettings:
+        """The settings in use."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: SupervisorSettings) -> None:
+        self._settings = settings
+        self.commands.settings = self.states.settings = self.torques.settings = settings
+        self._release, self._ramp = settings.with_stop(Stop.RELEASE), settings.with_stop(Stop.RAMP)
 
     def start(self, now: float) -> None:
         """Begin (on activation): ages count from now on."""
         self.faults = self._conditions = 0
         self._last_seen.clear()
         self.commanded = False
-        self._command: float | None = None
-        self._command_time = self._state_time = self._observer_time = now
-        self._state: tuple[float, float] | None = None   # stamp, position
+        self._state_time = self._observer_time = now
+        self._disc_time: float | None = None
+        self._refuses = self._holds_on = False
+        self.commands.reset(now)
+        self.states.reset()
+        self.torques.reset()
         self._error_since: float | None = None
+        settings = self.settings
+        if settings.state_timeout <= 0.0 or (
+                self.watch_commands and settings.command_timeout <= 0.0):
+            self.set(Cause.NOT_WATCHED, True, now)
+
+    @property
+    def stop(self) -> Stop | None:
+        """What the latched faults make of the torque: the strictest of their stops."""
+        faults = self.faults
+        if not faults:
+            return None
+        if faults & self._release:
+            return Stop.RELEASE
+        return Stop.RAMP if faults & self._ramp else Stop.HOLD
 
     @property
     def latched(self) -> Cause:
@@ -102,32 +137,33 @@ class Supervisor:
 
     def clear(self, now: float) -> Cause:
         """Clear the latched faults whose condition is gone; return those that remain."""
-        self.faults &= self._conditions & ~_COMMAND_STALE
+        # What can only be seen while commands are followed, or torque is given, is tried anew.
+        tried_anew = _COMMAND_STALE | _OUTPUT_NOT_FINITE | _SHAFT_SEIZED
+        if not self._refuses:
+            tried_anew |= Cause.DRIVE_OFF.value
+        self.faults &= self._conditions & ~tried_anew
         if not self.faults:
-            self._conditions &= ~_COMMAND_STALE
+            self._conditions &= ~(tried_anew | _DRIVE | _TRACKING_ERROR)
             self.commanded = False
-            self._command = None
-            self._command_time = now
+            self._error_since = None
+            self.commands.reset(now)
+            self.torques.reset()
         return self.latched
 
-    def accept_command(self, now: float, value: float, low: float, high: float) -> bool:
-        """Return whether a command may be taken; if so it feeds the watchdog."""
-        if not math.isfinite(value):
-            self.note(Cause.COMMAND_NOT_FINITE, now)
-            return False
-        if not low <= value <= high:
-            self.note(Cause.COMMAND_OUT_OF_RANGE, now)
-            return False
-        if (self._command is not None
-                and abs(value - self._command) > self.settings.largest_command_step):
-            self.note(Cause.COMMAND_JUMP, now)
-            return False
+    def accept_command(self, now: float, command: Command, low: float,
+                       high: float) -> float | None:
+        """Return the value to follow, within `low` and `high`; None: the last one stands.
+
+        In a fault only a source that has been speaking for a while is listened to: the caller
+        follows lower requests.
+        """
+        value = self.commands.judge(now, command, low, high)
+        if value is None:
+            return None
         if self.faults:
-            return False
-        self._command = value
-        self._command_time = now
+            return value if self.commands.steady(now) else None
         self.commanded = True
-        return True
+        return value
 
     def accept_state(self, now: float, stamp: float, position: float, velocity: float) -> bool:
         """Return whether a joint state may be used; if so it feeds the watchdog.
@@ -137,25 +173,60 @@ class Supervisor:
             stamp: of the sample [s].
             position, velocity: [rad, rad/s]; a velocity of NaN means that none is given.
         """
-        if not (math.isfinite(stamp) and abs(position) < LARGEST) or abs(velocity) > LARGEST:
-            self.note(Cause.STATE_NOT_FINITE, now)
-            return False
-        settings, before = self.settings, self._state
-        if before is not None:
-            passed = stamp - before[0]
-            waited = now - self._state_time
-            if abs(passed - waited) > 0.1 and not 0.0 < passed <= 0.1:
-                self.note(Cause.CLOCK_JUMP, now)
-            # Either clock may have stood still or jumped; the longer one is the fairer.
-            span = max(min(passed, 1.0), min(waited, 1.0), 0.001)
-            if abs(position - before[1]) > settings.largest_speed * span:
-                self.note(Cause.STATE_JUMP, now)
+        if not self.states.accept(now, stamp, position, velocity):
+            if not self.states.lost:
                 return False
-        self._state = (stamp, position)
+            # The torque goes; what comes after a clear needs an angle to begin with.
+            self.set(Cause.ANGLE_LOST, True, now)
+            self.set(Cause.ANGLE_LOST, False, now)
+            self.states.believe()
         self._state_time = now
         if self._conditions & _STATE_STALE:
             self.set(Cause.STATE_STALE, False, now)
         return True
+
+    def angle(self, now: float, position: float, low: float, high: float) -> None:
+        """Judge whether the angle lies in its range [rad]."""
+        margin = self.settings.largest_error
+        if low - margin <= position <= high + margin:
+            if self._conditions & _ANGLE_OUT_OF_RANGE:
+                self.set(Cause.ANGLE_OUT_OF_RANGE, False, now)
+        elif not self._conditions & _ANGLE_OUT_OF_RANGE:
+            self.set(Cause.ANGLE_OUT_OF_RANGE, True, now)
+
+    def torque(self, now: float, effort: float, dt: float) -> None:
+        """Judge the torque that the drive measured [N·m], `dt` [s] after the last."""
+        watch = self.torques
+        watch.given(effort, dt)
+        if watch.weak or watch.off or watch.wrong or self._conditions & _DRIVE:
+            self._follow(Cause.DRIVE_WEAK, watch.weak, now)
+            self._follow(Cause.DRIVE_OFF, watch.off or self._refuses, now)
+            self._follow(Cause.DRIVE_WRONG, watch.wrong or self._holds_on, now)
+
+    def drive_state(self, now: float, word: str) -> None:
+        """Take what a bridge says of its drive: 'refuses' the torque mode, or 'holds_on' to it
+        though it was switched off; anything else is well."""
+        self._refuses, self._holds_on = word == 'refuses', word == 'holds_on'
+        self._follow(Cause.DRIVE_OFF, self._refuses or self.torques.off, now)
+        self._follow(Cause.DRIVE_WRONG, self._holds_on or self.torques.wrong, now)
+
+    def shaft(self, now: float, position: float, error: float, full: bool, dt: float) -> bool:
+        """Judge whether the shaft moves; return whether it is seized."""
+        watch = self.torques
+        watch.moves(position, error, full, dt, self.settings.largest_error)
+        if watch.seized or self._conditions & _SHAFT_SEIZED:
+            self._follow(Cause.SHAFT_SEIZED, watch.seized, now)
+        return watch.seized
+
+    def disc_spoke(self, now: float) -> None:
+        """Feed the disc speed's watchdog, which begins with its first message."""
+        self._disc_time = now
+        if self._conditions & _DISC_SPEED_STALE:
+            self.set(Cause.DISC_SPEED_STALE, False, now)
+
+    def _follow(self, cause: Cause, holds: bool, now: float) -> None:
+        if bool(self._conditions & cause.value) is not holds:
+            self.set(cause, holds, now)
 
     def observer_spoke(self, now: float) -> None:
         """Feed the observer's watchdog."""
@@ -176,13 +247,20 @@ class Supervisor:
 
     def watch(self, now: float) -> None:
         """Look at the ages of all inputs."""
-        settings = self.settings
+        settings, commands = self._settings, self.commands
         if settings.state_timeout > 0.0 and now - self._state_time > settings.state_timeout:
             # Before the very first sample nothing has failed yet.
-            self.set(Cause.STATE_STALE, True, now, latch=self._state is not None)
+            self.set(Cause.STATE_STALE, True, now, latch=self.states.seen)
         if (self.watch_commands and self.commanded and settings.command_timeout > 0.0
-                and now - self._command_time > settings.command_timeout):
+                and now - commands.spoke_at > settings.command_timeout
+                and not commands.successor(now)):
             self.set(Cause.COMMAND_STALE, True, now)
         if (settings.observer_timeout > 0.0
                 and now - self._observer_time > settings.observer_timeout):
             self.set(Cause.OBSERVER_STALE, True, now)
+        if (self._disc_time is not None and settings.disc_speed_timeout > 0.0
+                and now - self._disc_time > settings.disc_speed_timeout):
+            self.set(Cause.DISC_SPEED_STALE, True, now)
+        conflict = commands.rivals or now - commands.conflict_at < SHOWN
+        if conflict or self._conditions & _COMMAND_CONFLICT:
+            self._follow(Cause.COMMAND_CONFLICT, conflict, now)

@@ -13,10 +13,12 @@ from typing import Any, ClassVar
 from rcl_interfaces.msg import SetParametersResult
 import rclpy
 from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import ROSInterruptException
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
 from engb_core.errors import InputError
@@ -49,10 +51,12 @@ class ManagedNode(LifecycleNode):
         super().__init__(self.node_name, **options)
         self.active = self._starting = False
         self.failure: InputError | None = None
+        self._less_is_offered: list[tuple[Topic, Callable[[Any], None]]] = []
         self._owned: list[tuple[Callable[[Any], Any], Any]] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.specs = (AUTOSTART, *self.parameters)
         self.values = declare(self, self.specs)
+        self.sim_time = bool(self.get_parameter('use_sim_time').value)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
 
@@ -107,11 +111,41 @@ class ManagedNode(LifecycleNode):
         return publisher
 
     def listen(self, topic: Topic, callback: Callable[[Any], None], every: bool = False) -> Any:
-        """Return a subscription to `topic`: to its newest message, or to `every` one."""
-        subscription = self.create_subscription(
-            message_class(topic.type), topic.name, callback, subscription_qos(topic, every))
+        """Return a subscription to `topic`: to its newest message, or to `every` one.
+
+        To hear every message it asks for reliable ones; once somebody offers less, it says so
+        and takes what there is.
+        """
+        kind, qos = message_class(topic.type), subscription_qos(topic, every)
+        events = None
+        if qos.reliability == ReliabilityPolicy.RELIABLE:
+            events = SubscriptionEventCallbacks(
+                incompatible_qos=lambda event: self._less_is_offered.append((topic, callback)))
+        subscription = self.create_subscription(kind, topic.name, callback, qos,
+                                                event_callbacks=events)
         self._owned.append((self.destroy_subscription, subscription))
         return subscription
+
+    def settle_for_less(self) -> None:
+        """Read best effort what somebody offers no better; called between two callbacks."""
+        while self._less_is_offered:
+            topic, callback = self._less_is_offered.pop()
+            mine = [entry for entry in self._owned if getattr(entry[1], 'callback', None)
+                    is callback and entry[1].qos_profile.reliability
+                    == ReliabilityPolicy.RELIABLE]
+            if not mine:
+                continue
+            self.get_logger().warning(
+                f'somebody publishes {topic.name} with a QoS that promises less (best effort, as '
+                'SensorDataQoS and micro-ROS do): it is read best effort too; samples may be '
+                'lost')
+            subscription = self.create_subscription(
+                message_class(topic.type), topic.name, callback, QoSProfile(
+                    history=HistoryPolicy.KEEP_LAST, depth=mine[0][1].qos_profile.depth,
+                    reliability=ReliabilityPolicy.BEST_EFFORT))
+            self._owned.remove(mine[0])
+            self.destroy_subscription(mine[0][1])
+            self._owned.append((self.destroy_subscription, subscription))
 
     def every(self, period: float, callback: Callable[[], None]) -> Any:
         """Return a timer on the steady clock: no jump of the time of day reaches it [s]."""
@@ -137,13 +171,15 @@ class ManagedNode(LifecycleNode):
     # Transitions.
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Configure; on failure stay unconfigured and say why in one line."""
+        """Configure; on failure stay unconfigured, keep nothing, and say why in one line."""
         try:
             self.configure(self.values)
-        except InputError as error:
-            self.failure = error
+        except Exception as error:   # whatever it is, a lifecycle manager may try again
+            self._give_back()
+            self.failure = error if isinstance(error, InputError) else InputError(
+                f'could not be configured: {type(error).__name__}: {error}')
             if not self._starting:   # at the start `run` prints it
-                self.get_logger().error(str(error))
+                self.get_logger().error(str(self.failure))
             return TransitionCallbackReturn.FAILURE
         return super().on_configure(state)
 
@@ -152,7 +188,15 @@ class ManagedNode(LifecycleNode):
         result = super().on_activate(state)
         if result == TransitionCallbackReturn.SUCCESS:
             self.active = True
-            self.start()
+            try:
+                self.start()
+            except Exception as error:   # rclpy would swallow it
+                self.active = False
+                self.failure = InputError(
+                    f'could not be activated: {type(error).__name__}: {error}')
+                self.get_logger().error(str(self.failure))
+                super().on_deactivate(state)
+                return TransitionCallbackReturn.FAILURE
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -177,11 +221,17 @@ class ManagedNode(LifecycleNode):
 
     def _give_back(self) -> None:
         self.close()
-        for destroy, entity in self._owned:
+        while self._owned:
+            destroy, entity = self._owned.pop()
             destroy(entity)
-        self._owned.clear()
+        self._less_is_offered.clear()
 
     def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
+        for change in changes:
+            # Time itself, and with it the age of all that comes, must not change under way.
+            if change.name == 'use_sim_time' and change.value != self.sim_time:
+                return SetParametersResult(successful=False, reason='use_sim_time is set at the '
+                                           'start; restart the node to change it')
         try:
             self.validate(values_with(self.values, self.specs, changes))
         except InputError as error:
@@ -236,6 +286,8 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         while not stopped:
             executor.spin_once(timeout_sec=node.poll_period)
             node.poll()
+            if node._less_is_offered:
+                node.settle_for_less()
         end = time.monotonic() + LONGEST_FINISH
         while node.finishing() and time.monotonic() < end:
             pause = time.monotonic() + 0.1

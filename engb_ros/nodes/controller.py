@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from math import inf
+from math import inf, isfinite
 import sys
 from time import monotonic, time_ns
 from typing import Any
@@ -16,25 +16,33 @@ from std_msgs.msg import Float64, String, UInt32, UInt64
 from engb_core.control.brake_controller import BrakeController
 from engb_core.control.brake_settings import ControllerSettings
 from engb_core.control.causes import Cause
+from engb_core.control.claims import CLAIM_PERIOD, ControllerClaims
+from engb_core.control.clamp_force import read_mechanism
+from engb_core.control.command_arbiter import Command
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.controller_parameters import controller_settings, PARAMETERS
 from engb_ros.nodes.diagnostics import controller_status, DiagnosticMessage
-from engb_ros.nodes.messages import joint_sample, JointMessage, Scalar, StampClock
+from engb_ros.nodes.messages import (
+    CLAMP,
+    joint_sample,
+    JointMessage,
+    Scalar,
+    StampClock,
+    stamped_command,
+)
+from engb_ros.nodes.model_door import ModelDoor
 
 __all__ = ['ControllerNode', 'main']
-
-# How often the graph is searched for another controller [s].
-_LOOK = 0.5
 
 # From the first joint state on a controller is silent for so long, to hear whether another is
 # there: who hears the drive has been discovered, and hears the other one too [s].
 _PROBATION = 0.5
 
-# Of a stranger that says nothing of itself, who was alone for so long was here first [s].
-_ALONE = 1.0
+# The source of stamped commands that name none.
+UNNAMED = '(unnamed)'
 
 # The last command is given so long to arrive [s].
 _LAST_WORD = 0.3
@@ -52,6 +60,7 @@ class ControllerNode(ManagedNode):
     def configure(self, values: dict[str, Any]) -> None:
         """Build the controller and its endpoints."""
         model = Model.read(values['model']) if values['model'] else Model()
+        self._mechanism = (read_mechanism(values['mechanism']) if values['mechanism'] else None)
         self._controller = BrakeController(model, self._settings(values))
         self._joint = model.joint.name
         self._stamps = StampClock()
@@ -67,9 +76,10 @@ class ControllerNode(ManagedNode):
         self._told: tuple[Any, int] | None = None
         self._activation = 0
         self._speak_at, self._look_at = inf, 0.0
-        self._other_activations: set[int] = set()
-        self._other_present = False
-        self._alone_since = inf
+        self._claims = ControllerClaims()
+        self._spoke = False
+        self._standby = values['standby']
+        self._heard_torque, self._heard_at = 0.0, inf
         self._effort_publisher = self.advertise(interface.EFFORT_COMMAND)
         self._publish_effort = self._effort_publisher.publish
         self._publish_reference = self.advertise(interface.REFERENCE).publish
@@ -81,43 +91,63 @@ class ControllerNode(ManagedNode):
         self._publish_activation = self.advertise(interface.CONTROLLER_ACTIVATION).publish
         self.listen(interface.CONTROLLER_ACTIVATION, self._on_activation)
         self._publish_diagnostics = self.advertise(interface.DIAGNOSTICS).publish
-        self.listen(interface.POSITION_COMMAND, self._on_position_command)
-        self.listen(interface.CLAMP_FORCE_COMMAND, self._on_force_command)
+        self._command_topics = [
+            self.listen(topic, callback).topic_name for topic, callback in (
+                (interface.POSITION_COMMAND, self._on_position_command),
+                (interface.CLAMP_FORCE_COMMAND, self._on_force_command))]
+        self.listen(interface.POSITION_COMMAND_STAMPED, self._on_position_command_stamped)
+        self.listen(interface.CLAMP_FORCE_COMMAND_STAMPED, self._on_force_command_stamped)
+        self.listen(interface.DRIVE_STATE, self._on_drive_state)
+        if self._standby:
+            self.listen(interface.EFFORT_COMMAND, self._on_torque_of_another)
         self.listen(interface.DISC_SPEED, self._on_disc_speed)
         if values['observer_timeout'] > 0.0:
             self.listen(interface.DISTURBANCE, self._on_disturbance)
-        self.listen(interface.JOINT_STATES, self._on_joint_states)
+        joint_states = self.listen(interface.JOINT_STATES, self._on_joint_states)
+        # Names as they are after remapping: the graph knows no others.
+        self._effort_topic = self._effort_publisher.topic_name
+        self._joint_topic = joint_states.topic_name
         self.serve(interface.START_REFERENCE, self._start_reference)
         self.serve(interface.CLEAR_FAULTS, self._clear_faults)
-        self.serve(interface.ACCEPT_MODEL, self._accept_model)
+        self._door = ModelDoor(self, self._controller, lambda: self.values['candidate_model'])
         self.poll_period = _watch_period(values)
-        self.every(_LOOK, self._look_for_others)
+        self.every(CLAIM_PERIOD, self._look_for_others)
         self.every(values['diagnostics_period'], self._diagnose)
 
     def validate(self, values: dict[str, Any]) -> None:
         """Check the settings together."""
-        controller_settings(values)
+        controller_settings(values, getattr(self, '_mechanism', None))
 
     def reconfigure(self, values: dict[str, Any]) -> None:
         """Take up new settings without a jump of the torque."""
         if hasattr(self, '_controller'):
             self._controller.apply(self._settings(values))
-            self.poll_period = _watch_period(values)
+
+    def close(self) -> None:
+        """End the thread that reads models."""
+        door = self.__dict__.pop('_door', None)
+        if door is not None:
+            door.close()
 
     def _settings(self, values: dict[str, Any]) -> ControllerSettings:
-        if self.get_parameter('use_sim_time').value:
+        if self.sim_time:
             # Simulated time may stand still, or be slow: joint states have no age then.
             values = {**values, 'state_timeout': 0.0}
-        return controller_settings(values)
+        return controller_settings(values, self._mechanism)
 
     def start(self) -> None:
         """Begin at the position where the motor stands, unless someone else drives it."""
-        self._controller.start(monotonic())
-        self._activation = time_ns()
-        self._speak_at = self._alone_since = inf
-        self._other_activations.clear()
-        self._other_present = False
-        self._publish_activation(UInt64(data=self._activation))
+        now = monotonic()
+        self._controller.start(now)
+        self._claims.start(now, time_ns())
+        self._speak_at, self._spoke = inf, False
+        self._controller.silent = self._standby
+        self._heard_at = now
+        if not self._standby:
+            self._claim()
+        if self._controller.supervisor.holds(Cause.NOT_WATCHED):
+            self.get_logger().warning('the age of joint states or commands is not watched '
+                                      '(state_timeout, command_timeout, use_sim_time)')
         self._look_for_others()
         self._tell()
 
@@ -141,29 +171,43 @@ class ControllerNode(ManagedNode):
                                                          if left & cause))
         return 'cleared; the position is held until a new command comes'
 
-    def _accept_model(self) -> str:
-        path = self.values['candidate_model']
-        if not path:
-            raise InputError('parameter candidate_model is empty; set it to the model file to '
-                             'accept')
-        self._controller.accept_model(Model.read(path))
-        self.get_logger().info(f'model {path} accepted')
-        return f'{path} is in use'
-
     # Messages and timers.
 
     def _on_position_command(self, message: Float64) -> None:
-        now = monotonic()
-        if self.active and now >= self._speak_at:
-            self._controller.on_position_command(now, message.data)
+        self._command(Command(message.data))
 
     def _on_force_command(self, message: Float64) -> None:
+        self._command(Command(message.data, by_force=True))
+
+    def _on_position_command_stamped(self, message: JointState) -> None:
+        self._stamped(message, self._joint, False)
+
+    def _on_force_command_stamped(self, message: JointState) -> None:
+        self._stamped(message, CLAMP, True)
+
+    def _stamped(self, message: JointState, entry: str, by_force: bool) -> None:
+        command = stamped_command(message, entry, by_force)
+        if command is None:
+            return
+        age = 1e-9 * (self.get_clock().now().nanoseconds - command.stamp)
+        self._command(Command(command.value, by_force, command.source or UNNAMED, command.stamp,
+                              age, command.counter))
+
+    def _command(self, command: Command) -> None:
         now = monotonic()
         if self.active and now >= self._speak_at:
-            self._controller.on_force_command(now, message.data)
+            self._controller.on_command(now, command)
+
+    def _on_drive_state(self, message: String) -> None:
+        if self.active:
+            self._controller.on_drive_state(monotonic(), message.data)
+
+    def _on_torque_of_another(self, message: Float64) -> None:
+        if self._controller.silent and isfinite(message.data):
+            self._heard_torque, self._heard_at = message.data, monotonic()
 
     def _on_disc_speed(self, message: Float64) -> None:
-        self._controller.on_disc_speed(message.data)
+        self._controller.on_disc_speed(monotonic(), message.data)
 
     def _on_disturbance(self, message: Float64) -> None:
         self._controller.on_disturbance(monotonic(), message.data)
@@ -182,7 +226,10 @@ class ControllerNode(ManagedNode):
         stamp = message.header.stamp
         torque = controller.on_state(now, self._stamps.seconds(stamp), *sample)
         if torque is None:
+            if self._standby and controller.silent:
+                self._maybe_take_over(now)
             return
+        self._spoke = True
         self._publish_effort(self._scalar.fill(torque))
         self._count = count = self._count + 1
         if self._reference_every and count % self._reference_every == 0:
@@ -194,9 +241,15 @@ class ControllerNode(ManagedNode):
         if self._report_every and count % self._report_every == 0:
             self._send_report(stamp)
 
+    def _door_look(self) -> None:
+        door = self.__dict__.get('_door')
+        if door is not None:
+            door.look()
+
     def poll(self) -> None:
         """Let the watchdogs look; say so if the state has changed."""
         now = monotonic()
+        self._door_look()
         if not self.active or now < self._look_at:
             return
         self._look_at = now + self.poll_period
@@ -208,26 +261,40 @@ class ControllerNode(ManagedNode):
             self._tell()
 
     def _on_activation(self, message: UInt64) -> None:
-        if self.active and message.data != self._activation:
-            self._other_activations.add(message.data)
-            self._look_for_others()
+        if self.active:
+            self._claims.hear(monotonic(), message.data)
+
+    def _claim(self) -> None:
+        """Say that this controller drives the brake; who has a fault makes no claim."""
+        self._publish_activation(UInt64(data=self._claims.own))
 
     def _look_for_others(self) -> None:
         if not self.active:
             return
-        now = monotonic()
-        present = self.count_publishers(interface.EFFORT_COMMAND.name) > 1
-        if self._other_present and not present:
-            self._other_activations.clear()   # it has gone
-        self._other_present = present
-        if not present and self._speak_at < inf:
-            self._alone_since = min(self._alone_since, now)
-        # Its activation may be heard before its publisher is discovered, or after.
-        if self._other_activations:
-            was_first = self._activation < min(self._other_activations)
-        else:
-            was_first = now - self._alone_since > _ALONE
-        self._controller.on_other_controller(now, present, was_first)
+        now, controller, count = monotonic(), self._controller, self.count_publishers
+        supervisor = controller.supervisor
+        supervisor.commands.rivals = max(count(topic) for topic in self._command_topics) > 1
+        supervisor.set(Cause.OTHER_DRIVE, count(self._joint_topic) > 1, now)
+        if controller.silent and self._standby:
+            return   # it hears the other one, and whether it falls silent
+        faulty = bool(supervisor.latched & ~Cause.OTHER_CONTROLLER)
+        present, was_first = self._claims.judge(
+            now, count(self._effort_topic), self._spoke, faulty)
+        controller.on_other_controller(now, present, was_first, latch=not self._standby)
+        if controller.silent:
+            self._heard_at, self._spoke = now, False
+        elif not supervisor.faults:
+            self._claim()
+
+    def _maybe_take_over(self, now: float) -> None:
+        """Speak if the one who spoke has fallen silent, and nobody else claims to."""
+        if (now - self._heard_at <= self.values['takeover_time']
+                or self._controller.supervisor.faults):
+            return
+        self._claims.take_over(time_ns())
+        self._controller.take_over(now, self._heard_torque)
+        self._claim()
+        self.get_logger().warning('the other controller fell silent: this one takes over')
 
     # Telling.
 

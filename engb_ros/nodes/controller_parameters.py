@@ -6,12 +6,13 @@ import math
 from typing import Any
 
 from engb_core.control.brake_settings import ControllerSettings, ForceSettings
-from engb_core.control.clamp_force import read_mechanism
+from engb_core.control.causes import CAUSES, Stop, STOPPING
 from engb_core.control.loop import LoopSettings
 from engb_core.control.pid import ANTIWINDUP_STRATEGIES, PidGains
 from engb_core.control.reference import REFERENCES, ReferenceSettings
 from engb_core.control.supervisor_settings import STALE_ACTIONS, SupervisorSettings
 from engb_core.errors import InputError
+from engb_core.kinematics import Mechanism
 from engb_ros.nodes.parameters import ParameterSpec
 
 __all__ = ['PARAMETERS', 'controller_settings']
@@ -22,10 +23,10 @@ _LOOP = (
     ParameterSpec('i', 1.5, 'integral gain', 'N·m/(rad·s)', 0.0, 1e4, live=True),
     ParameterSpec('d', 0.006, 'derivative gain, on the measured velocity', 'N·m·s/rad', 0.0, 1e2,
                   live=True),
-    ParameterSpec('u_clamp_max', 0.75, 'highest torque of the loop', 'N·m', 0.0, 1e3, live=True),
-    ParameterSpec('u_clamp_min', -0.75, 'lowest torque of the loop', 'N·m', -1e3, 0.0, live=True),
-    ParameterSpec('i_clamp_max', 0.5, 'highest integral part', 'N·m', 0.0, 1e3, live=True),
-    ParameterSpec('i_clamp_min', -0.5, 'lowest integral part', 'N·m', -1e3, 0.0, live=True),
+    ParameterSpec('u_clamp_max', 0.75, 'highest torque of the loop', 'N·m', 1e-3, 1e3),
+    ParameterSpec('u_clamp_min', -0.75, 'lowest torque of the loop', 'N·m', -1e3, 0.0),
+    ParameterSpec('i_clamp_max', 0.5, 'highest integral part', 'N·m', 0.0, 1e3),
+    ParameterSpec('i_clamp_min', -0.5, 'lowest integral part', 'N·m', -1e3, 0.0),
     ParameterSpec('antiwindup_strategy', 'back_calculation', 'what keeps the integral part from '
                   'winding up', choices=ANTIWINDUP_STRATEGIES, live=True),
     ParameterSpec('tracking_time_constant', 0.0, 'of the back-calculation; 0: chosen from the '
@@ -76,34 +77,56 @@ _FORCE = (
                   'none', '-', 0.0, 1.0),
     ParameterSpec('running_clearance', 2.0, 'how far the released motor stands before contact',
                   'rad', 0.0, 1e3, live=True),
-    ParameterSpec('force_max', 9000.0, 'highest force command', 'N', 0.0, 1e6, live=True),
-    ParameterSpec('position_min', -5.0, 'lowest position command', 'rad', -1e4, 1e4, live=True),
-    ParameterSpec('position_max', 40.0, 'highest position command', 'rad', -1e4, 1e4, live=True),
+    ParameterSpec('force_max', 9000.0, 'highest force command', 'N', 0.0, 1e6),
+    ParameterSpec('position_min', -5.0, 'lowest position command', 'rad', -1e4, 1e4),
+    ParameterSpec('position_max', 40.0, 'highest position command', 'rad', -1e4, 1e4),
 )
 
+# Nothing here is live: who can switch off a watchdog while a brake is applied can do it silently.
 _SUPERVISION = (
     ParameterSpec('command_timeout', 0.25, 'a command older than this is stale; 0: never', 's',
-                  0.0, 100.0, live=True),
+                  0.0, 100.0),
     ParameterSpec('state_timeout', 0.1, 'a joint state older than this is stale; 0: never, as '
-                  'with use_sim_time', 's', 0.0, 10.0, live=True),
+                  'with use_sim_time', 's', 0.0, 10.0),
     ParameterSpec('observer_timeout', 0.0, 'a disturbance older than this is stale; 0: not '
                   'watched', 's', 0.0, 10.0),
+    ParameterSpec('disc_speed_timeout', 0.5, 'a disc speed older than this is stale, once one '
+                  'came; 0: never', 's', 0.0, 100.0),
     ParameterSpec('stale_action', 'hold', 'what the set-point does when commands are stale',
-                  choices=STALE_ACTIONS, live=True),
+                  choices=STALE_ACTIONS),
     ParameterSpec('stale_value', 0.0, 'for stale_action:=ramp_to_value: N if forces were '
-                  'commanded, else rad', '', -1e4, 1e6, live=True),
-    ParameterSpec('largest_command_step', 0.0, 'commands that differ more from the last are not '
-                  'taken; 0: any', 'rad or N', 0.0, 1e6, live=True),
+                  'commanded, else rad', '', -1e4, 1e6),
+    ParameterSpec('command_source', '', 'the only source whose commands are obeyed, by the '
+                  'frame_id of its stamped commands; empty: whoever comes first'),
+    ParameterSpec('largest_command_step', 0.0, 'larger steps between two position commands are '
+                  'told; 0: none', 'rad', 0.0, 1e6),
+    ParameterSpec('largest_force_step', 0.0, 'larger steps between two force commands are told; '
+                  '0: none', 'N', 0.0, 1e6),
     ParameterSpec('largest_speed', 400.0, 'angles that moved faster are not believed', 'rad/s',
-                  1.0, 1e5, live=True),
-    ParameterSpec('largest_error', 2.0, 'a larger tracking error is told', 'rad', 0.001, 1e4,
-                  live=True),
-    ParameterSpec('error_time', 0.3, 'if it lasts so long', 's', 0.0, 100.0, live=True),
-    ParameterSpec('effort_limit', 0.75, 'final clamp of the torque', 'N·m', 1e-3, 1e3, live=True),
-    ParameterSpec('effort_rate', 1000.0, 'final clamp of its slew rate', 'N·m/s', 0.1, 1e6,
-                  live=True),
-    ParameterSpec('ramp_time', 0.2, 'from full torque to none in a fault', 's', 1e-3, 10.0,
-                  live=True),
+                  1.0, 1e5),
+    ParameterSpec('jump_time', 0.05, 'an angle that jumped and stays for so long is lost', 's',
+                  0.0, 10.0),
+    ParameterSpec('largest_error', 2.0, 'a larger tracking error is told; the angle may leave its '
+                  'range by so much', 'rad', 0.001, 1e4),
+    ParameterSpec('error_time', 0.3, 'if the tracking error lasts so long', 's', 0.0, 100.0),
+    ParameterSpec('drive_tolerance', 0.15, 'the measured torque may be off by so much from what '
+                  'is asked; 0: not watched', 'N·m', 0.0, 1e3),
+    ParameterSpec('drive_time', 0.1, 'of the mean that is held against it', 's', 1e-3, 10.0),
+    ParameterSpec('drive_delay', 0.05, 'the measured torque may lag so far behind', 's', 1e-3,
+                  10.0),
+    ParameterSpec('seized_time', 1.0, 'the shaft may stand at full torque for so long; 0: not '
+                  'watched', 's', 0.0, 100.0),
+    ParameterSpec('effort_limit', 0.75, 'final clamp of the torque', 'N·m', 1e-3, 1e3),
+    ParameterSpec('effort_rate', 1000.0, 'final clamp of its slew rate', 'N·m/s', 0.1, 1e6),
+    ParameterSpec('ramp_time', 0.2, 'from full torque to none in a fault', 's', 1e-3, 10.0),
+    *(ParameterSpec(f'stop_{cause.word}', CAUSES[cause].stops[0].value,
+                    f'what becomes of the torque in this fault: {CAUSES[cause].reason}',
+                    choices=tuple(stop.value for stop in CAUSES[cause].stops))
+      for cause in STOPPING),
+    ParameterSpec('standby', False, 'stay silent beside another controller, and take over when '
+                  'it falls silent'),
+    ParameterSpec('takeover_time', 0.05, 'the other one may be silent for so long; keep it below '
+                  'the drive\'s command_timeout', 's', 0.005, 10.0),
     ParameterSpec('candidate_model', '', 'model file that service ~/accept_model takes',
                   live=True),
 )
@@ -120,12 +143,17 @@ _OUTPUT = (
 PARAMETERS = _LOOP + _REFERENCE + _FORCE + _SUPERVISION + _OUTPUT
 
 
-def controller_settings(values: dict[str, Any]) -> ControllerSettings:
-    """Return the core's settings from parameter values; InputError where they don't fit."""
+def controller_settings(values: dict[str, Any],
+                        mechanism: Mechanism | None) -> ControllerSettings:
+    """Return the core's settings from parameter values; InputError where they don't fit.
+
+    Args:
+        values: of the parameters.
+        mechanism: of the file that they name, read once; None: no forces.
+    """
     force = None
-    if values['mechanism']:
-        force = ForceSettings(read_mechanism(values['mechanism']), values['pad_friction'],
-                              values['running_clearance'])
+    if mechanism is not None:
+        force = ForceSettings(mechanism, values['pad_friction'], values['running_clearance'])
     if not values['position_min'] < values['position_max']:
         raise InputError('parameter position_min must be below position_max')
     return ControllerSettings(
@@ -158,5 +186,7 @@ def _reference(values: dict[str, Any]) -> ReferenceSettings:
 def _supervision(values: dict[str, Any]) -> SupervisorSettings:
     names = {name: values[name] for name in SupervisorSettings.__dataclass_fields__
              if name in values}
-    names['largest_command_step'] = values['largest_command_step'] or math.inf
+    for name in ('largest_command_step', 'largest_force_step'):
+        names[name] = values[name] or math.inf
+    names['stops'] = {cause: Stop(values[f'stop_{cause.word}']) for cause in STOPPING}
     return SupervisorSettings(**names)

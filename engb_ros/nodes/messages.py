@@ -14,10 +14,13 @@ from std_msgs.msg import Float64
 
 from engb_ros.interface import Topic
 
-__all__ = ['JointMessage', 'JointSample', 'Scalar', 'StampClock', 'joint_sample', 'message_class',
-           'publisher_qos', 'subscription_qos']
+__all__ = ['CLAMP', 'JointMessage', 'JointSample', 'Scalar', 'StampClock', 'StampedCommand',
+           'joint_sample', 'message_class', 'publisher_qos', 'stamped_command', 'subscription_qos']
 
 _NAN = math.nan
+
+# A source's name is cut to this: nobody shall fill the memory.
+_LONGEST_NAME = 64
 
 # How much a publisher keeps for those who are late: Fast DDS repairs what a busy computer lost at
 # its next heartbeat, up to 3 s later, and a recorder must get it then, at 1 kHz, too. A drive must
@@ -47,9 +50,10 @@ def subscription_qos(topic: Topic, every: bool = False) -> QoSProfile:
     if every:
         return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=_DEPTH['state'],
                           reliability=ReliabilityPolicy.RELIABLE)
+    # Best effort hears reliable publishers too, and SensorDataQoS and micro-ROS as well; what was
+    # lost would come again too late to be of use.
     return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1,
-                      reliability=(ReliabilityPolicy.BEST_EFFORT if topic.kind == 'command'
-                                   else ReliabilityPolicy.RELIABLE))
+                      reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class JointSample(NamedTuple):
@@ -78,6 +82,34 @@ def joint_sample(message: JointState, joint: str) -> JointSample | None:
         position[index],
         velocity[index] if index < len(velocity) else _NAN,
         effort[index] if index < len(effort) else _NAN)
+
+
+class StampedCommand(NamedTuple):
+    """What a stamped command asks for: value, source, stamp [ns], and counter or None."""
+
+    value: float
+    source: str
+    stamp: int
+    counter: int | None
+
+
+# The entries of a stamped command beside the joint's.
+COUNTER = 'counter'
+CLAMP = 'clamp'
+
+
+def stamped_command(message: JointState, entry: str, by_force: bool) -> StampedCommand | None:
+    """Return what a stamped command says of `entry`; None where it says nothing of it."""
+    values = message.effort if by_force else message.position
+    named = dict(zip(message.name, values, strict=False))
+    if entry not in named:
+        return None
+    counter = named.get(COUNTER)
+    stamp = message.header.stamp
+    return StampedCommand(
+        named[entry], message.header.frame_id[:_LONGEST_NAME],
+        stamp.sec * 1_000_000_000 + stamp.nanosec,
+        int(counter) if counter is not None and math.isfinite(counter) else None)
 
 
 class StampClock:

@@ -21,12 +21,13 @@ class Bench:
     """A controller fed by hand, with its clock."""
 
     def __init__(self, **options):
-        options = {'supervisor': LIMITS, 'position_max': 36.0, **options}
+        options = {'supervisor': LIMITS, 'position_max': 36.0, 'force': FORCE, **options}
         self.controller = BrakeController(BRAKE, ControllerSettings(
-            LoopSettings(GAINS), force=FORCE, **options))
+            LoopSettings(GAINS), **options))
         self.now = 100.0
         self.controller.start(self.now)
         self.position = 5.0
+        self.effort = 0.0   # an obedient drive gives what it was asked for last
 
     def state(self, count=1, **given):
         """Feed joint states and return the last torque."""
@@ -34,8 +35,9 @@ class Bench:
         for _ in range(count):
             self.now += DT
             sample = {'stamp': self.now, 'position': self.position, 'velocity': 0.0,
-                      'effort': 0.0, **given}
+                      'effort': self.effort, **given}
             torque = self.controller.on_state(self.now, **sample)
+            self.effort = self.effort if torque is None else torque
         return torque
 
     def commanded(self, value=6.0):

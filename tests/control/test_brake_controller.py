@@ -31,7 +31,6 @@ def braking(forces, effects=(), disc=0.0, hold=1.0, settings=SETTINGS):
                          disc_speed=Profile([0.0], [disc], 'disc_speed'))
     controller = BrakeController(BRAKE, settings)
     controller.start(0.0)
-    controller.on_disc_speed(disc)
     ends, now = [], 0.0
     for force in forces:
         for index in range(round(hold * 1000)):
@@ -39,6 +38,7 @@ def braking(forces, effects=(), disc=0.0, hold=1.0, settings=SETTINGS):
             now = measured.time
             if index % 20 == 0 and index:
                 assert controller.on_force_command(now, force)
+                controller.on_disc_speed(now, disc)
             torque = controller.on_state(now, now, *measured[1:4])
             brake.command(torque)
         ends.append((MAP.force_of_angle(brake.plant.position - shift),

@@ -36,8 +36,11 @@ def test_the_range_of_positions(state, lowest, highest):
         taken = bench.controller.on_position_command(bench.now, inside)
         assert taken is (state is not State.FAULT)
     before = bench.supervisor.counts[Cause.COMMAND_OUT_OF_RANGE]
-    for outside in (lowest - 1e-6, highest + 1e-6):
-        assert not bench.controller.on_position_command(bench.now, outside)
+    for outside, end in ((highest + 1e-6, highest), (lowest - 1e-6, lowest)):
+        # Who asks too much is not silent: the range's end is what he gets.
+        taken = bench.controller.on_position_command(bench.now, outside)
+        assert taken is (state is not State.FAULT)
+        assert not taken or bench.controller.source.target == end
     assert bench.supervisor.counts[Cause.COMMAND_OUT_OF_RANGE] == before + 2
 
 
@@ -49,20 +52,26 @@ def test_the_range_of_forces(state, highest):
         taken = bench.controller.on_force_command(bench.now, inside)
         assert taken is (state is not State.FAULT)
     for outside in (-1e-6, highest + 1e-3):
-        assert not bench.controller.on_force_command(bench.now, outside)
+        taken = bench.controller.on_force_command(bench.now, outside)
+        assert taken is (state is not State.FAULT)
 
 
 @in_each_state
 @pytest.mark.parametrize('largest', [0.5, 3.0, 20.0])
 def test_the_step_of_a_command(state, largest):
-    bench = STATES[state](**faulty(largest_command_step=largest))
-    if state not in TRACKING:   # there is no last command to jump from
-        taken = bench.controller.on_position_command(bench.now, 30.0)
-        assert taken is (state is State.READY)
-        return
-    assert not bench.controller.on_position_command(bench.now, 6.0 + largest + 1e-6)
-    assert bench.controller.on_position_command(bench.now, 6.0 + largest)
-    assert not bench.controller.on_position_command(bench.now, 6.0 - 1e-6)
+    bench = STATES[state](position_min=-50.0, position_max=50.0,
+                          **faulty(largest_command_step=largest))
+    first = 6.0 if state is not State.READY else 30.0   # there no command came before
+    count = bench.supervisor.counts[Cause.COMMAND_JUMP]
+    taken = bench.controller.on_position_command(bench.now, first)
+    assert taken is (state is not State.FAULT)
+    bench.controller.on_position_command(bench.now, first + 0.99 * largest)
+    bench.controller.on_position_command(bench.now, first)
+    assert bench.supervisor.counts[Cause.COMMAND_JUMP] == count
+    # It is told and followed: an emergency looks like this.
+    taken = bench.controller.on_position_command(bench.now, first - 1.01 * largest)
+    assert taken is (state is not State.FAULT)
+    assert bench.supervisor.counts[Cause.COMMAND_JUMP] == count + 1
 
 
 @in_each_state
@@ -83,7 +92,8 @@ def test_the_speed_of_an_angle(state, largest, sign):
 @pytest.mark.parametrize('limit', [0.01, 0.1, 0.5, 0.75])
 @pytest.mark.parametrize('rate', [0.5, 20.0, 1000.0])
 def test_the_final_clamp(state, limit, rate):
-    bench = STATES[state](**faulty(effort_limit=limit, effort_rate=rate))
+    bench = STATES[state](position_min=-100.0, position_max=100.0,
+                          **faulty(effort_limit=limit, effort_rate=rate))
     slowest = max(rate, limit / bench.controller.settings.supervisor.ramp_time)
     before = bench.controller.clamp.output
     for index in range(300):

@@ -22,8 +22,8 @@ def test_the_states_are_reached(state):
 @pytest.mark.parametrize('state', STATES, ids=lambda state: state.value)
 @pytest.mark.parametrize(('value', 'cause'), [
     (math.nan, Cause.COMMAND_NOT_FINITE), (math.inf, Cause.COMMAND_NOT_FINITE),
-    (-math.inf, Cause.COMMAND_NOT_FINITE), (36.01, Cause.COMMAND_OUT_OF_RANGE),
-    (-5.01, Cause.COMMAND_OUT_OF_RANGE), (1e300, Cause.COMMAND_OUT_OF_RANGE)])
+    (-math.inf, Cause.COMMAND_NOT_FINITE), (1e7, Cause.COMMAND_NOT_FINITE),
+    (1e300, Cause.COMMAND_NOT_FINITE)])
 def test_a_bad_position_command_is_not_taken_in_any_state(state, value, cause):
     bench = STATES[state]()
     before = bench.supervisor.counts[cause]
@@ -35,7 +35,7 @@ def test_a_bad_position_command_is_not_taken_in_any_state(state, value, cause):
 
 
 @pytest.mark.parametrize('state', STATES, ids=lambda state: state.value)
-@pytest.mark.parametrize('value', [math.nan, -1.0, 1e9, math.inf])
+@pytest.mark.parametrize('value', [math.nan, -1e9, 1e9, math.inf])
 def test_a_bad_force_command_is_not_taken_in_any_state(state, value):
     bench = STATES[state]()
     assert not bench.controller.on_force_command(bench.now, value)
@@ -57,11 +57,12 @@ def test_a_bad_joint_state_is_not_used_in_any_state(state, sample, cause):
     assert bench.controller.setpoint == setpoint
 
 
-def test_a_jump_of_the_command_is_not_taken():
+def test_a_jump_of_the_command_is_told_and_taken():
+    # An emergency looks like this.
     bench = in_enabled()
-    assert not bench.controller.on_position_command(bench.now, 6.0 + 20.1)
+    assert bench.controller.on_position_command(bench.now, 6.0 + 20.1)
     assert bench.supervisor.active(bench.now) & Cause.COMMAND_JUMP
-    assert bench.controller.on_position_command(bench.now, 6.0 + 19.9)
+    assert bench.controller.source.target == pytest.approx(26.1)
 
 
 def test_stale_commands_latch_and_hold_until_cleared():
@@ -200,7 +201,7 @@ def test_whatever_happens_the_torque_is_finite_within_limits_and_faults_stay(eve
         elif kind == 'force':
             controller.on_force_command(bench.now, *given_values)
         elif kind == 'disc':
-            controller.on_disc_speed(*given_values)
+            controller.on_disc_speed(bench.now, *given_values)
         elif kind == 'tick':
             bench.now += given_values[0]
             torque = controller.on_tick(bench.now)

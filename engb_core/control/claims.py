@@ -1,0 +1,89 @@
+"""Which of several controllers of one brake speaks: by claims that must be kept up."""
+
+from __future__ import annotations
+
+import math
+
+__all__ = ['CLAIM_PERIOD', 'ControllerClaims']
+
+# A healthy controller that speaks says so this often [s].
+CLAIM_PERIOD = 0.1
+
+# A claim that is not kept up is forgotten after this [s].
+_GONE = 0.5
+
+# Who speaks already yields only to a claim that has been kept up for so long [s], so often.
+_KEPT_UP, _OFTEN = 0.3, 3
+
+# Of a stranger that says nothing of itself, who was alone for so long was here first [s].
+_ALONE = 1.0
+
+# More claims at once than this are noise.
+_CLAIMS = 16
+
+
+class ControllerClaims:
+    """Hears the others' claims: each says since when its controller is active [ns].
+
+    Of two that claim, the later one yields. A claim counts while it is kept up, so no single
+    message silences anybody, nobody yields to one who is gone, and two can never yield to each
+    other: both compare the same two numbers.
+    """
+
+    def __init__(self) -> None:
+        self.start(0.0, 0)
+
+    def start(self, now: float, own: int) -> None:
+        """Begin with an own claim [ns]."""
+        self.own = own
+        self._heard: dict[int, list[float]] = {}   # first, last [s], how often
+        self._known: set[int] = set()
+        self._alone_since: float | None = None
+
+    def take_over(self, own: int) -> None:
+        """Claim anew, in the place of those heard so far; one word of them is enough to yield."""
+        self.own = own
+        self._known = set(self._heard)
+        self._heard.clear()
+        # The graph shows one who was killed for a while yet: only a claim counts against this.
+        self._alone_since = -math.inf
+
+    def hear(self, now: float, claim: int) -> None:
+        """Take somebody's claim."""
+        if claim == self.own:
+            return
+        entry = self._heard.get(claim)
+        if entry is not None and now - entry[1] <= _GONE:
+            entry[1], entry[2] = now, entry[2] + 1
+            return
+        self._heard = {name: times for name, times in self._heard.items()
+                       if now - times[1] <= _GONE}
+        if len(self._heard) < _CLAIMS:
+            self._heard[claim] = [now, now, 1]
+
+    def rivals(self, now: float, speaking: bool) -> list[int]:
+        """Return the claims that count now; for one who speaks only what was kept up."""
+        found = []
+        for claim, (first, last, often) in self._heard.items():
+            kept_up = often >= _OFTEN and last - first >= _KEPT_UP
+            if now - last <= _GONE and (kept_up or not speaking or claim in self._known):
+                found.append(claim)
+        return found
+
+    def judge(self, now: float, publishers: int, speaking: bool, faulty: bool,
+              ) -> tuple[bool, bool]:
+        """Return whether somebody else drives the brake, and whether this one was first.
+
+        Args:
+            now: steady clock [s].
+            publishers: of torque, this one included.
+            speaking: this one has sent torque already.
+            faulty: it has a fault: it yields to any healthy one.
+        """
+        present = publishers > 1
+        if not present and speaking and self._alone_since is None:
+            self._alone_since = now
+        rivals = self.rivals(now, speaking)
+        if rivals:
+            return present, not faulty and self.own < min(rivals)
+        return present, self._alone_since is not None and now - self._alone_since > _ALONE

@@ -1,0 +1,87 @@
+"""Of several controllers one speaks, whatever anybody claims."""
+
+from engb_core.control.claims import CLAIM_PERIOD, ControllerClaims
+
+
+def kept_up(claims, value, begin, seconds):
+    """Hear a claim again and again; return when the last one came."""
+    now = begin
+    while now < begin + seconds:
+        claims.hear(now, value)
+        now += CLAIM_PERIOD
+    return now - CLAIM_PERIOD
+
+
+def test_of_two_the_later_one_yields_and_never_both():
+    first, second = ControllerClaims(), ControllerClaims()
+    first.start(0.0, 100)
+    second.start(5.0, 200)
+    now = kept_up(first, 200, 5.0, 1.0)
+    kept_up(second, 100, 5.0, 1.0)
+    assert first.judge(now, 2, True, False) == (True, True)
+    assert second.judge(now, 2, False, False) == (True, False)
+
+
+def test_restarts_do_not_make_two_yield_to_each_other():
+    one, two = ControllerClaims(), ControllerClaims()
+    one.start(0.0, 10)
+    two.start(0.0, 20)
+    kept_up(one, 20, 0.0, 1.0)
+    kept_up(two, 10, 0.0, 1.0)
+    two.start(5.0, 30)
+    one.start(6.0, 40)
+    now = kept_up(one, 30, 6.0, 1.0)
+    kept_up(two, 40, 6.0, 1.0)
+    assert two.judge(now, 2, True, False) == (True, True)
+    assert one.judge(now, 2, False, False) == (True, False)
+
+
+def test_one_message_silences_nobody_who_speaks():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    claims.judge(0.1, 1, True, False)
+    claims.hear(5.0, 1)
+    assert claims.judge(5.01, 2, True, False) == (True, True)
+    assert claims.judge(5.01, 1, True, False)[0] is False
+
+
+def test_a_claim_that_is_not_kept_up_is_forgotten():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    now = kept_up(claims, 1, 0.0, 1.0)
+    assert claims.judge(now, 2, True, False) == (True, False)
+    assert not claims.rivals(now + 0.6, True)
+
+
+def test_who_has_a_fault_yields_to_the_healthy_one():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    now = kept_up(claims, 200, 0.0, 1.0)
+    assert claims.judge(now, 2, True, True) == (True, False)
+
+
+def test_of_a_stranger_without_a_claim_who_was_alone_for_long_was_first():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    assert claims.judge(0.1, 2, True, False) == (True, False)
+    claims.start(0.0, 100)
+    claims.judge(0.1, 1, True, False)
+    assert claims.judge(1.2, 2, True, False) == (True, True)
+
+
+def test_many_claims_do_not_fill_the_memory():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    for value in range(1000):
+        claims.hear(1.0 + 1e-3 * value, value)
+    assert len(claims._heard) <= 16
+
+
+def test_who_took_over_yields_to_a_word_of_the_one_before_but_not_to_its_shadow():
+    claims = ControllerClaims()
+    claims.start(0.0, 200)
+    now = kept_up(claims, 100, 0.0, 1.0)
+    claims.take_over(300)
+    assert claims.judge(now + 0.2, 2, True, False) == (True, True)
+    claims.hear(now + 0.3, 100)
+    assert claims.judge(now + 0.3, 2, True, False) == (True, False)

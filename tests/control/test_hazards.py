@@ -1,0 +1,456 @@
+"""Each way in which torque could be wrong, on the brake: what is done about it, and how soon."""
+
+from dataclasses import replace
+import math
+
+import pytest
+
+from control.supervised import Bench, BRAKE, FORCE, GAINS, in_enabled, LIMITS
+from engb_core.control.brake_controller import BrakeController
+from engb_core.control.brake_settings import ControllerSettings
+from engb_core.control.causes import Cause, State, Stop
+from engb_core.control.command_arbiter import Command
+from engb_core.control.loop import LoopSettings
+from engb_core.control.supervisor_settings import default_stops, SupervisorSettings
+from engb_core.errors import InputError
+from engb_core.model import Cogging, LoadTorque
+from engb_core.virtual_brake import DriveSettings, VirtualBrake
+
+DT = 0.001
+
+
+class Brake:
+    """A controller on the simulated brake, with what may lie between them."""
+
+    def __init__(self, model=BRAKE, **options):
+        self.brake = VirtualBrake(BRAKE, DriveSettings(rate=1.0 / DT))
+        options.setdefault('force', FORCE)
+        self.controller = BrakeController(model, ControllerSettings(
+            LoopSettings(GAINS), **{'position_max': 40.0, **options}))
+        self.now = 100.0
+        self.controller.start(self.now)
+        self.sent = 0.0
+        self.asked = None
+        self.offset = 0.0          # the encoder's
+        self.stamp = lambda now: now
+        self.link = lambda torque: torque
+        self.count = 0
+
+    def run(self, seconds):
+        """Let time pass; a command comes each 20 ms."""
+        for _ in range(round(seconds / DT)):
+            measured = self.brake.advance()
+            self.now += DT
+            self.count += 1
+            if self.asked is not None and self.count % 20 == 0:
+                self.controller.on_command(self.now, self.asked)
+            torque = self.controller.on_state(
+                self.now, self.stamp(self.now), measured.position + self.offset,
+                measured.velocity, measured.effort)
+            if torque is None:
+                torque = self.controller.on_tick(self.now)
+            if torque is not None:
+                self.sent = torque
+                given = self.link(torque)
+                if given is not None:
+                    self.brake.command(given)
+        return self
+
+    def at(self, angle):
+        self.asked = Command(angle)
+        self.run(0.8)
+        assert self.angle == pytest.approx(angle, abs=0.3)
+        assert self.state is State.ENABLED
+        return self
+
+    @property
+    def angle(self):
+        return self.brake.plant.position
+
+    @property
+    def state(self):
+        return self.controller.supervisor.state
+
+    def latched(self, cause):
+        return bool(self.controller.supervisor.latched & cause)
+
+    def until_no_torque(self, limit):
+        """Return after how long no torque is sent [s]."""
+        begin = self.now
+        while self.sent != 0.0:
+            self.run(DT)
+            assert self.now - begin < limit
+        return self.now - begin
+
+
+# Stamps.
+
+def test_stamps_that_stand_still_end_in_a_fault_without_torque():
+    brake = Brake().at(10.0)
+    stood = brake.now
+    brake.stamp = lambda now: min(now, stood)
+    assert brake.until_no_torque(0.35) < 0.1 + 0.2 + 0.01
+    assert brake.latched(Cause.STATE_STALE)
+    assert brake.controller.supervisor.active(brake.now) & Cause.STATE_REPEATED
+    brake.run(1.0)
+    assert -1.0 < brake.angle < 10.5   # it ran to −56 rad once
+
+
+def test_stamps_of_nought_are_told():
+    brake = Brake()
+    brake.stamp = lambda now: 0.0
+    brake.asked = Command(10.0)
+    brake.run(0.3)
+    assert brake.latched(Cause.STATE_STALE)
+
+
+@pytest.mark.parametrize('step', [-0.09, -0.02, -3600.0, 0.5, 3600.0])
+def test_a_clock_that_is_set_stops_nothing_and_is_told(step):
+    brake = Brake().at(10.0)
+    begin = brake.now
+    brake.stamp = lambda now: now + (step if now > begin else 0.0)
+    brake.asked = Command(20.0)
+    brake.run(0.02)
+    assert brake.controller.supervisor.counts[Cause.CLOCK_JUMP] == 1
+    before = brake.controller.setpoint.position
+    brake.run(0.02)
+    assert brake.controller.setpoint.position > before
+    brake.run(0.8)
+    assert brake.angle == pytest.approx(20.0, abs=0.3)
+    assert brake.state is State.ENABLED
+
+
+# The encoder.
+
+@pytest.mark.parametrize('jump', [-20.0, 5.0, 500.0])
+def test_an_angle_that_jumped_and_stays_is_never_believed_by_itself(jump):
+    brake = Brake().at(20.0)
+    brake.offset = jump
+    took = brake.until_no_torque(0.4)
+    assert took < 0.05 + 0.2 + 0.01
+    assert brake.latched(Cause.ANGLE_LOST)
+    brake.run(1.0)
+    assert brake.angle < 21.0   # it was driven to 40 rad once
+    if jump == 5.0:
+        assert not brake.controller.clear(brake.now)   # whoever clears it believes the new angle
+        brake.asked = None
+        brake.run(0.3)
+        assert brake.state is State.READY
+
+
+def test_a_short_glitch_of_the_angle_changes_nothing():
+    brake = Brake().at(20.0)
+    for jump in (-20.0, 300.0):
+        brake.offset = jump
+        brake.run(0.02)
+        brake.offset = 0.0
+        brake.run(0.1)
+        assert brake.state is State.ENABLED
+        assert brake.angle == pytest.approx(20.0, abs=0.5)
+
+
+def test_a_force_stays_through_a_jump_of_the_angle_until_the_torque_goes():
+    brake = Brake()
+    brake.asked = Command(3000.0, by_force=True)
+    brake.run(1.0)
+    before = brake.angle
+    brake.offset = -20.0
+    brake.run(1.0)
+    assert brake.latched(Cause.ANGLE_LOST)
+    assert brake.angle < before + 0.5   # 3000 N became 6329 N once
+
+
+def test_an_angle_out_of_its_range_is_a_fault():
+    brake = Brake(position_max=15.0).at(14.0)
+    brake.link = lambda torque: 0.75   # someone else pushes on
+    brake.run(0.5)
+    assert brake.latched(Cause.ANGLE_OUT_OF_RANGE | Cause.DRIVE_WRONG)
+    assert brake.sent == 0.0
+
+
+# Requests.
+
+def test_a_ramp_beyond_the_highest_force_does_not_lock_the_brake():
+    brake = Brake(force_max=6000.0)
+    for index in range(200):
+        brake.asked = Command(index * 40.0, by_force=True)
+        brake.run(0.02)
+    assert brake.state is State.ENABLED
+    assert brake.controller.supervisor.counts[Cause.COMMAND_OUT_OF_RANGE]
+    assert brake.controller.estimator.force == pytest.approx(6000.0, rel=0.05)
+    brake.asked = Command(0.0, by_force=True)
+    brake.run(0.8)
+    assert brake.controller.estimator.force == 0.0
+
+
+def test_a_saturated_request_does_not_live_on_when_its_source_falls_silent():
+    brake = Brake(force_max=6000.0)
+    brake.asked = Command(9500.0, by_force=True)
+    brake.run(1.0)
+    brake.asked = None
+    brake.run(0.3)
+    assert brake.latched(Cause.COMMAND_STALE)
+
+
+def test_after_stale_commands_a_lower_request_passes_but_not_a_single_one_nor_a_higher():
+    brake = Brake().at(20.0)
+    brake.asked = None
+    brake.run(0.4)
+    assert brake.latched(Cause.COMMAND_STALE)
+    assert not brake.controller.on_position_command(brake.now, 0.0)   # one message removes nothing
+    brake.run(0.5)
+    assert brake.angle == pytest.approx(20.0, abs=0.3)
+    brake.asked = Command(30.0)
+    brake.run(1.0)
+    assert brake.angle == pytest.approx(20.0, abs=0.3)
+    brake.asked = Command(3.0)
+    brake.run(1.0)
+    assert brake.angle == pytest.approx(3.0, abs=0.3)
+    assert brake.state is State.FAULT
+    assert not brake.controller.clear(brake.now)
+    brake.at(12.0)
+
+
+# Sources.
+
+def test_of_two_named_sources_the_first_is_obeyed_and_the_second_is_told():
+    brake = Brake()
+    for index in range(60):
+        brake.asked = Command(10.0, source='stack', stamp=index + 1, counter=index)
+        brake.run(0.02)
+        brake.controller.on_command(brake.now, Command(30.0, source='stranger', stamp=index + 1))
+    assert brake.angle == pytest.approx(10.0, abs=0.3)
+    assert brake.state is State.DEGRADED
+    assert brake.controller.supervisor.active(brake.now) & Cause.COMMAND_CONFLICT
+
+
+def test_a_second_source_takes_over_when_the_first_falls_silent():
+    brake = Brake()
+    for index in range(200):
+        if index < 60:
+            brake.controller.on_command(brake.now, Command(10.0, source='primary'))
+        brake.controller.on_command(brake.now, Command(12.0, source='standby'))
+        brake.run(0.02)
+    assert brake.angle == pytest.approx(12.0, abs=0.3)
+    assert not brake.controller.supervisor.faults
+
+
+def test_only_the_named_source_is_obeyed_where_one_is_named():
+    brake = Brake(supervisor=SupervisorSettings(command_source='stack'))
+    brake.asked = Command(10.0, source='stranger')
+    brake.run(0.5)
+    assert brake.state is State.READY
+    assert brake.controller.on_command(brake.now, Command(10.0, source='stack'))
+
+
+def test_two_sources_without_a_name_do_not_swing_the_brake():
+    brake = Brake().at(10.0)
+    brake.controller.supervisor.commands.rivals = True
+    angles = []
+    for index in range(100):
+        brake.controller.on_position_command(brake.now, 25.0 if index % 2 else 3.0)
+        brake.asked = None
+        brake.run(0.02)
+        angles.append(brake.angle)
+    assert max(angles[50:]) - min(angles[50:]) < 0.5   # it swung between both
+    assert brake.state is State.DEGRADED
+
+
+def test_late_and_repeated_commands_are_not_taken():
+    brake = Brake()
+    controller, now = brake.controller, brake.run(0.01).now
+    assert controller.on_command(now, Command(5.0, source='a', stamp=1000, counter=7))
+    for command, cause in (
+            (Command(9.0, source='a', stamp=1000, counter=8), Cause.COMMAND_REPEATED),
+            (Command(9.0, source='a', stamp=2000, counter=7), Cause.COMMAND_REPEATED),
+            (Command(9.0, source='a', stamp=2000, counter=8, age=0.3), Cause.COMMAND_LATE),
+            (Command(9.0, source='a', stamp=2000, counter=8, age=-0.3), Cause.COMMAND_LATE)):
+        assert not controller.on_command(now, command)
+        assert controller.supervisor.active(now) & cause
+    assert controller.on_command(now, Command(9.0, source='a', stamp=2000, counter=8))
+
+
+def test_many_names_do_not_fill_the_memory():
+    bench = Bench()
+    bench.state(3)
+    for index in range(1000):
+        bench.controller.on_command(bench.now, Command(5.0, source=f'name {index}'))
+    assert len(bench.supervisor.commands._sources) <= 16
+
+
+def test_a_force_without_a_mechanism_is_told():
+    bench = Bench(force=None)
+    bench.state(3)
+    assert not bench.controller.on_force_command(bench.now, 1000.0)
+    assert bench.supervisor.active(bench.now) & Cause.FORCE_NOT_CONFIGURED
+
+
+# The drive.
+
+def test_a_drive_that_lets_go_is_a_fault_and_finds_no_torque_when_it_comes_back():
+    brake = Brake().at(20.0)
+    brake.link = lambda torque: 0.0
+    brake.run(1.0)
+    assert brake.latched(Cause.DRIVE_OFF)
+    assert brake.sent == 0.0   # it wound up to full torque once
+    brake.link = lambda torque: torque
+    brake.run(1.0)
+    assert brake.sent == 0.0
+    assert not brake.controller.clear(brake.now)
+    brake.at(10.0)
+
+
+def test_a_weak_drive_degrades_and_nothing_winds_up():
+    brake = Brake().at(20.0)
+    brake.link = lambda torque: 0.4 * torque
+    brake.asked = Command(34.0)
+    brake.run(1.5)
+    assert brake.controller.supervisor.active(brake.now) & Cause.DRIVE_WEAK
+    assert brake.state is State.DEGRADED
+
+
+@pytest.mark.parametrize('link', [lambda torque: -torque - 0.3, lambda torque: 0.6])
+def test_a_drive_that_gives_another_torque_is_a_fault(link):
+    brake = Brake().at(20.0)
+    brake.link = link
+    brake.run(0.5)
+    assert brake.latched(Cause.DRIVE_WRONG)
+    assert brake.sent == 0.0
+
+
+def test_what_the_bridge_says_of_its_drive_counts():
+    for word, cause in (('refuses', Cause.DRIVE_OFF), ('holds_on', Cause.DRIVE_WRONG)):
+        brake = Brake().at(10.0)
+        brake.controller.on_drive_state(brake.now, word)
+        brake.run(0.3)
+        assert brake.latched(cause)
+        assert brake.controller.clear(brake.now) & cause
+        brake.controller.on_drive_state(brake.now, 'obeys')
+        assert not brake.controller.clear(brake.now)
+
+
+def test_a_seized_shaft_does_not_keep_full_torque():
+    bench = in_enabled(supervisor=replace(LIMITS, command_timeout=0.0))
+    bench.controller.on_position_command(bench.now, 30.0)
+    assert bench.state(300) == 0.5
+    bench.state(800)
+    assert bench.supervisor.latched & Cause.SHAFT_SEIZED
+    assert abs(bench.state(1500)) < 0.1
+
+
+def test_nothing_is_integrated_while_the_drive_is_short():
+    brake = Brake(supervisor=SupervisorSettings(drive_time=100.0)).at(20.0)
+    brake.link = lambda torque: 0.0
+    brake.run(0.15)
+    before = brake.controller.loop.pid.i_term
+    brake.run(0.5)
+    assert brake.controller.loop.pid.i_term == before
+
+
+# Models.
+
+def test_a_model_that_would_brake_otherwise_is_refused():
+    bench = in_enabled()
+    load = BRAKE.load_torque
+    for changes, told in (
+            ({'load_torque': replace(load, coefficients=tuple(
+                0.1 * value for value in load.coefficients))}, 'the load at'),
+            ({'load_torque': replace(load, contact_angle=14.0)}, 'contact begins'),
+            ({'load_torque': LoadTorque('sinusoid', amplitude=0.2)}, 'form'),
+            ({'motor': replace(BRAKE.motor, torque_constant=0.03)}, 'torque_constant'),
+            ({'cogging': (Cogging(1e308, 0.001),)}, 'order'),
+            ({'cogging': (Cogging(1.0, 1e-6),) * 3000}, 'harmonics'),
+            ({'load_torque': replace(load, coefficients=(0.0, 1e308, 1e308))}, 'finite')):
+        with pytest.raises(InputError, match=told):
+            bench.controller.accept_model(replace(BRAKE, **changes))
+    assert bench.controller.model is BRAKE
+    worn = replace(load, contact_angle=7.0, coefficients=tuple(
+        1.2 * value for value in load.coefficients))
+    bench.controller.accept_model(replace(BRAKE, load_torque=worn))
+
+
+def test_a_controller_does_not_start_with_a_model_that_has_no_torque():
+    with pytest.raises(InputError, match='order'):
+        Brake(replace(BRAKE, cogging=(Cogging(1e308, 0.001),)))
+
+
+# Stops.
+
+@pytest.mark.parametrize('stop', list(Stop))
+def test_the_stop_of_a_fault_is_chosen(stop):
+    stops = {**default_stops(), Cause.SHAFT_SEIZED: stop}
+    bench = in_enabled(supervisor=replace(LIMITS, command_timeout=0.0, stops=stops))
+    bench.controller.on_position_command(bench.now, 30.0)
+    bench.state(300)
+    while not bench.supervisor.latched & Cause.SHAFT_SEIZED:
+        before = bench.state()
+    after = bench.state(2)
+    if stop is Stop.RELEASE:
+        assert after == 0.0
+    elif stop is Stop.RAMP:
+        assert 0.0 < after < before
+        assert bench.state(110) == 0.0
+    else:
+        assert bench.controller.source.target == pytest.approx(bench.position)
+
+
+def test_a_torque_that_cannot_be_computed_is_a_fault_that_can_be_cleared():
+    bench = in_enabled()
+    good = bench.controller.loop.torques.torque
+    for broken in (lambda setpoint: math.nan, lambda setpoint: math.sin(math.inf)):
+        bench.controller.loop.torques.torque = broken
+        assert math.isfinite(bench.state())
+        assert bench.supervisor.latched & Cause.OUTPUT_NOT_FINITE
+        assert bench.state(200) == 0.0
+        bench.controller.loop.torques.torque = good
+        assert not bench.controller.clear(bench.now)
+        bench.commanded(6.0)
+        assert bench.supervisor.state is State.ENABLED
+
+
+# Live changes.
+
+@pytest.mark.parametrize('change', [
+    {'load_feedforward': False}, {'friction_feedforward': False}, {'cogging_feedforward': False},
+    {'disturbance_compensation': True}, {'disturbance_cutoff': 5.0}])
+def test_the_torque_does_not_jump_at_a_live_change(change):
+    brake = Brake().at(30.0)
+    controller = brake.controller
+    before = brake.sent
+    for settings in (replace(controller.settings.loop, **change), controller.settings.loop):
+        controller.apply(replace(controller.settings, loop=settings))
+        brake.run(DT)
+        assert brake.sent == pytest.approx(before, abs=0.02)   # 0.19 N·m once
+        before = brake.sent
+
+
+def test_clearing_a_healthy_brake_changes_nothing():
+    brake = Brake().at(30.0)
+    before = brake.sent
+    assert before > 0.1
+    assert not brake.controller.clear(brake.now)
+    brake.run(DT)
+    assert brake.sent == pytest.approx(before, abs=0.02)
+    assert brake.state is State.ENABLED
+
+
+def test_clearing_stale_commands_keeps_the_torque():
+    brake = Brake().at(30.0)
+    brake.asked = None
+    brake.run(0.4)
+    before = brake.sent
+    assert not brake.controller.clear(brake.now)
+    brake.run(DT)
+    assert brake.sent == pytest.approx(before, abs=0.02)
+    brake.run(0.5)
+    assert brake.angle == pytest.approx(30.0, abs=0.5)
+
+
+def test_a_disc_speed_that_nobody_tells_any_more_counts_as_none():
+    brake = Brake()
+    brake.controller.on_disc_speed(brake.now, 60.0)
+    brake.run(0.4)
+    assert not brake.controller.supervisor.holds(Cause.DISC_SPEED_STALE)
+    brake.run(0.2)
+    assert brake.controller.supervisor.holds(Cause.DISC_SPEED_STALE)
+    assert brake.controller.loop.torques.load_ratio == 1.0
