@@ -61,8 +61,8 @@ def node_command(
 ) -> list[str]:
     """Return the command line that starts a node of this package with this Python, or of any
     module: a name with a dot."""
-    module = executable if '.' in executable else f'engb_ros.nodes.{executable}'
-    command = [sys.executable, '-m', module, '--ros-args', '-r', f'__ns:={namespace}']
+    command = [sys.executable, '-m', 'engb_ros.start', executable, '--ros-args',
+               '-r', f'__ns:={namespace}']
     if name:
         command += ['-r', f'__node:={name}']
     if parameter_file:

@@ -270,6 +270,7 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, on_signal)
     node: ManagedNode | None = None
+    status = 0
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:
@@ -293,21 +294,32 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
             pause = time.monotonic() + 0.1
             while time.monotonic() < pause:
                 executor.spin_once(timeout_sec=0.02)
-        return 0
     except InputError as error:
-        name = node.get_name() if node else getattr(make_node, 'node_name', 'node')
-        print(f'{name}: {error}', file=sys.stderr, flush=True)
-        return 2
+        status = _say(node or make_node, error)
     except (KeyboardInterrupt, ROSInterruptException):
-        return 0
+        pass
     finally:
         if node is not None:
-            _end(node)
+            try:
+                _end(node)
+            except InputError as error:   # a bag that cannot be closed
+                status = _say(node, error)
         rclpy.try_shutdown()
+    return status
 
 
 def _end(node: ManagedNode) -> None:
-    if node.active:
-        node.trigger_deactivate()
-    node.close()
-    node.destroy_node()
+    try:
+        if node.active:
+            node.trigger_deactivate()
+        node.close()
+    finally:
+        node.destroy_node()
+
+
+def _say(node: Any, error: InputError) -> int:
+    """Print what is wrong, in one line; return the exit status."""
+    name = (node.get_name() if isinstance(node, ManagedNode)
+            else getattr(node, 'node_name', 'node'))
+    print(f'{name}: {error}', file=sys.stderr, flush=True)
+    return 2

@@ -13,13 +13,16 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 
 from engb_core.errors import InputError
 from engb_ros import interface
-from engb_ros.bags.writing import BagWriter
+from engb_ros.bags.writing import BagWriter, offered_qos
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.messages import message_class
 from engb_ros.nodes.parameters import ParameterSpec
 
 __all__ = ['RecorderNode', 'main']
 
+
+# What is recorded where nothing else is asked for.
+_OWN = (*interface.TOPICS, interface.DIAGNOSTICS, interface.CLOCK)
 
 # Messages of a topic that may wait while the computer is busy with something else.
 _BACKLOG = 100_000
@@ -38,28 +41,34 @@ class RecorderNode(ManagedNode):
     parameters = (
         ParameterSpec('bag', '', 'folder of the bag, made anew; empty: engb_<time of day>'),
         ParameterSpec('topics', [''], 'topics to record, relative to the namespace; empty: the '
-                      'package\'s own'),
+                      'package\'s own, /diagnostics and /clock'),
         ParameterSpec('all', False, 'record every topic of the graph'),
         ParameterSpec('compression', 'none', 'none, or zstd (each chunk)',
                       choices=('none', 'zstd')),
         ParameterSpec('chunk_time', 0.5, 'a chunk is finished at least this often', 's', 0.05,
                       60.0),
+        ParameterSpec('split_size', 0, 'a file of the bag is followed by another beyond this; 0: '
+                      'one file', 'MB', 0, 1_000_000),
+        ParameterSpec('split_time', 0.0, 'a file of the bag is followed by another after this; '
+                      '0: one file', 's', 0.0, 1e6),
         ParameterSpec('every', 1, 'keep every n-th message of each topic', '', 1, 1000),
     )
 
     def configure(self, values: dict[str, Any]) -> None:
         """Open the bag."""
         path = values['bag'] or self._default_path()
-        self._writer = BagWriter(Path(path), compressed=values['compression'] == 'zstd')
+        self._writer = BagWriter(Path(path), compressed=values['compression'] == 'zstd',
+                                 split_size=1_000_000 * values['split_size'],
+                                 split_time=values['split_time'])
         self._recorded: dict[str, Any] = {}
         self._every = values['every']
         self._heard = self._heard_before = 0
         self._early: list[tuple[str, bytes]] = []
         self._written: Counter[str] = Counter()
         names = [name for name in values['topics'] if name] or [
-            topic.name for topic in interface.TOPICS]
+            topic.name for topic in _OWN]
         self._wanted = {self.resolve_topic_name(name) for name in names}
-        for topic in interface.TOPICS:
+        for topic in _OWN:
             name = self.resolve_topic_name(topic.name)
             if name in self._wanted:
                 self._subscribe(name, topic.type)
@@ -111,7 +120,7 @@ class RecorderNode(ManagedNode):
                                       'not recorded')
             self._recorded[name] = None
             return
-        if not self._writer.add_topic(name, type_name):
+        if not self._writer.knows(type_name):
             self.get_logger().warning(f'{name}: rosbags does not know {type_name}; not recorded')
             self._recorded[name] = None
             return
@@ -122,22 +131,31 @@ class RecorderNode(ManagedNode):
                          else ReliabilityPolicy.RELIABLE),
             durability=(DurabilityPolicy.TRANSIENT_LOCAL if durable
                         else DurabilityPolicy.VOLATILE))
-        subscription = self.create_subscription(kind, name, self._recording(name), qos, raw=True)
+        subscription = self.create_subscription(
+            kind, name, self._recording(name, type_name), qos, raw=True)
         if before is not None:
             self.destroy_subscription(before)
         self._recorded[name] = subscription
 
-    def _recording(self, name: str) -> Callable[[bytes], None]:
+    def _recording(self, name: str, type_name: str) -> Callable[[bytes], None]:
         clock, write, every, count = self.get_clock(), self._write, self._every, 0
+        known = False
 
         def on_message(raw: bytes) -> None:
-            nonlocal count
+            nonlocal count, known
             count += 1
             self._heard += 1
             if self.active and count % every == 0:
+                if not known:   # who sends is known now, and with it what is offered
+                    known = self._writer.add_topic(name, type_name, self._offered(name))
                 write(name, clock.now().nanoseconds, raw)
 
         return on_message
+
+    def _offered(self, name: str) -> list[Any]:
+        profiles = [info.qos_profile for info in self.get_publishers_info_by_topic(name)]
+        return [offered_qos(int(entry.history), int(entry.depth), int(entry.reliability),
+                            int(entry.durability)) for entry in profiles]
 
     def _write(self, name: str, now: int, raw: bytes) -> None:
         if now == 0:   # simulated time that has not begun is no time

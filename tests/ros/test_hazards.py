@@ -100,8 +100,11 @@ def test_a_request_too_high_and_then_none(runner, probe):
     loop.until(lambda: loop.has(Cause.COMMAND_OUT_OF_RANGE) and loop.position > 39.0, 'the end')
     assert loop.is_in('enabled')
     loop.go(20.0)
-    probe.publish(CLAMP_FORCE_COMMAND, 1000.0)
-    loop.until(lambda: loop.has(Cause.FORCE_NOT_CONFIGURED), 'the missing mechanism to be told')
+
+    def told():   # the first ones go out before both sides know each other
+        probe.publish(CLAMP_FORCE_COMMAND, 1000.0)
+        return loop.has(Cause.FORCE_NOT_CONFIGURED)
+    loop.until(told, 'the missing mechanism to be told')
     loop.target = None
     loop.until(lambda: loop.is_in('fault'), 'stale commands')
     probe.publish(POSITION_COMMAND, 0.0)

@@ -1,5 +1,6 @@
 """Launch and parameter files name nothing that isn't there."""
 
+from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 import re
@@ -20,7 +21,8 @@ WHEELS = sorted(path for path in (PACKAGE / 'config').glob('*.yaml')
 
 def node_class(name):
     """Return the node class behind an executable."""
-    module = EntryPoint(name, EXECUTABLES[name].split(':')[0], 'console_scripts').load()
+    assert callable(EntryPoint(name, EXECUTABLES[name], 'console_scripts').load())
+    module = import_module(f'engb_ros.nodes.{name}')
     return next(value for value in vars(module).values()
                 if getattr(value, 'node_name', None) == name)
 

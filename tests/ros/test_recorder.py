@@ -1,16 +1,28 @@
 """The recorder: everything sent is in the bag, whoever stops it and however."""
 
+import contextlib
 import signal
 import time
 
+from diagnostic_msgs.msg import DiagnosticArray
 from mcap.stream_reader import StreamReader
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import get_typestore, Stores
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, String
+import yaml
 
-from engb_ros.interface import DISC_SPEED, EFFORT_COMMAND, JOINT_STATES
+from engb_ros.interface import (
+    CLOCK,
+    CONTROLLER_STATE,
+    DIAGNOSTICS,
+    DISC_SPEED,
+    EFFORT_COMMAND,
+    JOINT_STATES,
+)
+from engb_ros.runner import node_command
 
 
 def send(probe, runner, count, pause=0.001):
@@ -94,6 +106,76 @@ def test_a_best_effort_publisher_is_heard(runner, probe, tmp_path):
     found = read(tmp_path / 'bag')
     assert found['/engb/effort_command'][-1].data == 1.5
     assert found['/elsewhere/pressure'][-1].data == 2.5
+
+
+def test_what_publishers_offer_is_in_the_bag_and_diagnostics_and_clock_are(runner, probe,
+                                                                           tmp_path):
+    runner.start('recorder', parameters={'bag': str(tmp_path / 'bag')})
+    probe.publish(JOINT_STATES, JointState())
+    probe.publish(CONTROLLER_STATE, String(data='ready'))
+    probe.publish(CLOCK, Clock())
+    probe.publish(DIAGNOSTICS, DiagnosticArray())
+    runner.wait_until(lambda: all(probe.subscribers(topic) for topic in (
+        JOINT_STATES, CONTROLLER_STATE, CLOCK, DIAGNOSTICS)), 'the recorder', pause=probe.spin)
+    for _ in range(30):   # the first ones may go out before both sides know each other
+        probe.spin(0.05)
+        for topic, kind in ((JOINT_STATES, JointState), (DIAGNOSTICS, DiagnosticArray),
+                            (CLOCK, Clock)):
+            probe.publish(topic, kind())
+    runner.stop()
+    metadata = yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text(encoding='utf-8'))
+    offered = {entry['topic_metadata']['name']: entry['topic_metadata']['offered_qos_profiles']
+               for entry in metadata['rosbag2_bagfile_information']['topics_with_message_count']}
+    assert {'/diagnostics', '/clock', '/engb/joint_states', '/engb/controller_state'} == {*offered}
+    assert offered['/engb/controller_state'][0]['durability'] == 'transient_local'
+    assert offered['/engb/joint_states'][0]['durability'] == 'volatile'
+    assert offered['/engb/joint_states'][0]['reliability'] == 'reliable'
+
+
+def test_a_bag_in_several_files_holds_everything(runner, probe, tmp_path):
+    runner.start('recorder', parameters={'bag': str(tmp_path / 'bag'), 'split_time': 0.5})
+    probe.publish(JOINT_STATES, JointState())
+    probe.publish(DISC_SPEED, 0.0)
+    send(probe, runner, 1000, pause=0.002)
+    time.sleep(0.3)
+    runner.stop()
+    files = sorted((tmp_path / 'bag').glob('*.mcap'))
+    assert len(files) >= 4
+    assert files[0].name == 'bag_0.mcap'
+    positions = [message.position[0] for message in read(tmp_path / 'bag')['/engb/joint_states']
+                 if len(message.position)]
+    assert positions[-1] == 999.0
+    assert positions == [float(index) for index in range(int(positions[0]), 1000)]
+    metadata = yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text(encoding='utf-8'))
+    bag = metadata['rosbag2_bagfile_information']
+    assert bag['relative_file_paths'] == [file.name for file in files]
+    assert sum(part['message_count'] for part in bag['files']) == bag['message_count']
+
+
+def test_a_full_disk_ends_the_recorder_in_one_line_and_loses_nothing_written(runner, probe,
+                                                                             tmp_path):
+    # The system lets the process write no file beyond 64 KiB: what a full disk does.
+    command = node_command('recorder', parameters={'bag': str(tmp_path / 'bag')})
+    process = runner.start_command('recorder', [
+        'bash', '-c', 'ulimit -f 64; exec "$@"', 'bash', *command])
+    probe.publish(JOINT_STATES, JointState())
+    probe.publish(DISC_SPEED, 0.0)
+    runner.wait_until(lambda: probe.subscribers(JOINT_STATES), 'the recorder', pause=probe.spin)
+    message = JointState(name=['motor'], position=[0.0], velocity=[0.0], effort=[0.0])
+    end = time.monotonic() + 60.0
+    while process.status is None and time.monotonic() < end:
+        message.header.stamp.nanosec += 1_000_000
+        probe.publish(JOINT_STATES, message)
+        time.sleep(0.001)
+    assert process.status == 2
+    assert 'cannot be written (File too large)' in process.output
+    assert 'Traceback' not in process.output
+    runner.processes.clear()
+    with (tmp_path / 'bag' / 'bag.mcap').open('rb') as file:
+        kinds = []
+        with contextlib.suppress(Exception):   # the file ends in the middle
+            kinds.extend(type(record).__name__ for record in StreamReader(file).records)
+    assert kinds.count('Message') > 100
 
 
 def test_an_existing_folder_is_not_overwritten(runner, tmp_path):

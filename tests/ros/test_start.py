@@ -1,5 +1,6 @@
 """Nodes start, stop by signal with status 0, and refuse bad parameters in one line."""
 
+from pathlib import Path
 import signal
 
 import pytest
@@ -20,6 +21,18 @@ def test_every_node_ends_with_status_0(runner, probe, tmp_path, number):
     runner.wait_until(lambda: set(NODES) <= set(probe.node.get_node_names()),
                       'all nodes in the graph', pause=probe.spin)
     runner.stop(number=number)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_the_midst_of_the_imports_is_a_clean_end_too(runner, number):
+    process = runner.start('controller')
+    libraries = Path(f'/proc/{process.process.pid}/maps')
+    # It is importing ROS: Python's own handler would answer with a traceback.
+    runner.wait_until(lambda: 'librcl' in libraries.read_text(), 'the imports',
+                      pause=lambda: None)
+    process.signal(number)
+    assert process.wait() == 0
+    assert 'Traceback' not in process.output
 
 
 @pytest.mark.parametrize(('node', 'parameters', 'told'), [
