@@ -10,13 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 __all__ = ['ACCEPT_MODEL', 'CLAMP_FORCE', 'CLAMP_FORCE_COMMAND', 'CLEAR', 'CLEAR_FAULTS', 'CLOCK',
-           'CLOCK_TYPE', 'CONTROLLER_ACTIVATION', 'CONTROLLER_CAUSES',
-           'CONTROLLER_STATE', 'CONTROL_REPORT',
-           'DEFAULT_NAMESPACE', 'DIAGNOSTICS', 'DIAGNOSTIC_ARRAY', 'DISC_SPEED', 'DISTURBANCE',
-           'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY', 'JOINT_STATE',
-           'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND', 'RECORDED',
-           'REFERENCE', 'SERVICES', 'START_REFERENCE', 'STRING', 'Service', 'TOPICS', 'TRIGGER',
-           'Topic', 'UINT32', 'UINT64', 'WRITE_MODEL']
+           'CLOCK_TYPE', 'CONTROLLER_ACTIVATION', 'CONTROLLER_CAUSES', 'CONTROLLER_STATE',
+           'CONTROL_REPORT', 'DEFAULT_NAMESPACE', 'DIAGNOSTICS', 'DIAGNOSTIC_ARRAY', 'DISC_SPEED',
+           'DISTURBANCE', 'DRIVE_STATE', 'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE',
+           'IDENTIFY', 'JOINT_COMMAND', 'JOINT_STATE', 'JOINT_STATES', 'LOAD_TORQUE',
+           'PAD_TEMPERATURE', 'POSITION_COMMAND', 'RECORDED', 'REFERENCE', 'SERVICES',
+           'START_REFERENCE', 'STRING', 'Service', 'TOPICS', 'TRIGGER', 'Topic', 'UINT32',
+           'UINT64', 'WRITE_MODEL']
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 FLOAT64 = 'std_msgs/msg/Float64'
@@ -65,6 +65,8 @@ JOINT_STATES = Topic('joint_states', JOINT_STATE, '', 'motor angle [rad], veloci
                      'effort [N·m] = torque constant × measured current')
 EFFORT_COMMAND = Topic('effort_command', FLOAT64, 'N·m', 'torque demanded of the drive',
                        'command')
+JOINT_COMMAND = Topic('joint_command', JOINT_STATE, '', 'torque demanded of the drive as '
+                      'effort [N·m], from ros2_control, where `effort_source` says so', 'command')
 REFERENCE = Topic('reference', JOINT_STATE, '', 'what the controller tracks: position, velocity, '
                   'and as effort the feedforward torque')
 POSITION_COMMAND = Topic('position_command', FLOAT64, 'rad', 'set-point from the stack', 'command')
@@ -85,6 +87,9 @@ CONTROLLER_CAUSES = Topic('controller_causes', UINT32, '', 'one bit per cause (d
                           'status')
 CONTROLLER_ACTIVATION = Topic('controller_activation', UINT64, 'ns', 'when a controller became '
                               'active: of two, the later one yields', 'status')
+DRIVE_STATE = Topic('drive_state', STRING, '', 'off, obeys, refuses (asked for torque and not in '
+                    'its mode, or deaf to it), holds_on (asked to let go and doesn\'t) or lost '
+                    '(no valid link)', 'status')
 DIAGNOSTICS = Topic('/diagnostics', DIAGNOSTIC_ARRAY, '', 'state, causes, input/command/output '
                     'triples, the force\'s uncertainty')
 CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')
@@ -92,7 +97,7 @@ CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')
 TOPICS: tuple[Topic, ...] = (
     JOINT_STATES, EFFORT_COMMAND, REFERENCE, POSITION_COMMAND, CLAMP_FORCE_COMMAND, DISTURBANCE,
     CLAMP_FORCE, DISC_SPEED, PAD_TEMPERATURE, LOAD_TORQUE, FRICTION_TORQUE, CONTROL_REPORT,
-    CONTROLLER_STATE, CONTROLLER_CAUSES, CONTROLLER_ACTIVATION)
+    CONTROLLER_STATE, CONTROLLER_CAUSES, CONTROLLER_ACTIVATION, DRIVE_STATE, JOINT_COMMAND)
 
 START_REFERENCE = Service('~/start_reference', TRIGGER,
                           'controller: begin the trajectory that parameter `reference` names')
