@@ -27,7 +27,8 @@ __all__ = ['BUS_PARAMETERS', 'CanBridgeNode', 'main']
 BUS_PARAMETERS = (
     ParameterSpec('interface', 'socketcan', 'python-can\'s interface: socketcan, udp_multicast, '
                   'virtual, pcan, kvaser, …'),
-    ParameterSpec('channel', 'can0', 'its channel'),
+    ParameterSpec('channel', 'can0', 'its channel; of udp_multicast GROUP or GROUP:PORT (groups '
+                  'with one port hear each other)'),
     ParameterSpec('bitrate', 0, '0: as the interface is configured', 'bit/s', 0, 10_000_000),
     ParameterSpec('dbc', '', 'DBC file; empty: engb_drive.dbc of this package'),
     ParameterSpec('drive', 'DRIVE', 'the drive\'s name in it, which its frames\' names begin '

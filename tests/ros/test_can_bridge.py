@@ -75,7 +75,7 @@ def test_refused_frames_cost_nothing_but_themselves(runner, probe, bus, tmp_path
     loop.until(lambda: loop.is_in('fault'), 'the fault')
     runner.start_command('can_bridge', [
         sys.executable, str(REFUSING), 'can_bridge', *node_command(
-            'can_bridge', parameters={**bus, 'channel': f'{bus["channel"]},{word}'})[3:]])
+            'can_bridge', parameters={**bus, 'channel': f'{word},{bus["channel"]}'})[3:]])
     loop.until(lambda: loop.clear().success, 'the bridge')
     loop.go(15.0)
     begin = len(loop.state)
