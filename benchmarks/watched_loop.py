@@ -67,7 +67,8 @@ def closed_loop(kind: str) -> Iterator[WatchedLoop]:
     controller = {'diagnostics_period': DIAGNOSTICS_PERIOD}
     drive = [('plant', brake)]
     if kind == 'can':
-        bus = {'interface': 'udp_multicast', 'channel': f'239.75.{os.getpid() % 250}.1'}
+        bus = {'interface': 'udp_multicast',
+               'channel': f'239.75.0.1:{20_000 + os.getpid() % 12_000}'}
         drive = [('drive_emulator', {**brake, **bus}), ('can_bridge', bus)]
     elif kind == 'spoilt':
         drive = [(SPOILT, brake)]

@@ -13,8 +13,8 @@ __all__ = ['ACCEPT_MODEL', 'CLAMP_FORCE', 'CLAMP_FORCE_COMMAND', 'CLEAR', 'CLEAR
            'CLAMP_FORCE_COMMAND_STAMPED', 'CLOCK_TYPE', 'CONTROLLER_ACTIVATION',
            'CONTROLLER_CAUSES', 'CONTROLLER_STATE', 'CONTROL_REPORT', 'DEFAULT_NAMESPACE',
            'DIAGNOSTICS', 'DIAGNOSTIC_ARRAY', 'DISC_SPEED', 'DISTURBANCE', 'DRIVE_STATE',
-           'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY', 'JOINT_STATE',
-           'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND',
+           'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY', 'JOINT_COMMAND',
+           'JOINT_STATE', 'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND',
            'POSITION_COMMAND_STAMPED', 'RECORDED', 'REFERENCE', 'SERVICES', 'START_REFERENCE',
            'STRING', 'Service', 'TOPICS', 'TRIGGER', 'Topic', 'UINT32', 'UINT64', 'WRITE_MODEL']
 
@@ -66,6 +66,8 @@ JOINT_STATES = Topic('joint_states', JOINT_STATE, '', 'motor angle [rad], veloci
                      'effort [N·m] = torque constant × measured current')
 EFFORT_COMMAND = Topic('effort_command', FLOAT64, 'N·m', 'torque demanded of the drive',
                        'command')
+JOINT_COMMAND = Topic('joint_command', JOINT_STATE, '', 'torque demanded of the drive as '
+                      'effort [N·m], from ros2_control, where `effort_source` says so', 'command')
 REFERENCE = Topic('reference', JOINT_STATE, '', 'what the controller tracks: position, velocity, '
                   'and as effort the feedforward torque')
 POSITION_COMMAND = Topic('position_command', FLOAT64, 'rad', 'set-point from the stack', 'command')
@@ -105,7 +107,7 @@ TOPICS: tuple[Topic, ...] = (
     JOINT_STATES, EFFORT_COMMAND, REFERENCE, POSITION_COMMAND, CLAMP_FORCE_COMMAND, DISTURBANCE,
     CLAMP_FORCE, DISC_SPEED, PAD_TEMPERATURE, LOAD_TORQUE, FRICTION_TORQUE, CONTROL_REPORT,
     CONTROLLER_STATE, CONTROLLER_CAUSES, CONTROLLER_ACTIVATION, DRIVE_STATE,
-    POSITION_COMMAND_STAMPED, CLAMP_FORCE_COMMAND_STAMPED)
+    POSITION_COMMAND_STAMPED, CLAMP_FORCE_COMMAND_STAMPED, JOINT_COMMAND)
 
 START_REFERENCE = Service('~/start_reference', TRIGGER,
                           'controller: begin the trajectory that parameter `reference` names')

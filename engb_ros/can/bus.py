@@ -26,7 +26,8 @@ class CanBus:
     that costs as long without a bus, so it must not be done for less.
 
     Args:
-        interface, channel, bitrate: as python-can takes them; bitrate 0: as configured.
+        interface, channel, bitrate: as python-can takes them; bitrate 0: as configured. With
+            udp_multicast the channel may be GROUP:PORT (IPv4).
         receive: called in the reading thread with identifier, bytes and the steady time [s].
         identifiers: which frames are wanted.
         reconnect_time: pause before a failed bus is opened again [s].
@@ -37,7 +38,8 @@ class CanBus:
         refused: how many frames it did not take.
 
     Raises:
-        InputError: python-can isn't installed, or the bus cannot be opened at the start.
+        InputError: python-can isn't installed, the port is no number, or the bus cannot be
+            opened at the start.
     """
 
     def __init__(self, interface: str, channel: str, bitrate: int,
@@ -49,7 +51,7 @@ class CanBus:
             raise InputError('python-can is not installed; pip install "engb_ros[can]", or apt '
                              'install python3-can') from None
         self._can = can
-        self._options: dict[str, Any] = {'interface': interface, 'channel': channel}
+        self._options = _addressed(interface, channel)
         if bitrate:
             self._options['bitrate'] = bitrate
         self._filters = [{'can_id': identifier, 'can_mask': 0x7FF, 'extended': False}
@@ -162,3 +164,18 @@ class CanBus:
     def _shut(self) -> None:
         with contextlib.suppress(Exception):
             self._bus.shutdown()
+
+
+def _addressed(interface: str, channel: str) -> dict[str, Any]:
+    """Return python-can's options for a channel.
+
+    python-can binds a multicast bus's port on every address, so all groups with one port hear
+    each other on one machine; a port of its own keeps a bus apart.
+    """
+    if interface != 'udp_multicast' or channel.count(':') != 1:
+        return {'interface': interface, 'channel': channel}
+    group, _, port = channel.partition(':')
+    if not port.isdecimal() or not 0 < int(port) < 65536:
+        raise InputError(f'parameter channel is {channel!r}; after the colon stands a port, '
+                         '1 to 65535')
+    return {'interface': interface, 'channel': group, 'port': int(port)}

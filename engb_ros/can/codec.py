@@ -44,13 +44,15 @@ class DriveCodec:
     Values beyond a signal's range are cut to it; a value that is not finite is never encoded.
 
     Args:
-        path: DBC file with DRIVE_COMMAND, DRIVE_STATUS_1 and DRIVE_STATUS_2.
+        path: DBC file with the frames DRIVE_COMMAND, DRIVE_STATUS_1 and DRIVE_STATUS_2.
+        drive: what stands in the place of DRIVE in their names, where a bus has several drives.
 
     Raises:
-        InputError: cantools isn't installed, or the file is unreadable or lacks a frame.
+        InputError: cantools isn't installed, or the file is unreadable or lacks a frame, or two
+            of the frames have one identifier or one data ID.
     """
 
-    def __init__(self, path: str | os.PathLike = DRIVE_DBC) -> None:
+    def __init__(self, path: str | os.PathLike = DRIVE_DBC, drive: str = 'DRIVE') -> None:
         try:
             import cantools
         except ImportError:
@@ -59,26 +61,51 @@ class DriveCodec:
         try:
             database = cantools.database.load_file(os.fspath(path), database_format='dbc',
                                                    strict=True)
-            self.command = database.get_message_by_name('DRIVE_COMMAND')
-            self.status_1 = database.get_message_by_name('DRIVE_STATUS_1')
-            self.status_2 = database.get_message_by_name('DRIVE_STATUS_2')
+            self.command, self.status_1, self.status_2 = (
+                database.get_message_by_name(f'{drive}_{name}')
+                for name in ('COMMAND', 'STATUS_1', 'STATUS_2'))
         except OSError as error:
             raise InputError(f'{path}: cannot be read ({error.strerror}); give a DBC file'
                              ) from error
         except KeyError as error:
-            raise InputError(f'{path}: holds no frame {error}; it needs DRIVE_COMMAND, '
-                             'DRIVE_STATUS_1 and DRIVE_STATUS_2') from error
+            there = sorted(message.name.removesuffix('_COMMAND') for message in database.messages
+                           if message.name.endswith('_COMMAND'))
+            raise InputError(
+                f'{path}: holds no frame {error}; a drive called {drive} needs {drive}_COMMAND, '
+                f'{drive}_STATUS_1 and {drive}_STATUS_2' + (
+                    f' (drives there: {", ".join(there)})' if there else '')) from error
         except Exception as error:   # cantools raises many kinds
             raise InputError(f'{path}: not a valid DBC file ({error})') from error
+        frames = (self.command, self.status_1, self.status_2)
+        for what, of in (('identifier', lambda frame: frame.frame_id),
+                         ('E2eDataId', self.data_id)):
+            if len({of(frame) for frame in frames}) < len(frames):
+                raise InputError(f'{path}: two of the frames of {drive} have the same {what}; '
+                                 'each needs its own')
         self._ranges = {
-            message.name: {signal.name: (signal.minimum, signal.maximum)
-                           for signal in message.signals}
-            for message in (self.command, self.status_1, self.status_2)}
+            message.name: {signal.name: _range(signal) for signal in message.signals}
+            for message in frames}
+
+    @property
+    def largest_torque(self) -> float:
+        """The largest torque that a command frame can carry [N·m]."""
+        low, high = self._ranges[self.command.name]['TORQUE']
+        return min(-low, high)
+
+    @property
+    def mode_names(self) -> dict[int, str]:
+        """What the values of a status frame's MODE are called."""
+        choices = self.status_1.get_signal_by_name('MODE').choices or {}
+        return {number: str(name).lower() for number, name in choices.items()}
 
     @staticmethod
     def data_id(message: object) -> int:
         """Return a frame's E2E data ID, attribute E2eDataId of the DBC file."""
-        return int(message.dbc.attributes['E2eDataId'].value)
+        attribute = message.dbc.attributes.get('E2eDataId') if message.dbc else None
+        if attribute is None:
+            raise InputError(f'frame {message.name} of the DBC file has no attribute E2eDataId; '
+                             'each frame needs its own')
+        return int(attribute.value)
 
     def encode_command(self, command: DriveCommand) -> bytearray:
         """Return DRIVE_COMMAND, without its protection."""
@@ -117,3 +144,12 @@ class DriveCodec:
             low, high = ranges[name]
             filled[name] = min(max(value, low), high)
         return bytearray(message.encode(filled))
+
+
+def _range(signal: object) -> tuple[float, float]:
+    """Return a signal's range; where the file states none, what its bits can carry."""
+    if signal.minimum is not None and signal.maximum is not None:
+        return signal.minimum, signal.maximum
+    low, high = ((-(1 << signal.length - 1), (1 << signal.length - 1) - 1) if signal.is_signed
+                 else (0, (1 << signal.length) - 1))
+    return low * signal.scale + signal.offset, high * signal.scale + signal.offset

@@ -8,6 +8,7 @@ from typing import Any, TYPE_CHECKING
 from engb_core.model import Model
 from engb_core.sensors import SensorSettings
 from engb_ros.files import TRUE_BRAKE
+from engb_ros.nodes.joint import JOINT, with_joint
 from engb_ros.nodes.parameters import ParameterSpec
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ __all__ = ['BRAKE_PARAMETERS', 'make_brake']
 
 BRAKE_PARAMETERS = (
     ParameterSpec('model', '', 'model file of the true brake; empty: the one in config/'),
+    JOINT,
     ParameterSpec('effects', '', 'further physics, as YAML: "stribeck_friction: '
                   '{breakaway_ratio: 1.4, stribeck_velocity: 2.0}"'),
     ParameterSpec('mechanism', '', 'mechanism file: its load torque and load-dependent '
@@ -52,7 +54,7 @@ def make_brake(values: dict[str, Any]) -> VirtualBrake:
     # Here, not on top: compiling it at the first start takes seconds, in which a signal must
     # already be heeded.
     from engb_core.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
-    model = Model.read(values['model'] or TRUE_BRAKE)
+    model = with_joint(Model.read(values['model'] or TRUE_BRAKE), values)
     if values['mechanism']:
         from engb_core.control.clamp_force import read_mechanism
         from engb_core.statics import mechanism_load

@@ -7,16 +7,18 @@ import sys
 from time import monotonic
 from typing import Any
 
-from std_msgs.msg import Float64
+from std_msgs.msg import String
 
 from engb_core.model import Model
 from engb_ros import interface
 from engb_ros.can.bus import CanBus
 from engb_ros.can.codec import DRIVE_DBC, DriveCodec, DriveCommand, DriveStatus, OFF, TORQUE
+from engb_ros.can.drive_watch import DriveState, DriveWatch
 from engb_ros.can.end_to_end import LinkState
 from engb_ros.can.link import ControllerEnd
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.diagnostics import DiagnosticMessage, ERROR, OK, WARN
+from engb_ros.nodes.joint import EFFORT_SOURCE, JOINT, listen_for_effort, with_joint
 from engb_ros.nodes.messages import JointMessage, Scalar
 from engb_ros.nodes.parameters import ParameterSpec
 
@@ -25,9 +27,12 @@ __all__ = ['BUS_PARAMETERS', 'CanBridgeNode', 'main']
 BUS_PARAMETERS = (
     ParameterSpec('interface', 'socketcan', 'python-can\'s interface: socketcan, udp_multicast, '
                   'virtual, pcan, kvaser, …'),
-    ParameterSpec('channel', 'can0', 'its channel'),
+    ParameterSpec('channel', 'can0', 'its channel; of udp_multicast GROUP or GROUP:PORT (groups '
+                  'with one port hear each other)'),
     ParameterSpec('bitrate', 0, '0: as the interface is configured', 'bit/s', 0, 10_000_000),
     ParameterSpec('dbc', '', 'DBC file; empty: engb_drive.dbc of this package'),
+    ParameterSpec('drive', 'DRIVE', 'the drive\'s name in it, which its frames\' names begin '
+                  'with: DRIVE_COMMAND, DRIVE_STATUS_1, DRIVE_STATUS_2'),
     ParameterSpec('reconnect_time', 1.0, 'pause before a failed bus is opened again', 's', 0.01,
                   60.0),
 )
@@ -39,48 +44,75 @@ _TICK = 0.01
 # full [s].
 _LAST_WORD = 0.05
 
+_SAID = {
+    DriveState.REFUSES: 'the drive refuses: asked for torque, it reports mode {mode}{deaf}',
+    DriveState.HOLDS_ON: 'the drive does not let go: asked to be off, it reports mode {mode}',
+}
+
 
 class CanBridgeNode(ManagedNode):
-    """Turns status frames into `joint_states` and `effort_command` into command frames.
+    """Turns status frames into `joint_states` and torque commands into command frames.
 
     Only samples whose frames pass the end-to-end check are published; when the link is not
-    valid, nothing is, and the controller's watchdog does the rest.
+    valid, nothing is, and the controller's watchdog does the rest. Whether the drive is in the
+    mode that it was asked for is told as `drive_state`.
     """
 
     node_name = 'can_bridge'
     parameters = (
         ParameterSpec('model', '', 'model file, for torque constant and joint; empty: the '
                       'paper\'s motor'),
+        JOINT,
+        ParameterSpec('hardware_id', '', 'of the drive, in /diagnostics; empty: the namespace'),
         *BUS_PARAMETERS,
+        EFFORT_SOURCE,
+        ParameterSpec('effort_limit', 0.75, 'the drive is asked for no more; what no frame could '
+                      'carry is no command of its controller, and not taken at all', 'N·m', 0.0,
+                      1e4),
         ParameterSpec('link_timeout', 0.05, 'without status frames for so long the link is '
                       'invalid', 's', 0.001, 10.0),
-        ParameterSpec('command_timeout', 0.1, 'without `effort_command` for so long the drive is '
+        ParameterSpec('command_timeout', 0.1, 'without a torque command for so long the drive is '
                       'switched off', 's', 0.001, 10.0),
+        ParameterSpec('mode_timeout', 0.1, 'a drive that is not in the mode it was asked for, '
+                      'so long, refuses; not below the drive\'s own command timeout', 's', 0.001,
+                      10.0),
     )
 
     def configure(self, values: dict[str, Any]) -> None:
         """Open the bus."""
-        model = Model.read(values['model']) if values['model'] else Model()
-        codec = DriveCodec(values['dbc'] or DRIVE_DBC)
+        model = with_joint(Model.read(values['model']) if values['model'] else Model(), values)
+        codec = DriveCodec(values['dbc'] or DRIVE_DBC, values['drive'])
         self._torque_constant = model.motor.torque_constant
         self._link = ControllerEnd(codec, values['link_timeout'])
+        self._watch = DriveWatch(values['mode_timeout'])
+        self._limit, self._largest = values['effort_limit'], codec.largest_torque
+        self._modes = codec.mode_names
         self._joint = JointMessage(model.joint.name)
         self._scalar = Scalar()
         self._flags: tuple[str, ...] = ()
-        self._samples = self._withheld = 0
+        self._samples = self._withheld = self._limited = self._rejected = 0
+        self._counted = (0, 0)
+        self._news = (False, False)
         self._command_time: float | None = None
         self._told: str | None = None
-        self._diagnostic = DiagnosticMessage(f'{self.get_namespace().strip("/")}: can_bridge')
+        self._drive_state: DriveState | None = None
+        self._diagnostic = DiagnosticMessage(f'{self.get_namespace().strip("/")}: can_bridge',
+                                             values['hardware_id'])
         self._publish_joint = self.advertise(interface.JOINT_STATES).publish
         self._publish_disc = self.advertise(interface.DISC_SPEED).publish
         self._publish_temperature = self.advertise(interface.PAD_TEMPERATURE).publish
+        self._publish_drive = self.advertise(interface.DRIVE_STATE).publish
         self._publish_diagnostics = self.advertise(interface.DIAGNOSTICS).publish
-        self.listen(interface.EFFORT_COMMAND, self._on_effort_command)
+        listen_for_effort(self, values, model.joint.name, self._on_effort)
         self.every(_TICK, self._on_tick)
-        self.every(0.5, self._diagnose)
+        self.every(0.5, self._report)
         self._bus = CanBus(values['interface'], values['channel'], values['bitrate'],
                            self._on_frame, {codec.status_1.frame_id, codec.status_2.frame_id},
                            values['reconnect_time'])
+
+    def start(self) -> None:
+        """Say from the beginning what the drive does."""
+        self._told = self._drive_state = None
 
     def stop(self) -> None:
         """Switch the drive off."""
@@ -99,16 +131,22 @@ class CanBridgeNode(ManagedNode):
             bus.close()
             self._bus = None
 
-    def _send(self, command: DriveCommand) -> None:
+    def _send(self, command: DriveCommand, now: float) -> None:
+        self._watch.ask(command.mode, now)
         if self._bus is not None and not self._bus.send(*self._link.command(command)):
             self._link.take_back()
 
-    def _on_effort_command(self, message: Float64) -> None:
-        value = message.data
-        if not self.active or value - value != 0.0:   # NaN and infinity go nowhere
+    def _on_effort(self, torque: float) -> None:
+        if not self.active:
             return
-        self._command_time = monotonic()
-        self._send(DriveCommand(value, TORQUE))
+        if not abs(torque) <= self._largest:   # NaN too
+            self._rejected += 1
+            return
+        if abs(torque) > self._limit:
+            self._limited += 1
+            torque = min(max(torque, -self._limit), self._limit)
+        now = self._command_time = monotonic()
+        self._send(DriveCommand(torque, TORQUE), now)
 
     def _on_frame(self, identifier: int, data: bytes, now: float) -> None:
         """Take a frame; runs in the bus's thread."""
@@ -116,6 +154,7 @@ class CanBridgeNode(ManagedNode):
         if status is None or not self.active:
             return
         self._flags = status.flags
+        self._watch.report(status, now)
         if 'SENSOR_FAULT' in status.flags:
             self._withheld += 1
             return
@@ -137,27 +176,50 @@ class CanBridgeNode(ManagedNode):
         now = monotonic()
         self._link.watch(now)
         if self._command_time is None or now - self._command_time > self.values['command_timeout']:
-            self._send(DriveCommand(0.0, OFF))
+            self._send(DriveCommand(0.0, OFF), now)
+        state = self._watch.state(self._bus.is_up and self._link.state is LinkState.VALID, now)
+        if state is not self._drive_state:
+            self._drive_state = state
+            self._publish_drive(String(data=state.value))
         _, text, _ = self._status()
         if text != self._told:
             self._diagnose()
 
     def _status(self) -> tuple[int, str, dict[str, str]]:
-        bus, link = self._bus, self._link
+        bus, link, state = self._bus, self._link, self._drive_state
+        mode = self._modes.get(self._watch.reported_mode, str(self._watch.reported_mode))
         values = {'bus': 'up' if bus.is_up else 'down', 'bus_failures': str(bus.failures),
-                  'sends_refused': str(bus.refused),
-                  'link': link.state.value, 'samples': str(self._samples),
-                  'samples_withheld': str(self._withheld), 'flags': ' '.join(self._flags)}
+                  'sends_refused': str(bus.refused), 'link': link.state.value,
+                  'drive_state': state.value if state else '', 'drive_mode': mode,
+                  'samples': str(self._samples), 'samples_withheld': str(self._withheld),
+                  'commands_limited': str(self._limited),
+                  'commands_rejected': str(self._rejected), 'flags': ' '.join(self._flags)}
         values |= {f'frames_{name}': str(count) for name, count in link.counts().items()}
         if not bus.is_up:
             return ERROR, 'bus down (bus-off or cut off); reconnecting', values
         if link.state is not LinkState.VALID:
             return ERROR, f'link {link.state.value}', values
+        if state in _SAID:
+            deaf = ' and hears no commands' if 'COMMAND_LOST' in self._flags else ''
+            return ERROR, _SAID[state].format(mode=mode, deaf=deaf), values
         if self._flags:
             return WARN, 'drive: ' + ', '.join(flag.lower() for flag in self._flags), values
-        if bus.is_refusing:
+        refusing, beyond = self._news
+        if refusing:
             return WARN, 'the bus takes no frames (queue full); commands are dropped', values
+        if beyond:
+            return WARN, ('torque commands beyond the limit; is someone else on the topic, or '
+                          'effort_limit not the controller\'s?'), values
         return OK, 'link valid', values
+
+    def _report(self) -> None:
+        """Look, twice a second, whether what comes and goes with each message has happened."""
+        counted = (self._bus.refused if self._bus is not None else 0,
+                   self._rejected + self._limited)
+        self._news = tuple(now > before
+                           for now, before in zip(counted, self._counted, strict=True))
+        self._counted = counted
+        self._diagnose()
 
     def _diagnose(self) -> None:
         if not self.active:

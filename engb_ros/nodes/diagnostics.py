@@ -17,11 +17,13 @@ class DiagnosticMessage:
     """A DiagnosticArray with one status.
 
     Args:
-        name: of what is diagnosed.
+        name: of what is diagnosed, 'brake: node'.
+        hardware_id: of the hardware; empty: the brake's name.
     """
 
-    def __init__(self, name: str) -> None:
-        self._status = DiagnosticStatus(name=name, hardware_id='engb')
+    def __init__(self, name: str, hardware_id: str = '') -> None:
+        self._status = DiagnosticStatus(
+            name=name, hardware_id=hardware_id or name.partition(':')[0])
         self._message = DiagnosticArray(status=[self._status])
 
     def fill(self, stamp: Time, level: int, text: str, values: dict[str, str]) -> DiagnosticArray:

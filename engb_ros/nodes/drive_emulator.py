@@ -13,7 +13,7 @@ from time import monotonic
 from typing import Any
 
 from engb_ros.can.bus import CanBus
-from engb_ros.can.codec import DRIVE_DBC, DriveCodec, DriveStatus, OFF
+from engb_ros.can.codec import DRIVE_DBC, DriveCodec, DriveCommand, DriveStatus, OFF
 from engb_ros.can.link import DriveEnd
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.brake_parameters import BRAKE_PARAMETERS, make_brake
@@ -22,7 +22,8 @@ from engb_ros.nodes.parameters import ParameterSpec
 
 __all__ = ['DriveEmulatorNode', 'FAULTS', 'main']
 
-FAULTS = ('none', 'lost', 'repeated', 'corrupted', 'late', 'bus_off', 'sensor_fault')
+FAULTS = ('none', 'lost', 'repeated', 'corrupted', 'late', 'bus_off', 'sensor_fault', 'refuses',
+          'holds_on', 'deaf')
 
 # A late timer makes up for no more than this at once [s]; late frames come in bursts so long.
 _LONGEST_CATCH_UP = 0.05
@@ -38,14 +39,15 @@ class DriveEmulatorNode(ManagedNode):
         *BUS_PARAMETERS,
         ParameterSpec('fault', 'none', 'acted out now: every other sample lost, frames repeated, '
                       'a bit of each third frame wrong, frames held back and sent in bursts, '
-                      'nothing sent or heard at all, the sensor\'s fault flag', choices=FAULTS,
-                      live=True),
+                      'nothing sent or heard at all, the sensor\'s fault flag, no torque and mode '
+                      'OFF whatever is asked, the last torque kept and mode TORQUE, commands not '
+                      'heard', choices=FAULTS, live=True),
     )
 
     def configure(self, values: dict[str, Any]) -> None:
         """Build the brake and open the bus."""
         self._brake = make_brake(values)
-        codec = DriveCodec(values['dbc'] or DRIVE_DBC)
+        codec = DriveCodec(values['dbc'] or DRIVE_DBC, values['drive'])
         self._link = DriveEnd(codec, values['command_timeout'])
         self._torque_constant = self._brake.model.motor.torque_constant
         self._commands: deque[tuple[int, bytes]] = deque(maxlen=100)
@@ -77,19 +79,25 @@ class DriveEmulatorNode(ManagedNode):
         now, brake, fault = monotonic(), self._brake, self.values['fault']
         while self._commands:
             frame = self._commands.popleft()
-            command = None if fault == 'bus_off' else self._link.receive(*frame, now)
-            if command is not None:
-                self._mode = command.mode
-                brake.command(command.torque if command.mode != OFF else 0.0)
-        if self._link.receiver.watch(now):
-            self._mode = OFF
-            brake.command(0.0)
+            command = (None if fault in ('bus_off', 'deaf')
+                       else self._link.receive(*frame, now))
+            if command is not None and fault != 'holds_on':
+                self._obey(command if fault != 'refuses' else DriveCommand(0.0, OFF))
+        lost = self._link.receiver.watch(now)
+        if fault == 'holds_on':
+            brake.command(brake.torque)
+        elif lost:
+            self._obey(DriveCommand(0.0, OFF))
         due = int((now - self._pace_start) / brake.period) - (brake.samples - self._pace_samples)
         if due * brake.period > _LONGEST_CATCH_UP:
             due = 1
             self.start()
         for _ in range(due):
             self._sample(fault, now)
+
+    def _obey(self, command: DriveCommand) -> None:
+        self._mode = command.mode
+        self._brake.command(command.torque if command.mode != OFF else 0.0)
 
     def _sample(self, fault: str, now: float) -> None:
         measured = self._brake.advance()

@@ -9,12 +9,12 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Float64
 
 from engb_core.errors import InputError
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.brake_parameters import BRAKE_PARAMETERS, make_brake
+from engb_ros.nodes.joint import EFFORT_SOURCE, listen_for_effort
 from engb_ros.nodes.messages import JointMessage, Scalar
 from engb_ros.nodes.parameters import ParameterSpec
 
@@ -35,6 +35,7 @@ class PlantNode(ManagedNode):
     node_name = 'plant'
     parameters = (
         *BRAKE_PARAMETERS,
+        EFFORT_SOURCE,
         ParameterSpec('speed', 1.0, 'simulated seconds per second; 0: as fast as commands answer '
                       '(lockstep only)', '-', 0.0, 1000.0),
         ParameterSpec('lockstep', False, 'wait for a command after each sample'),
@@ -59,7 +60,7 @@ class PlantNode(ManagedNode):
         self._publish_temperature = self.advertise(interface.PAD_TEMPERATURE).publish
         self._publish_clock = (self.advertise(interface.CLOCK).publish if values['publish_clock']
                                else None)
-        self.listen(interface.EFFORT_COMMAND, self._on_command)
+        listen_for_effort(self, values, self._brake.model.joint.name, self._on_command)
         period = self._brake.period
         self.every(period if self._speed > 10.0 else max(period / self._speed, 2e-4), self._tick)
         self._period_ns = round(1e9 * period)
@@ -98,10 +99,10 @@ class PlantNode(ManagedNode):
         for _ in range(due):
             self._sample()
 
-    def _on_command(self, message: Float64) -> None:
+    def _on_command(self, torque: float) -> None:
         if not self.active:
             return
-        self._brake.command(message.data)
+        self._brake.command(torque)
         self._answered = True
         if self._lockstep and self._due() >= 1.0:
             self._sample()

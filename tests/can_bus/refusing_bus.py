@@ -1,6 +1,6 @@
 """A real UDP multicast bus that refuses frames the way Linux does: ENOBUFS, from outside.
 
-It takes the place of python-can's udp_multicast. Its channel is 'GROUP,FILE': while the file is
+It takes the place of python-can's udp_multicast. Its channel is 'FILE,GROUP': while the file is
 there, sends are refused for the reason in it. As a program it runs a node with such a bus.
 """
 
@@ -18,7 +18,7 @@ class RefusingBus(UdpMulticastBus):
     """Refuses while the file is there: 'once', 'full' (no error number), or an errno's name."""
 
     def __init__(self, channel, **options):
-        group, _, path = channel.partition(',')
+        path, _, group = channel.rpartition(',')
         self._path = Path(path or '/nowhere')
         super().__init__(channel=group, **options)
 

@@ -9,6 +9,7 @@ can = pytest.importorskip('can')
 pytest.importorskip('msgpack')
 
 from can_bus.refusing_bus import RefusingBus  # noqa: E402
+from engb_core.errors import InputError  # noqa: E402
 from engb_ros.can.bus import CanBus  # noqa: E402
 
 RECONNECT_TIME = 0.4
@@ -19,13 +20,14 @@ def wires(tmp_path, monkeypatch):
     """A bus that refuses by the word in a file, what arrives at its other end, and the file."""
     monkeypatch.setitem(can.interface.BACKENDS, 'udp_multicast',
                         (RefusingBus.__module__, 'RefusingBus'))
-    group = f'239.76.{os.getpid() % 250}.{os.getpid() // 250 % 250}'
+    group, port = '239.76.0.1', 20_000 + os.getpid() % 12_000
     word = tmp_path / 'refuse'
     try:
-        other = can.Bus(interface='udp_multicast', channel=group)
+        other = can.Bus(interface='udp_multicast', channel=group, port=port)
     except OSError as error:
         pytest.skip(f'no UDP multicast on this machine: {error}')
-    bus = CanBus('udp_multicast', f'{group},{word}', 0, lambda *frame: None, {1}, RECONNECT_TIME)
+    bus = CanBus('udp_multicast', f'{word},{group}:{port}', 0, lambda *frame: None, {1},
+                 RECONNECT_TIME)
     bus.send(1, b'\0')
     if other.recv(2.0) is None:
         pytest.skip('no UDP multicast on this machine')
@@ -77,3 +79,18 @@ def test_the_last_word_is_tried_again(wires):
     assert bytes(other.recv(2.0).data) == b'\3'
     word.write_text('full')
     assert not bus.send_surely(lambda: (1, b'\4'), 0.02)
+
+
+@pytest.mark.parametrize('channel', ['239.76.0.1:', '239.76.0.1:seven', '239.76.0.1:70000'])
+def test_a_bad_port_is_told(channel):
+    with pytest.raises(InputError, match='after the colon stands a port'):
+        CanBus('udp_multicast', channel, 0, lambda *frame: None, {1})
+
+
+def test_another_port_is_another_bus(wires):
+    bus, _, _ = wires
+    with can.Bus(interface='udp_multicast', channel='239.76.0.1',
+                 port=32_000 + os.getpid() % 700) as stranger:
+        for _ in range(5):
+            bus.send(1, b'\5')
+        assert stranger.recv(0.3) is None

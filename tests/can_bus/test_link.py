@@ -7,7 +7,12 @@ from engb_core.errors import InputError
 
 pytest.importorskip('cantools')
 
-from engb_ros.can.codec import DriveCodec, DriveCommand, DriveStatus  # noqa: E402
+from engb_ros.can.codec import (  # noqa: E402
+    DRIVE_DBC,
+    DriveCodec,
+    DriveCommand,
+    DriveStatus,
+)
 from engb_ros.can.end_to_end import CheckStatus, LinkState  # noqa: E402
 from engb_ros.can.link import ControllerEnd, DriveEnd  # noqa: E402
 
@@ -113,3 +118,24 @@ def test_a_command_that_never_went_out_leaves_no_gap():
         controller.take_back()
     assert drive.receive(*controller.command(DriveCommand(0.2, 1)), now) is not None
     assert drive.receiver.counts[CheckStatus.SOME_LOST] == 0
+
+
+def test_a_bus_with_several_drives(tmp_path):
+    text = DRIVE_DBC.read_text()
+    path = tmp_path / 'bus.dbc'
+    path.write_text(text.replace('DRIVE_', 'REAR_LEFT_'))
+    assert DriveCodec(path, 'REAR_LEFT').command.frame_id == CODEC.command.frame_id
+    with pytest.raises(InputError, match='drives there: REAR_LEFT'):
+        DriveCodec(path, 'REAR_RIGHT')
+
+
+@pytest.mark.parametrize(('old', 'new', 'told'), [
+    ('BO_ 258 17922', 'BO_ 258 17921', 'same E2eDataId'),
+    ('BA_DEF_ BO_ "E2eDataId" INT 0 65535;', '', 'valid DBC|no attribute')])
+def test_frames_that_could_be_taken_for_each_other_are_refused(tmp_path, old, new, told):
+    text = DRIVE_DBC.read_text()
+    assert old in text
+    path = tmp_path / 'bus.dbc'
+    path.write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=told):
+        DriveCodec(path)

@@ -39,13 +39,14 @@ def bus():
     """Parameters of a bus of the test's own; skipped where the machine has no multicast."""
     can = pytest.importorskip('can')
     pytest.importorskip('msgpack')
-    parameters = {'interface': 'udp_multicast',
-                  'channel': f'239.74.{os.getpid() % 250}.{os.getpid() // 250 % 250}'}
+    # A port for each process: groups with one port hear each other on one machine.
+    group, port = '239.74.0.1', 20_000 + os.getpid() % 12_000
+    options = {'interface': 'udp_multicast', 'channel': group, 'port': port}
     try:
-        with can.Bus(**parameters) as one, can.Bus(**parameters) as two:
+        with can.Bus(**options) as one, can.Bus(**options) as two:
             one.send(can.Message(arbitration_id=1, data=b'?', is_extended_id=False))
             if two.recv(2.0) is None:
                 pytest.skip('no UDP multicast on this machine')
     except OSError as error:
         pytest.skip(f'no UDP multicast on this machine: {error}')
-    return parameters
+    return {'interface': 'udp_multicast', 'channel': f'{group}:{port}'}

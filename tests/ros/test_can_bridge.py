@@ -4,7 +4,7 @@ from pathlib import Path
 import sys
 
 from engb_core.control.causes import Cause
-from engb_ros.interface import DIAGNOSTICS
+from engb_ros.interface import DIAGNOSTICS, DRIVE_STATE, EFFORT_COMMAND, JOINT_STATES
 from engb_ros.runner import node_command
 from ros.loops import can_drive, closed_loop
 
@@ -75,7 +75,7 @@ def test_refused_frames_cost_nothing_but_themselves(runner, probe, bus, tmp_path
     loop.until(lambda: loop.is_in('fault'), 'the fault')
     runner.start_command('can_bridge', [
         sys.executable, str(REFUSING), 'can_bridge', *node_command(
-            'can_bridge', parameters={**bus, 'channel': f'{bus["channel"]},{word}'})[3:]])
+            'can_bridge', parameters={**bus, 'channel': f'{word},{bus["channel"]}'})[3:]])
     loop.until(lambda: loop.clear().success, 'the bridge')
     loop.go(15.0)
     begin = len(loop.state)
@@ -97,3 +97,45 @@ def test_a_bus_that_does_not_exist_is_told_in_one_line(runner):
     assert process.wait(60.0) == 2
     assert 'cannot be opened' in process.output
     assert 'Traceback' not in process.output
+
+
+def test_a_drive_that_does_not_obey_is_told(runner, probe, bus):
+    bridge = Bridge(probe)
+    drive = probe.listen(DRIVE_STATE)
+    loop = closed_loop(runner, probe, can_drive(bus))
+    loop.go(15.0)
+    for fault, state in (('refuses', 'refuses'), ('deaf', 'refuses')):
+        loop.until(lambda: drive[-1].data == 'obeys', 'an obedient drive')
+        loop.set_parameter('drive_emulator', 'fault', fault)
+        loop.until(lambda state=state: drive[-1].data == state, fault)
+        loop.until(lambda: bridge['drive_mode'] == 'off', 'its mode')
+        loop.set_parameter('drive_emulator', 'fault', 'none')
+        loop.target = None
+        loop.until(lambda: loop.clear().success and drive[-1].data == 'obeys', 'recovery')
+        loop.go(15.0)
+    loop.during(0.5)   # at rest, so the torque that is held on is the load's
+    loop.set_parameter('drive_emulator', 'fault', 'holds_on')
+    loop.kill('controller')
+    loop.until(lambda: drive[-1].data == 'holds_on', 'a drive that does not let go')
+    assert loop.effort > 0.0
+    runner.stop()
+
+
+def test_torque_that_no_controller_asks_for_is_not_passed_on(runner, probe, bus):
+    bridge = Bridge(probe)
+    for name, parameters in can_drive(bus):
+        runner.start(name, parameters=parameters)
+    states = probe.listen(JOINT_STATES)
+    runner.wait_until(lambda: states and probe.subscribers(EFFORT_COMMAND), 'the drive',
+                      pause=probe.spin)
+
+    def told(value, count):
+        probe.publish(EFFORT_COMMAND, value)
+        probe.spin()
+        return int(bridge[count] or 0) > 3
+
+    for value, count in ((1e6, 'commands_rejected'), (2.0, 'commands_limited')):
+        runner.wait_until(lambda value=value, count=count: told(value, count), count,
+                          pause=probe.spin)
+    assert max(message.effort[0] for message in states) <= 0.76
+    runner.stop()

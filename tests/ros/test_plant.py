@@ -3,7 +3,9 @@
 import math
 import time
 
-from engb_ros.interface import CLOCK, DISC_SPEED, EFFORT_COMMAND, JOINT_STATES
+from sensor_msgs.msg import JointState
+
+from engb_ros.interface import CLOCK, DISC_SPEED, EFFORT_COMMAND, JOINT_COMMAND, JOINT_STATES
 
 
 def stamp(message):
@@ -64,4 +66,32 @@ def test_any_effect_of_the_library_can_be_switched_on(runner, probe):
     runner.start('plant', parameters={'effects': effects, 'rate': 200.0})
     states = probe.listen(JOINT_STATES)
     runner.wait_until(lambda: len(states) > 10, 'samples', pause=probe.spin)
+    runner.stop()
+
+
+def test_torque_comes_from_one_source_by_parameter(runner, probe):
+    runner.start('plant', parameters={'rate': 200.0, 'effort_noise': 0.0, 'joint': 'front_left',
+                                      'effort_source': 'joint_command'})
+    states = probe.listen(JOINT_STATES)
+    runner.wait_until(lambda: states and probe.subscribers(JOINT_COMMAND), 'the plant',
+                      pause=probe.spin)
+    assert states[-1].name == ['front_left']
+    assert probe.subscribers(EFFORT_COMMAND) == 0
+
+    def turned_by(**command):
+        probe.publish(JOINT_COMMAND, JointState(**command))
+        probe.spin()
+        return states[-1].effort[0] == 0.1
+
+    def let_go():
+        return states[-1].effort[0] == 0.0
+
+    # As joint_state_topic_hardware_interface sends it: effort alone, several joints.
+    wanted = {'name': ['rear_left', 'front_left'], 'effort': [0.3, 0.1]}
+    runner.wait_until(lambda: turned_by(**wanted), 'the torque', pause=probe.spin)
+    runner.wait_until(let_go, 'the drive to let go', pause=probe.spin)
+    for useless in ({'name': ['front_left']}, {'name': ['rear_left'], 'effort': [0.1]},
+                    {'name': ['front_left'], 'effort': [math.nan]}):
+        for _ in range(5):
+            assert not turned_by(**useless)
     runner.stop()

@@ -1,0 +1,57 @@
+"""The joint's name by parameter, and torque commands that come as JointState (ros2_control)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+import math
+from typing import Any, TYPE_CHECKING
+
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from engb_core.model import Model
+from engb_ros import interface
+from engb_ros.nodes.parameters import ParameterSpec
+
+if TYPE_CHECKING:
+    from engb_ros.nodes.base import ManagedNode
+
+__all__ = ['EFFORT_SOURCE', 'JOINT', 'joint_effort', 'listen_for_effort', 'with_joint']
+
+JOINT = ParameterSpec('joint', '', 'name of the joint, where several brakes share a robot '
+                      'description; empty: the model file\'s')
+EFFORT_SOURCE = ParameterSpec(
+    'effort_source', 'effort_command', 'which topic the torque comes from: effort_command '
+    '(Float64), or joint_command (JointState, as ros2_control\'s joint_state_topic_'
+    'hardware_interface sends it); never both', choices=('effort_command', 'joint_command'))
+
+
+def with_joint(model: Model, values: dict[str, Any]) -> Model:
+    """Return the model with the joint's name that parameter `joint` gives."""
+    name = values['joint']
+    return replace(model, joint=replace(model.joint, name=name)) if name else model
+
+
+def joint_effort(message: JointState, joint: str) -> float:
+    """Return the effort of `joint` [N·m]; NaN where the message holds none."""
+    try:
+        return message.effort[message.name.index(joint)]
+    except (ValueError, IndexError):
+        return math.nan
+
+
+def listen_for_effort(node: ManagedNode, values: dict[str, Any], joint: str,
+                      callback: Callable[[float], None]) -> None:
+    """Call `callback` with each torque [N·m] that comes from the source of the parameters."""
+    if values['effort_source'] == 'joint_command':
+        def on_joint_command(message: JointState) -> None:
+            callback(joint_effort(message, joint))
+
+        node.listen(interface.JOINT_COMMAND, on_joint_command)
+        return
+
+    def on_effort_command(message: Float64) -> None:
+        callback(message.data)
+
+    node.listen(interface.EFFORT_COMMAND, on_effort_command)
