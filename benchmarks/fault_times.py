@@ -6,8 +6,10 @@ Processes are killed and frozen, commands and joint states spoilt, frames damage
 multicast) bus, while a brake tracks an angle under default timeouts. Time runs from the moment of
 the injection to the stamp of the diagnostics that tell of it, and to the arrival of the first
 command of no torque, or the drive's first sample without. It prints the table of faults:
-median and largest of the rounds. --write puts it into that page, in the place of the table that
-is there. Injection through a service takes the service's time too.
+median and largest of the rounds, and how many kept what the parameters promise (LATENCY, for the
+injection's own way, is added). A torque beyond the limit, or a fault that does not stay latched
+when its cause is over, ends it. --write puts it into that page, in the place of the table that
+is there, or, with --only, of those rows. Injection through a service takes the service's time too.
 """
 
 from __future__ import annotations
@@ -18,27 +20,73 @@ import sys
 
 import numpy as np
 
-from benchmarks.faults import Fault, FAULTS, UNTIMED
+from benchmarks.faults import Fault, FAULTS, KEPT_ANGLE, UNTIMED
 from benchmarks.page import write_table
-from benchmarks.watched_loop import closed_loop, recover, WatchedLoop
+from benchmarks.watched_loop import closed_loop, recover, wake, WatchedLoop
+from engb_ros.runner import RunnerError
+
+# The final clamp's, and how long a ramp from full torque takes, with the default parameters.
+LIMIT, RAMP = 0.75, 0.2
 
 
 def measured(fault: Fault, loop: WatchedLoop, rounds: int) -> dict[str, list[float]]:
-    """Inject `fault` again and again into a healthy loop."""
+    """Inject `fault` again and again into a healthy loop.
+
+    Raises:
+        RuntimeError: a torque went beyond the limit, or a fault did not stay latched.
+    """
     found: dict[str, list[float]] = {}
     for _ in range(rounds):
         recover(loop)
+        loop.torques.clear()
         for what, took in fault.measure(loop).items():
             found.setdefault(what, []).append(took)
+        beyond = [torque for _, torque in loop.torques if not abs(torque) <= LIMIT]
+        if beyond:
+            raise RuntimeError(f'{fault.name}: torque {beyond[0]} N·m')
+        if 'noticed' in found and fault.latches:
+            wake(loop)
+            if not loop.is_in('fault'):
+                raise RuntimeError(f'{fault.name}: did not stay latched')
     recover(loop)
     return found
 
 
-def table(rows: list[tuple[str, str, str, str, str]], rounds: int) -> str:
+def shown(what: str, values: list[float]) -> str:
+    """Return median and largest, in the unit of what they are of."""
+    if what == KEPT_ANGLE:
+        return f'{what} {np.median(values):.2f} rad ({max(values):.2f})'
+    return f'{what} {1e3 * np.median(values):.0f} ms ({1e3 * max(values):.0f})'
+
+
+def in_time(fault: Fault, found: dict[str, list[float]]) -> str:
+    """Return how many of the rounds kept what is promised; what follows a ramp may take that
+    longer."""
+    first, *rest = (values for what, values in found.items() if what != KEPT_ANGLE)
+    kept = [time <= fault.limit for time in first]
+    for values in rest:
+        kept = [so_far and time <= fault.limit + RAMP
+                for so_far, time in zip(kept, values, strict=True)]
+    return f'{sum(kept)} of {len(kept)}'
+
+
+def table(rows: list[tuple[str, ...]], rounds: int) -> str:
     """Return the table of faults as Markdown."""
-    head = ('fault', 'promised within', f'measured, median (largest) of {rounds}', 'reaction',
-            'test')
-    return '\n'.join('| ' + ' | '.join(row) + ' |' for row in (head, ('---',) * 5, *rows))
+    head = ('fault', 'promised within', f'measured, median (largest) of {rounds}', 'in time',
+            'reaction', 'test')
+    return '\n'.join('| ' + ' | '.join(row) + ' |' for row in (head, ('---',) * 6, *rows))
+
+
+def replace_rows(page: Path, rows: list[tuple[str, ...]]) -> None:
+    """Put rows into the page's table, in the place of those of the same faults."""
+    new = {row[0]: '| ' + ' | '.join(row) + ' |' for row in rows}
+    lines = page.read_text(encoding='utf-8').split('\n')
+    begin = next(index for index, line in enumerate(lines) if '<!-- measured faults' in line)
+    end = lines.index('<!-- end -->', begin)
+    table_lines = [new.pop(line.split(' | ')[0].removeprefix('| '), line)
+                   for line in lines[begin:end]]
+    lines[begin:end] = [*table_lines, *new.values()]
+    page.write_text('\n'.join(lines), encoding='utf-8')
 
 
 def main() -> int:
@@ -50,24 +98,30 @@ def main() -> int:
     parser.add_argument('--write', metavar='PAGE', help='page whose table is replaced')
     options = parser.parse_args()
     chosen = [fault for fault in FAULTS if options.only in fault.name]
-    texts: dict[Fault, str] = {}
+    texts: dict[Fault, tuple[str, str]] = {}
     for kind in ('plant', 'spoilt', 'can', 'force'):
         of_kind = [fault for fault in chosen if fault.loop == kind]
         if not of_kind:
             continue
         with closed_loop(kind) as loop:
             for fault in of_kind:
-                texts[fault] = '; '.join(
-                    f'{what} {1e3 * np.median(times):.0f} ms ({1e3 * max(times):.0f})'
-                    for what, times in measured(fault, loop, options.rounds).items())
+                try:
+                    found = measured(fault, loop, options.rounds)
+                    texts[fault] = (
+                        '; '.join(shown(what, times) for what, times in found.items()),
+                        in_time(fault, found))
+                except RunnerError as error:
+                    texts[fault] = (str(error), 'no')
                 print(f'{fault.name}: {texts[fault]}', file=sys.stderr, flush=True)
-    rows = [(fault.name, fault.bound, texts[fault], fault.reaction, f'`{fault.test}`')
+    rows = [(fault.name, fault.bound, *texts[fault], fault.reaction, f'`{fault.test}`')
             for fault in chosen]
-    rows += [(name, bound, '-', reaction, f'`{test}`')
+    rows += [(name, bound, '-', '-', reaction, f'`{test}`')
              for name, bound, reaction, test in UNTIMED if not options.only]
     text = table(rows, options.rounds)
     print(text)
-    if options.write:
+    if options.write and options.only:
+        replace_rows(Path(options.write), rows)
+    elif options.write:
         write_table(Path(options.write), 'faults', text)
     return 0
 

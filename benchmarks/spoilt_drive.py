@@ -25,7 +25,7 @@ __all__ = ['FAULTS', 'SpoiltDriveNode']
 # What is acted out: how the drive spoils what it says, or what it does.
 FAULTS = ('none', 'stamps_stand', 'stamps_nought', 'clock_back', 'clock_forward', 'angle_jumps',
           'angle_far', 'angle_glitches', 'angle_nan', 'angle_stuck', 'off', 'weak', 'reversed',
-          'stuck', 'doubled', 'deaf_for_a_second', 'seized', 'refuses', 'holds_on', 'no_disc')
+          'stuck', 'biased', 'deaf_for_a_second', 'seized', 'refuses', 'holds_on', 'no_disc')
 
 
 class SpoiltDriveNode(PlantNode):
@@ -114,7 +114,7 @@ class SpoiltDriveNode(PlantNode):
                               and (self._count - self._since) * self._brake.period < 1.0):
             return 0.0
         return {'weak': 0.4 * torque, 'reversed': -torque, 'stuck': 0.6,
-                'doubled': 2.0 * torque + 0.2}.get(fault, torque)
+                'biased': torque + 0.4}.get(fault, torque)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -11,12 +11,14 @@ from typing import Any
 
 from engb_core.control.causes import Cause
 from engb_ros.files import config_file, TRUE_BRAKE
-from engb_ros.interface import CLEAR_FAULTS, DIAGNOSTICS, DISTURBANCE, Service
+from engb_ros.interface import CLEAR_FAULTS, DIAGNOSTICS, DISTURBANCE, EFFORT_COMMAND, Service
 from engb_ros.live_loop import Drive, LiveLoop
+from engb_ros.nodes.messages import message_class, subscription_qos
 from engb_ros.probe import Probe
 from engb_ros.runner import reserved_domain, Runner
 
-__all__ = ['SPOILT', 'WatchedLoop', 'answer_of', 'closed_loop', 'nanoseconds', 'recover']
+__all__ = ['SPOILT', 'WatchedLoop', 'answer_of', 'closed_loop', 'nanoseconds', 'recover',
+           'wake']
 
 # The drive that goes wrong on request.
 SPOILT = 'benchmarks.spoilt_drive'
@@ -33,10 +35,17 @@ class WatchedLoop(LiveLoop):
 
     def __init__(self, runner: Runner, probe: Probe, drive: Drive, **controller: Any) -> None:
         self.diagnostics = probe.listen(DIAGNOSTICS)
+        self.torques: list[tuple[int, float]] = []   # when it arrived [ns], and how much [N·m]
+        # As a drive hears it: a reliable reader waits up to a second for what was lost.
+        probe.node.create_subscription(
+            message_class(EFFORT_COMMAND.type), EFFORT_COMMAND.name,
+            lambda message: self.torques.append((time.time_ns(), message.data)),
+            subscription_qos(EFFORT_COMMAND))
         super().__init__(runner, probe, drive, **controller)
 
-    def noticed(self, begin: int, key: str, value: str = '1') -> float:
-        """Wait for the controller's first diagnostics since `begin` [ns] in which `key` is
+    def noticed(self, begin: int, key: str, value: str = '1',
+                node: str = 'controller') -> float:
+        """Wait for a controller's first diagnostics since `begin` [ns] in which `key` is
         `value`; return how long after `begin` they were written [s]."""
         found: list[int] = []
 
@@ -44,7 +53,7 @@ class WatchedLoop(LiveLoop):
             for message in self.diagnostics:
                 status = message.status[0]
                 stamp = nanoseconds(message.header.stamp)
-                if stamp >= begin and status.name.endswith(': controller') and any(
+                if stamp >= begin and status.name.endswith(f': {node}') and any(
                         entry.key == key and entry.value == value for entry in status.values):
                     found.append(stamp)
             return bool(found)
@@ -55,8 +64,12 @@ class WatchedLoop(LiveLoop):
     def no_torque(self, begin: int) -> float:
         """Wait for the first command of no torque; return how long after `begin` [ns] it
         arrived [s]."""
-        self.until(lambda: self.efforts[-1].data == 0.0, 'the torque to be gone')
-        return 1e-9 * (time.time_ns() - begin)
+        def gone() -> list[int]:
+            return [arrived for arrived, torque in self.torques
+                    if arrived > begin and torque == 0.0]
+
+        self.until(gone, 'the torque to be gone')
+        return 1e-9 * (gone()[0] - begin)
 
 
 @contextlib.contextmanager
@@ -84,8 +97,8 @@ def closed_loop(kind: str) -> Iterator[WatchedLoop]:
         runner.kill()
 
 
-def recover(loop: WatchedLoop) -> None:
-    """Wake or restart whatever is frozen or gone, clear faults, and track 15 rad again."""
+def wake(loop: WatchedLoop) -> None:
+    """Wake or restart whatever is frozen or gone: what caused the fault is over."""
     loop.target = None
     for name in (*loop.drive, 'controller'):
         if name in loop.runner.processes:
@@ -98,6 +111,11 @@ def recover(loop: WatchedLoop) -> None:
         loop.set_parameter('plant', 'fault', 'none')
     count = len(loop.states)
     loop.until(lambda: len(loop.states) > count + 30, 'joint states')
+
+
+def recover(loop: WatchedLoop) -> None:
+    """Wake what is asleep, clear faults, and track 15 rad again."""
+    wake(loop)
     asked = [0.0]
 
     def tracks() -> bool:
@@ -115,7 +133,8 @@ def recover(loop: WatchedLoop) -> None:
     loop.until(lambda: not loop.has(
         Cause.OBSERVER_STALE | Cause.CLOCK_JUMP | Cause.COMMAND_NOT_FINITE | Cause.STATE_JUMP
         | Cause.DRIVE_WEAK | Cause.COMMAND_OUT_OF_RANGE | Cause.COMMAND_LATE
-        | Cause.COMMAND_REPEATED | Cause.COMMAND_CONFLICT), 'old causes to fade')
+        | Cause.COMMAND_REPEATED | Cause.COMMAND_CONFLICT
+        | Cause.DISC_SPEED_STALE), 'old causes to fade')
     loop.until(tracks, 'the brake to track')
 
 

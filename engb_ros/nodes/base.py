@@ -25,6 +25,7 @@ from engb_core.errors import InputError
 from engb_ros.interface import Service, Topic
 from engb_ros.nodes.messages import message_class, publisher_qos, subscription_qos
 from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
+from engb_ros.nodes.realtime import use_realtime
 
 __all__ = ['ManagedNode', 'make_executor', 'run']
 
@@ -278,6 +279,8 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         return 2
     try:
         node = make_node()
+        if 'scheduling_priority' in node.values:
+            use_realtime(node.values)
         node.autostart()
         # What is there now stays: the garbage collector needn't walk it in the midst of a cycle.
         gc.collect()

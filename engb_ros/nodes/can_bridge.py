@@ -18,9 +18,10 @@ from engb_ros.can.end_to_end import LinkState
 from engb_ros.can.link import ControllerEnd
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.diagnostics import DiagnosticMessage, ERROR, OK, WARN
-from engb_ros.nodes.joint import EFFORT_SOURCE, JOINT, listen_for_effort, with_joint
+from engb_ros.nodes.joint import EFFORT_SOURCE, HARDWARE_ID, JOINT, listen_for_effort, with_joint
 from engb_ros.nodes.messages import JointMessage, Scalar
 from engb_ros.nodes.parameters import ParameterSpec
+from engb_ros.nodes.realtime import REALTIME
 
 __all__ = ['BUS_PARAMETERS', 'CanBridgeNode', 'main']
 
@@ -63,8 +64,9 @@ class CanBridgeNode(ManagedNode):
         ParameterSpec('model', '', 'model file, for torque constant and joint; empty: the '
                       'paper\'s motor'),
         JOINT,
-        ParameterSpec('hardware_id', '', 'of the drive, in /diagnostics; empty: the namespace'),
+        HARDWARE_ID,
         *BUS_PARAMETERS,
+        *REALTIME,
         EFFORT_SOURCE,
         ParameterSpec('effort_limit', 0.75, 'the drive is asked for no more; what no frame could '
                       'carry is no command of its controller, and not taken at all', 'N·m', 0.0,

@@ -25,6 +25,7 @@ from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.controller_parameters import controller_settings, PARAMETERS
 from engb_ros.nodes.diagnostics import controller_status, DiagnosticMessage
+from engb_ros.nodes.joint import with_joint
 from engb_ros.nodes.messages import (
     CLAMP,
     joint_sample,
@@ -59,7 +60,7 @@ class ControllerNode(ManagedNode):
 
     def configure(self, values: dict[str, Any]) -> None:
         """Build the controller and its endpoints."""
-        model = Model.read(values['model']) if values['model'] else Model()
+        model = with_joint(Model.read(values['model']) if values['model'] else Model(), values)
         self._mechanism = (read_mechanism(values['mechanism']) if values['mechanism'] else None)
         self._controller = BrakeController(model, self._settings(values))
         self._joint = model.joint.name
@@ -68,7 +69,8 @@ class ControllerNode(ManagedNode):
         self._reference = JointMessage(self._joint)
         self._report = JointState(name=['input', 'command', 'output'],
                                   position=array('d', [0.0] * 3), effort=array('d', [0.0] * 3))
-        self._diagnostic = DiagnosticMessage(f'{self.get_namespace().strip("/")}: controller')
+        self._diagnostic = DiagnosticMessage(
+            f'{self.get_namespace().strip("/")}: {self.get_name()}', values['hardware_id'])
         self._reference_every = values['reference_every']
         self._force_every = values['force_every']
         self._report_every = values['report_every']
@@ -109,7 +111,8 @@ class ControllerNode(ManagedNode):
         self._joint_topic = joint_states.topic_name
         self.serve(interface.START_REFERENCE, self._start_reference)
         self.serve(interface.CLEAR_FAULTS, self._clear_faults)
-        self._door = ModelDoor(self, self._controller, lambda: self.values['candidate_model'])
+        self._door = ModelDoor(self, self._controller, lambda: self.values['candidate_model'],
+                               lambda candidate: with_joint(candidate, self.values))
         self.poll_period = _watch_period(values)
         self.every(CLAIM_PERIOD, self._look_for_others)
         self.every(values['diagnostics_period'], self._diagnose)

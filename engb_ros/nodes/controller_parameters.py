@@ -13,12 +13,16 @@ from engb_core.control.reference import REFERENCES, ReferenceSettings
 from engb_core.control.supervisor_settings import STALE_ACTIONS, SupervisorSettings
 from engb_core.errors import InputError
 from engb_core.kinematics import Mechanism
+from engb_ros.nodes.joint import HARDWARE_ID, JOINT
 from engb_ros.nodes.parameters import ParameterSpec
+from engb_ros.nodes.realtime import REALTIME
 
 __all__ = ['PARAMETERS', 'controller_settings']
 
 _LOOP = (
     ParameterSpec('model', '', 'model file; empty: the paper\'s nominal motor alone'),
+    JOINT,
+    HARDWARE_ID,
     ParameterSpec('p', 0.4, 'proportional gain', 'N·m/rad', 0.0, 1e3, live=True),
     ParameterSpec('i', 1.5, 'integral gain', 'N·m/(rad·s)', 0.0, 1e4, live=True),
     ParameterSpec('d', 0.006, 'derivative gain, on the measured velocity', 'N·m·s/rad', 0.0, 1e2,
@@ -140,7 +144,7 @@ _OUTPUT = (
     ParameterSpec('diagnostics_period', 0.5, 'between messages on /diagnostics', 's', 0.05, 60.0),
 )
 
-PARAMETERS = _LOOP + _REFERENCE + _FORCE + _SUPERVISION + _OUTPUT
+PARAMETERS = _LOOP + _REFERENCE + _FORCE + _SUPERVISION + _OUTPUT + REALTIME
 
 
 def controller_settings(values: dict[str, Any],

@@ -14,8 +14,10 @@ from engb_core.model import Model
 from engb_core.sensors import VelocityFromPosition
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
+from engb_ros.nodes.joint import JOINT, with_joint
 from engb_ros.nodes.messages import joint_sample, Scalar, StampClock
 from engb_ros.nodes.parameters import ParameterSpec
+from engb_ros.nodes.realtime import REALTIME
 
 __all__ = ['DisturbanceObserverNode', 'main']
 
@@ -26,6 +28,8 @@ class DisturbanceObserverNode(ManagedNode):
     node_name = 'disturbance_observer'
     parameters = (
         ParameterSpec('model', '', 'model file, for J and B; empty: the paper\'s nominal motor'),
+        JOINT,
+        *REALTIME,
         ParameterSpec('cutoff', 20.0, 'q\'s −3 dB frequency', 'Hz', 0.1, 1e4),
         ParameterSpec('order', 2, 'q\'s order', '', 1, 2),
         ParameterSpec('publish_every', 1, 'publish every n-th estimate', '', 1, 1000),
@@ -33,7 +37,7 @@ class DisturbanceObserverNode(ManagedNode):
 
     def configure(self, values: dict[str, Any]) -> None:
         """Build the observer."""
-        model = Model.read(values['model']) if values['model'] else Model()
+        model = with_joint(Model.read(values['model']) if values['model'] else Model(), values)
         self._joint = model.joint.name
         self._observer = DisturbanceObserver(model.motor, values['cutoff'], values['order'])
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)

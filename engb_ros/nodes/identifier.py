@@ -20,6 +20,7 @@ from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
+from engb_ros.nodes.joint import JOINT, with_joint
 from engb_ros.nodes.messages import joint_sample, Scalar, StampClock
 from engb_ros.nodes.parameters import ParameterSpec
 
@@ -36,6 +37,7 @@ class IdentifierNode(ManagedNode):
     node_name = 'identifier'
     parameters = (
         ParameterSpec('model', '', 'start model file; empty: the paper\'s nominal motor'),
+        JOINT,
         ParameterSpec('model_out', '', 'where service ~/write_model writes; empty: it answers '
                       'with the YAML'),
         ParameterSpec('longest', 300.0, 'how much is collected; then the oldest half is dropped',
@@ -47,7 +49,8 @@ class IdentifierNode(ManagedNode):
 
     def configure(self, values: dict[str, Any]) -> None:
         """Get ready to collect."""
-        self._start_model = Model.read(values['model']) if values['model'] else Model()
+        self._start_model = with_joint(
+            Model.read(values['model']) if values['model'] else Model(), values)
         self._joint = self._start_model.joint.name
         self._samples = [array('d') for _ in range(4)]
         self._stamps = StampClock()

@@ -17,10 +17,13 @@ from engb_ros.nodes.parameters import ParameterSpec
 if TYPE_CHECKING:
     from engb_ros.nodes.base import ManagedNode
 
-__all__ = ['EFFORT_SOURCE', 'JOINT', 'joint_effort', 'listen_for_effort', 'with_joint']
+__all__ = ['EFFORT_SOURCE', 'HARDWARE_ID', 'JOINT', 'joint_effort', 'listen_for_effort',
+           'with_joint']
 
 JOINT = ParameterSpec('joint', '', 'name of the joint, where several brakes share a robot '
                       'description; empty: the model file\'s')
+HARDWARE_ID = ParameterSpec('hardware_id', '', 'of the drive, in /diagnostics; empty: the '
+                            'namespace')
 EFFORT_SOURCE = ParameterSpec(
     'effort_source', 'effort_command', 'which topic the torque comes from: effort_command '
     '(Float64), or joint_command (JointState, as ros2_control\'s joint_state_topic_'

@@ -62,11 +62,14 @@ class ModelDoor:
         node: the controller's node; the service gets its name.
         controller: who judges.
         path: returns the file to take.
+        adapt: gives its model the names of this brake.
     """
 
-    def __init__(self, node: Node, controller: BrakeController, path: Callable[[], str]) -> None:
+    def __init__(self, node: Node, controller: BrakeController, path: Callable[[], str],
+                 adapt: Callable[[Model], Model]) -> None:
         self._controller = controller
         self._path = path
+        self._adapt = adapt
         self._ready: tuple[PreparedModel, threading.Event] | None = None
         sys.setswitchinterval(_SWITCH)
         self._node = rclpy.create_node(
@@ -115,7 +118,8 @@ class ModelDoor:
         if not path:
             raise InputError('parameter candidate_model is empty; set it to the model file to '
                              'accept')
-        prepared = self._controller.prepare_model(read_candidate(str(Path(path))))
+        prepared = self._controller.prepare_model(
+            self._adapt(read_candidate(str(Path(path)))))
         taken = threading.Event()
         self._ready = (prepared, taken)
         if not taken.wait(_TAKEN_WITHIN):

@@ -15,6 +15,7 @@ from engb_core.sensors import VelocityFromPosition
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.diagnostics import DiagnosticMessage, OK, WARN
+from engb_ros.nodes.joint import HARDWARE_ID, JOINT, with_joint
 from engb_ros.nodes.messages import joint_sample, StampClock
 from engb_ros.nodes.parameters import ParameterSpec
 
@@ -27,6 +28,8 @@ class MonitorNode(ManagedNode):
     node_name = 'monitor'
     parameters = (
         ParameterSpec('model', '', 'model file to hold the brake against; needed'),
+        JOINT,
+        HARDWARE_ID,
         ParameterSpec('threshold', 0.008, 'rms of the torque residual that is too much', 'N·m',
                       1e-6, 1e3),
         ParameterSpec('window', 5.0, 'memory of the running rms', 's', 0.1, 1e4),
@@ -36,14 +39,15 @@ class MonitorNode(ManagedNode):
 
     def configure(self, values: dict[str, Any]) -> None:
         """Build the monitor."""
-        model = Model.read(values['model'])
+        model = with_joint(Model.read(values['model']), values)
         self._joint = model.joint.name
         self._monitor = MismatchMonitor(model, MonitorSettings(
             values['threshold'], values['window'], values['cutoff']))
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
         self._stamps = StampClock()
         self._warned = False
-        self._diagnostic = DiagnosticMessage(f'{self.get_namespace().strip("/")}: monitor')
+        self._diagnostic = DiagnosticMessage(f'{self.get_namespace().strip("/")}: monitor',
+                                             values['hardware_id'])
         self._publish_diagnostics = self.advertise(interface.DIAGNOSTICS).publish
         self.listen(interface.JOINT_STATES, self._on_joint_states, every=True)
         self.every(values['period'], self._diagnose)

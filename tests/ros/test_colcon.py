@@ -45,7 +45,8 @@ def test_it_builds_and_runs(tmp_path, runner, probe, options):
     share = folder / 'install/engb_ros/share'
     assert (share / 'ament_index/resource_index/packages/engb_ros').exists()
     for name in ('package.xml', 'launch/one_wheel.launch.xml', 'launch/four_wheels.launch.xml',
-                 'config/one_wheel.yaml', 'config/brake.yaml'):
+                 'config/one_wheel.yaml', 'config/brake.yaml', 'config/vehicle.yaml',
+                 'config/diagnostics.yaml', 'config/foxglove_layout.json'):
         assert (share / 'engb_ros' / name).exists(), name
     programs = {path.name for path in (folder / 'install/engb_ros/lib/engb_ros').iterdir()}
     assert {'controller', 'plant', 'disturbance_observer', 'identifier', 'recorder',

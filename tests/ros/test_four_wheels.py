@@ -4,7 +4,7 @@ from contextlib import ExitStack
 import time
 
 from engb_ros.files import config_file
-from engb_ros.interface import JOINT_STATES, POSITION_COMMAND
+from engb_ros.interface import DIAGNOSTICS, JOINT_STATES, POSITION_COMMAND
 from engb_ros.probe import Probe
 
 TARGETS = {'front_left': 6.0, 'front_right': 9.0, 'rear_left': 12.0, 'rear_right': 15.0}
@@ -19,6 +19,7 @@ def test_four_loops_at_once(runner, domain):
             for node, slow in (('plant', {'rate': 100.0}),
                                ('controller', {'state_timeout': 2.0, 'command_timeout': 5.0})):
                 runner.start_command(f'{wheel}_{node}', _command(node, wheel, slow))
+        told = probes['front_left'].listen(DIAGNOSTICS)
         last = 0.0
 
         def arrived():
@@ -34,10 +35,17 @@ def test_four_loops_at_once(runner, domain):
                        for wheel, target in TARGETS.items())
 
         runner.wait_until(arrived, 'all four brakes', timeout=90.0)
+        for wheel in TARGETS:   # each with names of its own
+            assert states[wheel][-1].name == [f'{wheel}_motor']
+        runner.wait_until(lambda: {(entry.name, entry.hardware_id) for message in told
+                                   for entry in message.status} >= {
+            (f'{wheel}: controller', f'brake_{wheel}') for wheel in TARGETS},
+            'their diagnostics', pause=lambda: probes['front_left'].spin(0.05))
         runner.stop()
 
 
 def _command(node, wheel, parameters):
     from engb_ros.runner import node_command
-    return node_command(node, namespace=f'/{wheel}', parameters=parameters,
-                        parameter_file=config_file(f'{wheel}.yaml'))
+    command = node_command(node, namespace=f'/{wheel}', parameters=parameters,
+                           parameter_file=config_file(f'{wheel}.yaml'))
+    return [*command, '--params-file', str(config_file('vehicle.yaml'))]

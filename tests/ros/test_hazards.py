@@ -75,7 +75,8 @@ def test_a_drive_that_does_not_obey(spoilt):
     loop = spoilt
     for fault, cause in (('off', Cause.DRIVE_OFF), ('refuses', Cause.DRIVE_OFF),
                          ('holds_on', Cause.DRIVE_WRONG), ('reversed', Cause.DRIVE_WRONG),
-                         ('stuck', Cause.DRIVE_WRONG), ('deaf_for_a_second', Cause.DRIVE_OFF)):
+                         ('stuck', Cause.DRIVE_WRONG), ('biased', Cause.DRIVE_WRONG),
+                         ('deaf_for_a_second', Cause.DRIVE_OFF)):
         healthy(loop)
         loop.target = 25.0
         loop.act(fault)
@@ -89,9 +90,13 @@ def test_a_drive_that_does_not_obey(spoilt):
     loop.target = 36.0
     loop.until(lambda: loop.is_in('degraded') and loop.has(Cause.DRIVE_WEAK), 'weak')
     healthy(loop)
-    loop.act('seized')
-    loop.target = 30.0
-    loop.until(lambda: loop.is_in('fault') and loop.has(Cause.SHAFT_SEIZED), 'seized')
+    loop.act('no_disc')
+    loop.until(lambda: loop.is_in('degraded') and loop.has(Cause.DISC_SPEED_STALE), 'no disc')
+    for fault in ('seized', 'angle_stuck'):
+        healthy(loop)
+        loop.act(fault)
+        loop.target = 30.0
+        loop.until(lambda: loop.is_in('fault') and loop.has(Cause.SHAFT_SEIZED), fault)
 
 
 def test_a_request_too_high_and_then_none(runner, probe):

@@ -1,7 +1,11 @@
 """Nodes start, stop by signal with status 0, and refuse bad parameters in one line."""
 
+import os
 from pathlib import Path
+import shutil
 import signal
+import subprocess
+import sys
 
 import pytest
 from rcl_interfaces.srv import DescribeParameters, SetParameters
@@ -9,6 +13,16 @@ from rclpy.parameter import Parameter
 
 from engb_ros.interface import EFFORT_COMMAND, Service
 from engb_ros.runner import node_command
+
+
+def may_be_real_time():
+    """Whether this process may ask for it."""
+    tried = subprocess.run([sys.executable, '-c', 'import os; os.sched_setscheduler(0, '
+                            'os.SCHED_FIFO, os.sched_param(1)); import ctypes; '
+                            'assert ctypes.CDLL(None).mlockall(3) == 0'],
+                           capture_output=True, check=False)
+    return tried.returncode == 0
+
 
 NODES = ('plant', 'controller', 'disturbance_observer', 'identifier', 'recorder')
 
@@ -33,6 +47,37 @@ def test_a_signal_in_the_midst_of_the_imports_is_a_clean_end_too(runner, number)
     process.signal(number)
     assert process.wait() == 0
     assert 'Traceback' not in process.output
+
+
+@pytest.mark.skipif(not shutil.which('setpriv'), reason='setpriv takes the permissions away')
+@pytest.mark.parametrize(('parameters', 'told'), [
+    ({'scheduling_priority': 50}, 'scheduling_priority 50: not permitted'),
+    ({'lock_memory': True}, 'lock_memory: not permitted'),
+    ({'processors': [4000]}, 'processors [4000]: not possible'),
+])
+def test_real_time_that_is_not_permitted_is_refused(runner, parameters, told):
+    command = node_command('controller', parameters=parameters)
+    process = runner.start_command('controller', [
+        'bash', '-c', 'ulimit -r 0 -l 64; exec setpriv "$@"', 'bash',
+        *(['--bounding-set=-sys_nice,-ipc_lock'] if os.geteuid() == 0 else []), *command])
+    assert process.wait(60.0) == 2
+    assert told in process.output
+    assert 'Traceback' not in process.output
+
+
+@pytest.mark.skipif(not may_be_real_time(), reason='real time is not permitted here')
+def test_real_time_holds_for_every_thread(runner, probe):
+    process = runner.start('controller', parameters={
+        'scheduling_priority': 10, 'processors': [min(os.sched_getaffinity(0))],
+        'lock_memory': True})
+    runner.wait_until(lambda: probe.publishers(EFFORT_COMMAND), 'the controller',
+                      pause=probe.spin)
+    threads = [int(path.name) for path in
+               Path(f'/proc/{process.process.pid}/task').iterdir()]
+    assert len(threads) > 3
+    assert {os.sched_getscheduler(thread) for thread in threads} == {os.SCHED_FIFO}
+    assert {len(os.sched_getaffinity(thread)) for thread in threads} == {1}
+    runner.stop()
 
 
 @pytest.mark.parametrize(('node', 'parameters', 'told'), [
