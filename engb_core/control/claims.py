@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 
-__all__ = ['CLAIM_PERIOD', 'ControllerClaims']
+__all__ = ['CLAIM_PERIOD', 'ControllerClaims', 'STANDBY_CLAIM']
 
 # A healthy controller that speaks says so this often [s].
 CLAIM_PERIOD = 0.1
+
+# What a silent standby says: it is there, and yields to everybody.
+STANDBY_CLAIM = 2**64 - 1
 
 # A claim that is not kept up is forgotten after this [s].
 _GONE = 0.5
@@ -39,6 +42,7 @@ class ControllerClaims:
         self._heard: dict[int, list[float]] = {}   # first, last [s], how often
         self._known: set[int] = set()
         self._alone_since: float | None = None
+        self._present_since: float | None = None
 
     def take_over(self, own: int) -> None:
         """Claim anew, in the place of those heard so far; one word of them is enough to yield."""
@@ -65,7 +69,7 @@ class ControllerClaims:
         """Return the claims that count now; for one who speaks only what was kept up."""
         found = []
         for claim, (first, last, often) in self._heard.items():
-            kept_up = often >= _OFTEN and last - first >= _KEPT_UP
+            kept_up = claim == STANDBY_CLAIM or often >= _OFTEN and last - first >= _KEPT_UP
             if now - last <= _GONE and (kept_up or not speaking or claim in self._known):
                 found.append(claim)
         return found
@@ -83,7 +87,18 @@ class ControllerClaims:
         present = publishers > 1
         if not present and speaking and self._alone_since is None:
             self._alone_since = now
+        if not present:
+            self._present_since = None
+        elif self._present_since is None:
+            self._present_since = now
         rivals = self.rivals(now, speaking)
+        if STANDBY_CLAIM in rivals:
+            rivals.remove(STANDBY_CLAIM)
+            if not rivals:
+                return present, True
         if rivals:
             return present, not faulty and self.own < min(rivals)
+        if (self._present_since is not None and not speaking
+                and now - self._present_since < _KEPT_UP):
+            return present, True   # it has had no time to say who it is
         return present, self._alone_since is not None and now - self._alone_since > _ALONE

@@ -16,7 +16,7 @@ from std_msgs.msg import Float64, String, UInt32, UInt64
 from engb_core.control.brake_controller import BrakeController
 from engb_core.control.brake_settings import ControllerSettings
 from engb_core.control.causes import Cause
-from engb_core.control.claims import CLAIM_PERIOD, ControllerClaims
+from engb_core.control.claims import CLAIM_PERIOD, ControllerClaims, STANDBY_CLAIM
 from engb_core.control.clamp_force import read_mechanism
 from engb_core.control.command_arbiter import Command
 from engb_core.errors import InputError
@@ -279,6 +279,8 @@ class ControllerNode(ManagedNode):
         supervisor.commands.rivals = max(count(topic) for topic in self._command_topics) > 1
         supervisor.set(Cause.OTHER_DRIVE, count(self._joint_topic) > 1, now)
         if controller.silent and self._standby:
+            if not supervisor.faults:
+                self._publish_activation(UInt64(data=STANDBY_CLAIM))
             return   # it hears the other one, and whether it falls silent
         faulty = bool(supervisor.latched & ~Cause.OTHER_CONTROLLER)
         present, was_first = self._claims.judge(

@@ -1,6 +1,6 @@
 """Of several controllers one speaks, whatever anybody claims."""
 
-from engb_core.control.claims import CLAIM_PERIOD, ControllerClaims
+from engb_core.control.claims import CLAIM_PERIOD, ControllerClaims, STANDBY_CLAIM
 
 
 def kept_up(claims, value, begin, seconds):
@@ -85,3 +85,22 @@ def test_who_took_over_yields_to_a_word_of_the_one_before_but_not_to_its_shadow(
     assert claims.judge(now + 0.2, 2, True, False) == (True, True)
     claims.hear(now + 0.3, 100)
     assert claims.judge(now + 0.3, 2, True, False) == (True, False)
+
+
+def test_a_primary_beside_a_standby_from_the_start_speaks_also_with_a_fault():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    # Two publishers are in the graph before either has said who it is.
+    assert claims.judge(0.05, 2, speaking=False, faulty=False) == (True, True)
+    for step in range(50):
+        now = 0.1 * step
+        claims.hear(now, STANDBY_CLAIM)
+        assert claims.judge(now, 2, speaking=step > 6, faulty=step > 20) == (True, True)
+
+
+def test_a_stranger_who_says_nothing_was_there_first():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    for step in range(4):
+        claims.judge(0.1 * step, 2, speaking=False, faulty=False)
+    assert claims.judge(0.5, 2, speaking=False, faulty=False) == (True, False)

@@ -289,6 +289,17 @@ def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(runner, pr
     runner.stop()
 
 
+def test_a_primary_and_a_standby_that_start_at_once_know_their_parts(runner, probe):
+    controller = {'state_timeout': STATE_TIMEOUT, 'command_timeout': 2.0}
+    runner.start('controller', name='standby', parameters={**controller, 'standby': True})
+    loop = closed_loop(runner, probe)
+    loop.target = 10.0
+    loop.until(lambda: abs(loop.position - 10.0) < 0.3, 'the brake')
+    loop.during(1.5)
+    assert not any(message.data == 'fault' for message in loop.state)
+    runner.stop()
+
+
 def test_a_failing_configuration_leaves_nothing_behind(runner, probe):
     from lifecycle_msgs.srv import ChangeState
     runner.start('controller', parameters={'autostart': False, 'model': '/nowhere.yaml'})
