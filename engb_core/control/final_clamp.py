@@ -48,9 +48,15 @@ class FinalClamp:
         return 0.0
 
     def ramp_down(self, dt: float) -> float:
-        """Return the next torque [N·m] on the way to none."""
+        """Return the next torque [N·m] on the way to none.
+
+        A ramp spares the vehicle a jerk when braking ends. Torque that releases brakes nothing:
+        it goes at once, or it would drive the motor off its stroke, with nobody watching.
+        """
         settings = self.settings
+        if self.output < 0.0:
+            return self.release()
         step = settings.effort_limit / settings.ramp_time * min(max(dt, 0.0), settings.ramp_time)
         value = self.output
-        self.output = math.copysign(max(abs(value) - step, 0.0), value)
+        self.output = max(value - step, 0.0)
         return self.output

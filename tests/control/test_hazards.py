@@ -10,6 +10,7 @@ from engb_core.control.brake_controller import BrakeController
 from engb_core.control.brake_settings import ControllerSettings
 from engb_core.control.causes import Cause, State, Stop
 from engb_core.control.command_arbiter import Command
+from engb_core.control.final_clamp import FinalClamp
 from engb_core.control.loop import LoopSettings
 from engb_core.control.supervisor_settings import default_stops, SupervisorSettings
 from engb_core.errors import InputError
@@ -454,3 +455,11 @@ def test_a_disc_speed_that_nobody_tells_any_more_counts_as_none():
     brake.run(0.2)
     assert brake.controller.supervisor.holds(Cause.DISC_SPEED_STALE)
     assert brake.controller.loop.torques.load_ratio == 1.0
+
+
+def test_torque_that_releases_is_not_ramped_but_gone_at_once():
+    clamp = FinalClamp(SupervisorSettings())
+    clamp.output = -0.5
+    assert clamp.ramp_down(0.004) == 0.0
+    clamp.output = 0.5
+    assert 0.4 < clamp.ramp_down(0.004) < 0.5
