@@ -5,15 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 import os
+from pathlib import Path
 
 from engb_core.errors import InputError
+from engb_ros.can.end_to_end import crc_start
 from engb_ros.files import config_file
 
-__all__ = ['DriveCodec', 'DriveCommand', 'DriveStatus', 'DRIVE_DBC']
+__all__ = ['DriveCodec', 'DriveCommand', 'DriveStatus', 'DRIVE_DBC', 'dbc_file']
 
 DRIVE_DBC = config_file('engb_drive.dbc')
 FLAGS = ('COMMAND_LOST', 'OVER_CURRENT', 'OVER_TEMPERATURE', 'SENSOR_FAULT')
 OFF, TORQUE = 0, 1
+
+
+def dbc_file(name: str) -> Path:
+    """Return the DBC file that a parameter names: '' and bare names are the package's own,
+    unless a file of that name is in the working folder."""
+    path = Path(name)
+    if not name:
+        return DRIVE_DBC
+    own = config_file(name)
+    return own if path.name == name and not path.exists() and own.exists() else path
 
 
 @dataclass(frozen=True)
@@ -48,8 +60,9 @@ class DriveCodec:
         drive: what stands in the place of DRIVE in their names, where a bus has several drives.
 
     Raises:
-        InputError: cantools isn't installed, or the file is unreadable or lacks a frame, or two
-            of the frames have one identifier or one data ID.
+        InputError: cantools isn't installed, or the file is unreadable or lacks a frame, or one
+            of the drive's frames shares its identifier or data ID with another frame, or a data
+            ID that the CRC cannot tell from it.
     """
 
     def __init__(self, path: str | os.PathLike = DRIVE_DBC, drive: str = 'DRIVE') -> None:
@@ -77,14 +90,30 @@ class DriveCodec:
         except Exception as error:   # cantools raises many kinds
             raise InputError(f'{path}: not a valid DBC file ({error})') from error
         frames = (self.command, self.status_1, self.status_2)
-        for what, of in (('identifier', lambda frame: frame.frame_id),
-                         ('E2eDataId', self.data_id)):
-            if len({of(frame) for frame in frames}) < len(frames):
-                raise InputError(f'{path}: two of the frames of {drive} have the same {what}; '
-                                 'each needs its own')
+        self._check_against_others(path, frames, database.messages)
         self._ranges = {
             message.name: {signal.name: _range(signal) for signal in message.signals}
             for message in frames}
+
+    def _check_against_others(self, path: str | os.PathLike, mine: tuple, every: list) -> None:
+        """Refuse a file in which another frame could pass for one of this drive's."""
+        guarded = [frame for frame in every
+                   if frame.dbc and frame.dbc.attributes.get('E2eDataId') is not None]
+        for frame in mine:
+            for other in {id(each): each for each in (*mine, *guarded)}.values():
+                if other is frame:
+                    continue
+                for what, same in (
+                        ('identifier', frame.frame_id == other.frame_id),
+                        ('E2eDataId', self.data_id(frame) == self.data_id(other))):
+                    if same:
+                        raise InputError(f'{path}: {frame.name} and {other.name} have the same '
+                                         f'{what}; each needs its own')
+                if crc_start(self.data_id(frame)) == crc_start(self.data_id(other)):
+                    raise InputError(
+                        f'{path}: the CRC cannot tell {frame.name} from {other.name}: their '
+                        f'E2eDataIds {self.data_id(frame)} and {self.data_id(other)} have one '
+                        'remainder; give one of them another')
 
     @property
     def largest_torque(self) -> float:

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections import Counter, deque
 from enum import Enum
 
-__all__ = ['CheckStatus', 'LinkState', 'Protector', 'Receiver', 'crc8', 'frame_crc']
+__all__ = ['CheckStatus', 'LinkState', 'Protector', 'Receiver', 'crc8', 'crc_start',
+           'frame_crc']
 
 COUNTERS = 15
 
@@ -34,9 +35,14 @@ def crc8(data: bytes, start: int = 0) -> int:
     return start
 
 
+def crc_start(data_id: int) -> int:
+    """Return the CRC of a data ID: 8 bits of 16, so that two data IDs may have the same."""
+    return _TABLE[_TABLE[data_id & 0xFF] ^ data_id >> 8]
+
+
 def frame_crc(data: bytes, data_id: int) -> int:
     """Return the CRC of a frame whose byte 0 is the place of the CRC."""
-    return crc8(data[1:], _TABLE[_TABLE[data_id & 0xFF] ^ data_id >> 8])
+    return crc8(data[1:], crc_start(data_id))
 
 
 class Protector:

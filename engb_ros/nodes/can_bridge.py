@@ -12,7 +12,7 @@ from std_msgs.msg import String
 from engb_core.model import Model
 from engb_ros import interface
 from engb_ros.can.bus import CanBus
-from engb_ros.can.codec import DRIVE_DBC, DriveCodec, DriveCommand, DriveStatus, OFF, TORQUE
+from engb_ros.can.codec import dbc_file, DriveCodec, DriveCommand, DriveStatus, OFF, TORQUE
 from engb_ros.can.drive_watch import DriveState, DriveWatch
 from engb_ros.can.end_to_end import LinkState
 from engb_ros.can.link import ControllerEnd
@@ -31,7 +31,8 @@ BUS_PARAMETERS = (
     ParameterSpec('channel', 'can0', 'its channel; of udp_multicast GROUP or GROUP:PORT (groups '
                   'with one port hear each other)'),
     ParameterSpec('bitrate', 0, '0: as the interface is configured', 'bit/s', 0, 10_000_000),
-    ParameterSpec('dbc', '', 'DBC file; empty: engb_drive.dbc of this package'),
+    ParameterSpec('dbc', '', 'DBC file: a path, or one of this package: '
+                  'engb_drive.dbc (also where it is empty), engb_four_drives.dbc'),
     ParameterSpec('drive', 'DRIVE', 'the drive\'s name in it, which its frames\' names begin '
                   'with: DRIVE_COMMAND, DRIVE_STATUS_1, DRIVE_STATUS_2'),
     ParameterSpec('reconnect_time', 1.0, 'pause before a failed bus is opened again', 's', 0.01,
@@ -83,7 +84,7 @@ class CanBridgeNode(ManagedNode):
     def configure(self, values: dict[str, Any]) -> None:
         """Open the bus."""
         model = with_joint(Model.read(values['model']) if values['model'] else Model(), values)
-        codec = DriveCodec(values['dbc'] or DRIVE_DBC, values['drive'])
+        codec = DriveCodec(dbc_file(values['dbc']), values['drive'])
         self._torque_constant = model.motor.torque_constant
         self._link = ControllerEnd(codec, values['link_timeout'])
         self._watch = DriveWatch(values['mode_timeout'])

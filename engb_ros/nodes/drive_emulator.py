@@ -13,7 +13,7 @@ from time import monotonic
 from typing import Any
 
 from engb_ros.can.bus import CanBus
-from engb_ros.can.codec import DRIVE_DBC, DriveCodec, DriveCommand, DriveStatus, OFF
+from engb_ros.can.codec import dbc_file, DriveCodec, DriveCommand, DriveStatus, OFF
 from engb_ros.can.link import DriveEnd
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.brake_parameters import BRAKE_PARAMETERS, make_brake
@@ -47,7 +47,7 @@ class DriveEmulatorNode(ManagedNode):
     def configure(self, values: dict[str, Any]) -> None:
         """Build the brake and open the bus."""
         self._brake = make_brake(values)
-        codec = DriveCodec(values['dbc'] or DRIVE_DBC, values['drive'])
+        codec = DriveCodec(dbc_file(values['dbc']), values['drive'])
         self._link = DriveEnd(codec, values['command_timeout'])
         self._torque_constant = self._brake.model.motor.torque_constant
         self._commands: deque[tuple[int, bytes]] = deque(maxlen=100)

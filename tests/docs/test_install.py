@@ -1,0 +1,77 @@
+"""What installs the package: its keys exist, what pip alone has is told, the files parse.
+
+Neither Docker nor a forge is here; that these files work is not tested, only that they agree.
+"""
+
+from pathlib import Path
+import re
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+DEPENDENCIES = {entry.text for entry in ElementTree.parse(ROOT / 'package.xml').getroot()
+                if entry.tag.endswith('depend')}
+
+# rosdep's keys for Ubuntu noble, looked up in rosdistro's python.yaml on 2026-08-22. True: a
+# Debian package; False: rosdep would call pip.
+KEYS = {'python3-numpy': True, 'python3-scipy': True, 'python3-yaml': True,
+        'python3-matplotlib': True, 'python3-numba': True, 'python3-can': True,
+        'python3-msgpack': True, 'python3-pytest': True, 'python3-rosbags-pip': False,
+        'python3-cantools-pip': False}
+
+# The distribution that each key stands for.
+DISTRIBUTIONS = {'python3-can': 'python-can', 'python3-yaml': 'pyyaml',
+                 'python3-rosbags-pip': 'rosbags', 'python3-cantools-pip': 'cantools'}
+
+FILES = ('docs/install.md', 'Dockerfile', '.github/workflows/ci.yml')
+
+
+def needed():
+    """Return the distributions that the package and its extra `can` need."""
+    text = (ROOT / 'setup.py').read_text(encoding='utf-8')
+    lists = [re.search(r'install_requires=\[(.*?)\]', text, re.S).group(1),
+             re.search(r"'can': \[(.*?)\]", text, re.S).group(1)]
+    return {name for part in lists for name in re.findall(r"'([\w-]+)[><=\w.,]*'", part)
+            } - {'setuptools'}
+
+
+def test_every_python_key_is_one_of_rosdistro():
+    assert {key for key in DEPENDENCIES if key.startswith('python3-')} <= set(KEYS)
+
+
+def test_every_need_has_a_key():
+    named = {DISTRIBUTIONS.get(key, key.removeprefix('python3-')) for key in DEPENDENCIES}
+    assert needed() <= named
+
+
+@pytest.mark.parametrize('name', FILES)
+def test_what_rosdep_would_give_to_pip_has_another_way(name):
+    text = (ROOT / name).read_text(encoding='utf-8')
+    for key, is_debian in KEYS.items():
+        if key in DEPENDENCIES and not is_debian:
+            assert re.search(rf'--skip-keys \'[^\']*\b{key}', text), key
+            assert re.search(rf'pip install .*\'{DISTRIBUTIONS[key]}[><=]', text), key
+    assert '--system-site-packages' in text
+
+
+def test_the_workflow_is_whole():
+    jobs = yaml.safe_load((ROOT / FILES[2]).read_text(encoding='utf-8'))['jobs']
+    stock = jobs['stock-jazzy']
+    assert stock['container'] == 'ros:jazzy'
+    commands = ' '.join(step.get('run', '') for step in stock['steps'])
+    for folder in re.findall(r'tests/\w+', commands):
+        assert (ROOT / folder).is_dir()
+    assert 'colcon build' in commands
+    assert 'pytest' in commands
+
+
+def test_package_xml_and_setup_agree():
+    root = ElementTree.parse(ROOT / 'package.xml').getroot()
+    setup = (ROOT / 'setup.py').read_text(encoding='utf-8')
+    assert root.get('format') == '3'
+    assert f"version='{root.find('version').text}'" in setup
+    assert f"license='{root.find('license').text}'" in setup
+    assert root.find('export/build_type').text == 'ament_python'
+    assert root.find('version').text in (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8')
