@@ -49,6 +49,8 @@ class MdfTable(Table):
     def read(self, channels: Iterable[int]) -> dict[int, Samples]:
         """Return physical values and times from the measurement's start."""
         found = {}
+        channels = list(channels)
+        self.check_size(channels)
         for place in channels:
             group, index = self._places[place]
             name = self.channels[place].name
@@ -101,11 +103,15 @@ class TdmsTable(Table):
     def read(self, channels: Iterable[int]) -> dict[int, Samples]:
         """Return scaled values and, of waveforms, their times."""
         found = {}
+        channels = list(channels)
+        self.check_size(channels)
         for place in channels:
             channel = self._channels[place]
             try:
                 values = numbers_of(self.path, channel.name, channel[:])
-            except (OSError, ValueError, KeyError, EOFError) as error:
+            except InputError:
+                raise
+            except Exception as error:      # npTDMS raises what it likes on a broken file
                 raise InputError(f'{self.path}: {channel.name} cannot be read '
                                  f'({error})') from error
             time: np.ndarray | None = None
@@ -142,6 +148,7 @@ class ColumnarTable(Table):
         """Return columns; a null is not finite."""
         import pyarrow
         places = list(channels)
+        self.check_size(places)
         names = list(dict.fromkeys(self._names[place] for place in places))
         try:
             table = (self._file.read(columns=names) if self.kind == 'Parquet'
@@ -192,6 +199,7 @@ class Ros1Table(Table):
         """Return fields of messages and the messages' times."""
         found = {}
         places = list(channels)
+        self.check_size(places)
         for topic in dict.fromkeys(self._paths[place][0] for place in places):
             here = [place for place in places if self._paths[place][0] == topic]
             times: list[float] = []
