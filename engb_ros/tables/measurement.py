@@ -10,7 +10,7 @@ import numpy as np
 
 from engb_core.errors import InputError
 from engb_ros.tables.needs import needed
-from engb_ros.tables.table import Channel, numbers_of, Samples, Table
+from engb_ros.tables.table import Channel, MOST_BYTES, numbers_of, Samples, Table
 from engb_ros.tables.units import parse_title
 
 __all__ = ['ColumnarTable', 'MdfTable', 'Ros1Table', 'TdmsTable']
@@ -33,6 +33,11 @@ class MdfTable(Table):
             for index, group in enumerate(self._file.groups):
                 master = self._file.masters_db.get(index)
                 count = int(group.channel_group.cycles_nr)
+                # asammdf makes room for the flags of all samples, whatever the file holds.
+                flags = count * int(getattr(group.channel_group, 'invalidation_bytes_nr', 0) or 0)
+                if flags > MOST_BYTES:
+                    raise InputError(f'{path}: says that a group has {flags >> 20} MiB of '
+                                     'invalidation bytes; the file is damaged')
                 for place, channel in enumerate(group.channels):
                     if place == master:
                         continue
@@ -42,6 +47,8 @@ class MdfTable(Table):
                                          or parse_title(channel.name)[1], count, str(index),
                                          master is not None))
                     self._places.append((index, place))
+        except InputError:
+            raise
         except Exception as error:      # asammdf raises what it likes on a broken file
             raise InputError(f'{path}: not a usable {self.kind} file ({error})') from error
         super().__init__(path, found)
