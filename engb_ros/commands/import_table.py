@@ -130,8 +130,8 @@ def write_recording(path: Path, measured: Measured, joint: str = 'motor',
         # Times count from a trigger, which a stamp cannot: it counts from 1970 on.
         time = time - time.min()
     if time.size and time.max() >= _LATEST:
-        raise InputError(f'time reaches {time.max():.3g} s: a stamp holds {_LATEST:.3g} s at most; '
-                         'check the unit of time')
+        raise InputError(f'time reaches {time.max():.3g} s: a stamp holds {_LATEST:.3g} s at '
+                         'most; check the unit of time')
     values = {name: column[good] for name, column in measured.columns.items()}
     space = '/' + namespace.strip('/')
     prefix = '' if space == '/' else space
