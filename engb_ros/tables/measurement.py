@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+import contextlib
+import io
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +64,10 @@ class MdfTable(Table):
             group, index = self._places[place]
             name = self.channels[place].name
             try:
-                signal = self._file.get(group=group, index=index, ignore_invalidation_bits=False)
+                # asammdf prints what it knows of a channel that it cannot read.
+                with contextlib.redirect_stdout(io.StringIO()):
+                    signal = self._file.get(group=group, index=index,
+                                            ignore_invalidation_bits=False)
             except Exception as error:      # as above
                 raise InputError(f'{self.path}: {name} cannot be read ({error})') from error
             found[place] = Samples(
