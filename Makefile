@@ -31,7 +31,8 @@ types: $(VENV)/.ready
 $(VENV)/.ready: setup.py requirements.txt
 	@test -n "$(PYTHON)" || { echo 'Python 3.11 or 3.12 is needed (PYTHON=… names one)' >&2; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
+	@echo 'Installing into $(VENV), 1.1 GB: each package is named as it comes.'
+	$(BIN)/python -m pip install --disable-pip-version-check -r requirements.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
 	touch $@
 

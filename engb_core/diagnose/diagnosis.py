@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -96,7 +97,10 @@ class NextExperiment:
 
 @dataclass(frozen=True)
 class Trace:
-    """Filtered signals of one recording on the decimated grid, all (m,): what was compared."""
+    """Filtered signals of one recording on the decimated grid, all (m,): what was compared.
+
+    `channels` has what the pictures of the effects are drawn over, by name (pictured.py).
+    """
 
     recording: str
     held_out: bool
@@ -108,6 +112,7 @@ class Trace:
     predicted_after: Array
     judged: NDArray[np.bool_]   # False where the shaft stands or samples are missing
     noise_floor: float
+    channels: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

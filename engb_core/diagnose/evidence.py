@@ -19,6 +19,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
+from engb_core.diagnose.pictured import channels_of
 from engb_core.diagnose.probability import rival_weights
 from engb_core.diagnose.problem import Problem, Run
 from engb_core.diagnose.selection import Selection
@@ -121,7 +122,8 @@ def evidence_of(problem: Problem, fitter: Fitter, chosen: Fit, selection: Select
             run.recording.name, run.held_out, run.motion.time[grid], run.motion.position[grid],
             run.motion.velocity[grid], run.measured, _predicted(run, problem.model),
             _predicted(run, corrected), np.ones(grid.size, bool),
-            float(np.sqrt(np.mean(run.noise ** 2)))))
+            float(np.sqrt(np.mean(run.noise ** 2))),
+            channels_of(run, corrected, [finding.effect for finding in findings])))
     return Evidence(
         traces=tuple(traces), closed_loops=tuple(loops.values()),
         residual_over=tuple(_pictures(problem, traces, corrected, findings)),

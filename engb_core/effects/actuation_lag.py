@@ -63,5 +63,10 @@ EFFECT = Effect(
     statement=lambda p: (f"The torque acts {p['lag'] * 1e3:.2f} ms after the recorded effort "
                          '(delay or current loop).'),
     reveals='acceleration',
+    picture='lag',
+    seen='Torque turns later than the current says: residual spikes at every fast change of '
+         'effort, of the sign of its rate.',
+    confused='presliding friction and sampling delay',
+    measure='steps of effort at several rates: a lag shifts all by the same time',
     lead=lambda p: (p['lag'] * (1.0 - p['first_order']), p['lag'] * p['first_order']),
 )

@@ -101,6 +101,10 @@ EFFECT = Effect(
         f"There are {p['gap']:.3g} rad of lost motion between motor and load; the gap is "
         'crossed where the transmitted torque changes sign.'),
     reveals='since_reversal',
+    picture='backlash',
+    seen='Behind a reversal the load is gone for a moment and comes back with a knock.',
+    confused='presliding friction, a shifted contact',
+    measure='reversals of several amplitudes, under load and free',
     # What the flanks do at the edge of the band is a resonance's, too.
     apart=('drivetrain_resonance',),
     rugged=True,

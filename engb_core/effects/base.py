@@ -111,6 +111,9 @@ class Effect:
         equation: the physics in one line.
         reference: where it is described.
         reveals: coordinate over which the residual shows it best.
+        picture: how an engineer draws it: names of report/effect_pictures.py, by spaces.
+        seen, confused, measure: for the gallery: what it looks like in a recording, what it is
+            confused with, and what to measure to tell it.
         constants: names and units of numbers that are set from the recording, not fitted.
         set_constants: Scene → their values.
         defaults: what stands for a constant that a model file leaves out; one without must be
@@ -139,6 +142,10 @@ class Effect:
     reference: str
     statement: Callable[[Mapping[str, float]], str]
     reveals: str = 'velocity'
+    picture: str = ''
+    seen: str = ''
+    confused: str = ''
+    measure: str = ''
     constants: tuple[tuple[str, str], ...] = ()
     set_constants: Callable[[Scene], Mapping[str, float]] | None = None
     defaults: Mapping[str, float] = field(default_factory=dict)

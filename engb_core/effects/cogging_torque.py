@@ -29,5 +29,9 @@ EFFECT = Effect(
         f"A torque of {p['amplitude'] * 1e3:.3g} mN·m repeats {p['order']:.4g} times per "
         'motor revolution, whatever the motor torque (cogging).'),
     reveals='motor_angle',
+    picture='one_turn orders',
+    seen='A torque that repeats with the motor angle and does not grow with current.',
+    confused='torque ripple, disc runout, an eccentric encoder',
+    measure='slow constant speed without load, both ways',
     applies=lambda scene: scene.joint_type == 'revolute',
 )

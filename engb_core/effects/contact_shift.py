@@ -21,6 +21,10 @@ EFFECT = Effect(
         f"{abs(p['shift']):.3g} rad {'later' if p['shift'] > 0 else 'earlier'} than in the "
         'model (pad wear or clearance).'),
     reveals='position',
+    picture='load_over_position',
+    seen='The load curve keeps its shape and begins earlier or later.',
+    confused='a wrong load stiffness',
+    measure='one full stroke from clearance into contact',
     number_only=True,
     applies=lambda scene: scene.largest_load > 0,
 )

@@ -19,5 +19,9 @@ EFFECT = Effect(
     statement=lambda p: ('A number is off, which is no missing physics: the Coulomb friction is '
                          f"{p['coulomb']:.4g}, not the model's value."),
     reveals='velocity',
+    picture='friction_over_speed',
+    seen='The same step at every reversal, at all loads and speeds.',
+    confused='Stribeck friction seen at low speeds only',
+    measure='slow strokes without load, both ways',
     number_only=True,
 )

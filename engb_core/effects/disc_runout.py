@@ -52,6 +52,10 @@ EFFECT = Effect(
     statement=lambda p: (f"In contact the load is modulated by ±{p['amplitude'] * 1e3:.3g} "
                          'mN·m once per disc revolution (runout).'),
     reveals='disc_angle',
+    picture='load_over_disc_angle',
+    seen='The load swings once per turn of the disc.',
+    confused='cogging, vibration from outside',
+    measure='hold a force while the disc turns at two speeds',
     constants=(('displacement', '-'), ('only_turning', '-'), ('reference_load', 'N·m'),
                ('reference_slope', 'N·m/rad')),
     defaults={'displacement': 0.0, 'only_turning': 0.0, 'reference_load': 0.17,

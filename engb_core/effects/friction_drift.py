@@ -30,6 +30,10 @@ EFFECT = Effect(
         f"Friction {'grows' if p['friction_ratio'] > 1 else 'falls'} during the recording "
         f"to {p['friction_ratio']:.2f} times its value at the start (warm-up)."),
     reveals='time',
+    picture='friction_over_time',
+    seen='The same strokes take less, or more, effort as time goes on.',
+    confused='a torque constant that drifts with heat, which moves the load as well',
+    measure='equal strokes at the start and at the end',
     constants=(('duration', 's'),),
     defaults={'duration': 60.0},
     set_constants=lambda scene: {'duration': scene.duration},

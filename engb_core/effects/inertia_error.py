@@ -20,5 +20,9 @@ EFFECT = Effect(
         'A number is off, which is no missing physics: the inertia is '
         f"{p['inertia']:.4g}, not the model's value."),
     reveals='acceleration',
+    picture='torque_over_acceleration',
+    seen='The residual is proportional to acceleration.',
+    confused='a lag, a wrong torque constant',
+    measure='fast strokes without load',
     number_only=True,
 )

@@ -126,6 +126,10 @@ EFFECT = Effect(
         f"points over about {p['memory_distance']:.2g} rad."
         + (' It is higher while releasing: the load follows late.' if p['sense'] < 0 else '')),
     reveals='since_reversal',
+    picture='load_over_position',
+    seen='Loading and unloading lie on a loop; partial strokes make small loops within.',
+    confused='load-dependent friction, which turns at once with direction',
+    measure='full and partial strokes at one slow speed',
     constants=(('peak_load', 'N·m'), ('sense', '-'), ('reach', 'rad'),
                ('elements', '-'), ('load_power', '-')),
     defaults={'peak_load': 0.35, 'sense': 1.0, 'reach': 30.0, 'elements': 0.0, 'load_power': 2.0},

@@ -20,6 +20,10 @@ EFFECT = Effect(
                          f"{p['scale']:.3f} times the model's at every angle "
                          '(caliper stiffness).'),
     reveals='load',
+    picture='load_over_position',
+    seen='The load curve is off by one factor.',
+    confused='a shifted contact, a wrong torque constant',
+    measure='one full stroke, and a stroke without load',
     number_only=True,
     applies=lambda scene: scene.largest_load > 0,
 )

@@ -22,4 +22,8 @@ EFFECT = Effect(
         'than in proportion to speed: an additional '
         f"{p['quadratic_viscous_friction']:.3g}·ω·|ω|."),
     reveals='velocity',
+    picture='friction_over_speed',
+    seen='Drag bends upwards, or flattens, over speed.',
+    confused='Stribeck friction at the low end',
+    measure='constant speeds on a ladder, up to the highest',
 )

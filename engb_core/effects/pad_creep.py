@@ -41,6 +41,10 @@ EFFECT = Effect(
         f"Held at one angle the load relaxes by {p['relaxed_fraction'] * 100:.1f} % with a "
         f"time constant of {p['time_constant']:.2g} s (pad creep)."),
     reveals='time_in_contact',
+    picture='load_over_hold',
+    seen='While the pad is held the load goes down, and its zero comes late afterwards.',
+    confused='load hysteresis, a lag',
+    measure='holds of 1, 3 and 10 s at one force',
     constants=(('one_sided', '-'),),
     defaults={'one_sided': 0.0},
     applies=lambda scene: scene.largest_load > 0,

@@ -69,6 +69,10 @@ EFFECT = Effect(
         f"{p['ratio_change']:+.3f} over the recorded range of "
         f"{'pad temperature' if p['by_temperature'] > 0.5 else 'disc speed'} (fade)."),
     reveals='disc_speed',
+    picture='load_ratio',
+    seen='The ratio of load to its curve moves with disc speed or temperature.',
+    confused='self-energizing, of one speed only',
+    measure='the same stroke at several disc speeds and temperatures',
     constants=(('by_temperature', '-'), ('speed_from', 'rad/s'), ('speed_to', 'rad/s'),
                ('temperature_from', '°C'), ('temperature_to', '°C')),
     defaults={'by_temperature': 0.0, 'speed_from': 0.0, 'speed_to': 90.0,

@@ -55,4 +55,8 @@ EFFECT = Effect(
         'After each reversal friction builds up over '
         f"{p['presliding_distance']:.3g} rad (to 63 %) instead of at once."),
     reveals='since_reversal',
+    picture='friction_since_reversal',
+    seen='Behind a reversal friction grows over a distance instead of at once.',
+    confused='backlash, a lag, the saturation velocity of the file',
+    measure='small slow reversals of several amplitudes',
 )

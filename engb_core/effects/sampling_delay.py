@@ -11,6 +11,10 @@ EFFECT = Effect(
     reference='zero-order hold and read-out order of the drive',
     statement=lambda p: (f"Effort and position are stamped {p['delay'] * 1e3:.2f} ms apart."),
     reveals='acceleration',
+    picture='lag',
+    seen='As a lag of less than a sample; no physics is missing.',
+    confused='actuation lag',
+    measure='look up the order of read-out in the drive',
     lead=lambda p: (p['delay'], 0.0),
     number_only=True,
 )

@@ -39,6 +39,10 @@ EFFECT = Effect(
                          f"{p['load_ratio']:.3f} times that with the disc standing "
                          '(self-energizing).'),
     reveals='load',
+    picture='load_over_position',
+    seen='The load is higher, or lower, by one factor while the disc turns.',
+    confused='a wrong load stiffness, fade',
+    measure='the same stroke with the disc standing and turning',
     constants=(('reference_load', 'N·m'),),
     defaults={'reference_load': 0.2},
     set_constants=lambda scene: {'reference_load': max(scene.effective_load, 1e-9)},

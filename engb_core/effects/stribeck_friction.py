@@ -31,6 +31,10 @@ EFFECT = Effect(
         f"Friction near standstill is {p['breakaway_ratio']:.2f} times that at speed and "
         f"falls off over about {p['stribeck_velocity']:.2g} rad/s."),
     reveals='velocity',
+    picture='friction_over_speed',
+    seen='Friction is highest near standstill and falls as speed rises.',
+    confused='presliding friction, drag that thins',
+    measure='a ladder of constant speeds that begins at creep',
     # So little is within what formulas of presliding miss.
     credence=lambda p: 1.0 if p['breakaway_ratio'] > LEAST else 0.3,
 )

@@ -21,5 +21,9 @@ EFFECT = Effect(
                          f"{'high' if p['offset'] > 0 else 'low'} everywhere, whatever the "
                          'motion (current sensor offset).'),
     reveals='position',
+    picture='load_over_position',
+    seen='Effort is off by one number, always.',
+    confused='asymmetric friction',
+    measure='stand still without load, then slow strokes both ways',
     number_only=True,
 )

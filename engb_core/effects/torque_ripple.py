@@ -29,5 +29,9 @@ EFFECT = Effect(
         f"The torque per ampere varies by ±{p['relative_amplitude'] * 100:.2g} % "
         f"{p['order']:.4g} times per motor revolution (torque ripple)."),
     reveals='motor_angle',
+    picture='one_turn orders',
+    seen='As cogging, and proportional to the motor torque.',
+    confused='cogging',
+    measure='slow constant speed at two loads',
     applies=lambda scene: scene.joint_type == 'revolute',
 )

@@ -44,6 +44,10 @@ EFFECT = Effect(
         f"At the largest recorded effort the motor gives {p['torque_loss'] * 100:.1f} % less "
         'torque per ampere than at small effort (saturation).'),
     reveals='effort',
+    picture='torque_over_effort',
+    seen='At high current more current than torque is added.',
+    confused='a load that is stiffer at its top',
+    measure='strokes to the highest force',
     constants=(('largest_effort', 'N·m'),),
     defaults={'largest_effort': 0.5},
     set_constants=lambda scene: {'largest_effort': scene.largest_effort},

@@ -20,5 +20,9 @@ EFFECT = Effect(
                          'coefficient is '
                          f"{p['viscous_friction']:.4g}, not the model's value."),
     reveals='velocity',
+    picture='friction_over_speed',
+    seen='The residual is proportional to speed.',
+    confused='a lag at one frequency, back-EMF in a voltage drive',
+    measure='constant speeds without load',
     number_only=True,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, ResidualOver
+from engb_core.report.effect_pictures import effect_pictures
 from engb_core.report.layout import Column, Page
 from engb_core.report.location import add_zones
 from engb_core.report.pictures import residual_over, Units
@@ -40,6 +41,9 @@ def add_findings(page: Page, diagnosis: Diagnosis, units: Units) -> None:
     paired = len(pictures) == len(diagnosis.effects)
     for index, finding in enumerate(diagnosis.effects):
         _effect(page, finding)
+        for figure in effect_pictures(finding.effect, diagnosis.evidence.traces, diagnosis.model,
+                                      units):
+            page.figure(figure)
         if paired:
             _pictures(page, pictures[index:index + 1], units)
     if not paired:

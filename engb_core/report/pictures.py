@@ -19,8 +19,8 @@ from engb_core.report.figures import Axis, Band, Figure, Line, Panel, Span
 from engb_core.report.text import shorten
 from engb_core.report.wording import capital, coordinate, scaled
 
-__all__ = ['Units', 'close_up', 'closed_loop', 'experiment', 'numbered', 'overlay',
-           'residual_over']
+__all__ = ['AFTER', 'BEFORE', 'Units', 'close_up', 'closed_loop', 'experiment', 'numbered',
+           'overlay', 'residual_over']
 
 T = TypeVar('T')
 

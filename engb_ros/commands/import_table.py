@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 __all__ = ['add_arguments', 'run', 'write_recording']
 
 _REFERENCES = ('reference', 'reference_velocity', 'reference_effort')
+# Seconds of a stamp are signed and have 32 bits.
+_LATEST = 2.0 ** 31
 _JOINT = ('time', 'position', 'velocity', 'effort', *_REFERENCES)
 
 
@@ -124,6 +126,12 @@ def write_recording(path: Path, measured: Measured, joint: str = 'motor',
     from engb_ros.bags.write import FloatTable, JointTable, write_bag
     good = np.isfinite(measured.time)
     time = measured.time[good]
+    if time.size and time.min() < 0.0:
+        # Times count from a trigger, which a stamp cannot: it counts from 1970 on.
+        time = time - time.min()
+    if time.size and time.max() >= _LATEST:
+        raise InputError(f'time reaches {time.max():.3g} s: a stamp holds {_LATEST:.3g} s at '
+                         'most; check the unit of time')
     values = {name: column[good] for name, column in measured.columns.items()}
     space = '/' + namespace.strip('/')
     prefix = '' if space == '/' else space

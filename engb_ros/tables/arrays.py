@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from engb_core.errors import InputError
-from engb_ros.tables.table import Channel, numbers_of, Samples, Table
+from engb_ros.tables.mat_file import check_mat
+from engb_ros.tables.table import Channel, MOST_BYTES, numbers_of, Samples, Table
 from engb_ros.tables.units import parse_title
 
 __all__ = ['MOST_COLUMNS', 'ArrayTable', 'hdf5_table', 'mat_table', 'npz_table']
@@ -54,7 +55,9 @@ class ArrayTable(Table):
     def read(self, channels: Iterable[int]) -> dict[int, Samples]:
         """Return columns of arrays."""
         found = {}
-        for place in channels:
+        places = list(channels)
+        self.check_size(places)
+        for place in places:
             getter, column = self._getters[place]
             try:
                 values = np.squeeze(np.asarray(getter()))
@@ -90,6 +93,7 @@ def mat_table(path: Path) -> ArrayTable:
     if _HDF5 in (head[:8], head[512:520]):
         return hdf5_table(path, 'MATLAB 7.3')
     from scipy.io import loadmat
+    check_mat(path, MOST_BYTES)
     try:
         data = loadmat(path, squeeze_me=True, struct_as_record=True)
     except Exception as error:      # scipy raises what it likes on a broken file
@@ -160,7 +164,7 @@ def hdf5_table(path: Path, kind: str = 'HDF5') -> ArrayTable:
                 arrays[name] = (shape, unit, partial(_whole, item, turned))
 
         file.visititems(visit)
-    except OSError as error:
+    except Exception as error:      # h5py raises what it likes on a broken file
         raise InputError(f'{path}: not a usable {kind} file ({error})') from error
     return ArrayTable(path, kind, arrays)
 

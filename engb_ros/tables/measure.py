@@ -105,6 +105,8 @@ def _columns(table: Table, request: Request) -> tuple[dict[str, int], Request]:
 
 def _which(table: Table, role: str, roles: Roles) -> Question:
     places = roles.unclear.get(role, ())
+    if not table.channels:
+        raise InputError(f'{table.path}: holds no column')
     names = [table.channels[place].name or str(place)
              for place in places or range(min(len(table.channels), 12))]
     return Question(f'which column is {role} (there is {table.listing()})',

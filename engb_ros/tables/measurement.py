@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+import contextlib
+import io
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,7 @@ import numpy as np
 
 from engb_core.errors import InputError
 from engb_ros.tables.needs import needed
-from engb_ros.tables.table import Channel, numbers_of, Samples, Table
+from engb_ros.tables.table import Channel, MOST_BYTES, numbers_of, Samples, Table
 from engb_ros.tables.units import parse_title
 
 __all__ = ['ColumnarTable', 'MdfTable', 'Ros1Table', 'TdmsTable']
@@ -33,6 +35,11 @@ class MdfTable(Table):
             for index, group in enumerate(self._file.groups):
                 master = self._file.masters_db.get(index)
                 count = int(group.channel_group.cycles_nr)
+                # asammdf makes room for the flags of all samples, whatever the file holds.
+                flags = count * int(getattr(group.channel_group, 'invalidation_bytes_nr', 0) or 0)
+                if flags > MOST_BYTES:
+                    raise InputError(f'{path}: says that a group has {flags >> 20} MiB of '
+                                     'invalidation bytes; the file is damaged')
                 for place, channel in enumerate(group.channels):
                     if place == master:
                         continue
@@ -42,6 +49,8 @@ class MdfTable(Table):
                                          or parse_title(channel.name)[1], count, str(index),
                                          master is not None))
                     self._places.append((index, place))
+        except InputError:
+            raise
         except Exception as error:      # asammdf raises what it likes on a broken file
             raise InputError(f'{path}: not a usable {self.kind} file ({error})') from error
         super().__init__(path, found)
@@ -49,11 +58,16 @@ class MdfTable(Table):
     def read(self, channels: Iterable[int]) -> dict[int, Samples]:
         """Return physical values and times from the measurement's start."""
         found = {}
+        channels = list(channels)
+        self.check_size(channels)
         for place in channels:
             group, index = self._places[place]
             name = self.channels[place].name
             try:
-                signal = self._file.get(group=group, index=index, ignore_invalidation_bits=False)
+                # asammdf prints what it knows of a channel that it cannot read.
+                with contextlib.redirect_stdout(io.StringIO()):
+                    signal = self._file.get(group=group, index=index,
+                                            ignore_invalidation_bits=False)
             except Exception as error:      # as above
                 raise InputError(f'{self.path}: {name} cannot be read ({error})') from error
             found[place] = Samples(
@@ -101,11 +115,15 @@ class TdmsTable(Table):
     def read(self, channels: Iterable[int]) -> dict[int, Samples]:
         """Return scaled values and, of waveforms, their times."""
         found = {}
+        channels = list(channels)
+        self.check_size(channels)
         for place in channels:
             channel = self._channels[place]
             try:
                 values = numbers_of(self.path, channel.name, channel[:])
-            except (OSError, ValueError, KeyError, EOFError) as error:
+            except InputError:
+                raise
+            except Exception as error:      # npTDMS raises what it likes on a broken file
                 raise InputError(f'{self.path}: {channel.name} cannot be read '
                                  f'({error})') from error
             time: np.ndarray | None = None
@@ -142,6 +160,7 @@ class ColumnarTable(Table):
         """Return columns; a null is not finite."""
         import pyarrow
         places = list(channels)
+        self.check_size(places)
         names = list(dict.fromkeys(self._names[place] for place in places))
         try:
             table = (self._file.read(columns=names) if self.kind == 'Parquet'
@@ -192,6 +211,7 @@ class Ros1Table(Table):
         """Return fields of messages and the messages' times."""
         found = {}
         places = list(channels)
+        self.check_size(places)
         for topic in dict.fromkeys(self._paths[place][0] for place in places):
             here = [place for place in places if self._paths[place][0] == topic]
             times: list[float] = []

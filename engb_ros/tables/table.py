@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 from engb_core.errors import InputError
 from engb_ros.tables.units import parse_title
 
-__all__ = ['Channel', 'Samples', 'Table', 'numbers_of']
+__all__ = ['MOST_BYTES', 'Channel', 'Samples', 'Table', 'numbers_of']
 
 Array = NDArray[np.float64]
 
 # Channels that an error message lists.
 _SHOWN = 20
+# What a table may take of the memory. A file of kilobytes can claim terabytes: what it claims is
+# held against this before anything is read. Three signals of 16 million samples are within it.
+MOST_BYTES = 400 << 20
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,19 @@ class Table(ABC):
         Raises:
             InputError: text instead of numbers, or a damaged file.
         """
+
+    def check_size(self, channels: Iterable[int]) -> None:
+        """Refuse channels that together would take more memory than a table may.
+
+        Raises:
+            InputError: says how much the file claims to hold.
+        """
+        claimed = sum(8 * (self.channels[place].size or 0)
+                      * (2 if self.channels[place].clocked else 1) for place in set(channels))
+        if claimed > MOST_BYTES:
+            raise InputError(f'{self.path}: says that its columns hold {claimed >> 20} MiB, more '
+                             f'than the {MOST_BYTES >> 20} MiB that are read at once; cut or '
+                             'thin out the recording')
 
     def find(self, wanted: str) -> int:
         """Return the number of the channel that a user names: its name with or without the unit,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
+import io
 from pathlib import Path
 import random
+import tempfile
 
 import numpy as np
 import yaml
@@ -12,9 +15,11 @@ import yaml
 from engb_core.model import Cogging, Controller, Friction, LoadTorque, Model
 from engb_ros.bags.write import FloatTable, JointTable, write_bag
 
+from .bombs import BOMBS, make_bomb
 from .mutations import damage_bytes, damage_text, NUMBERS
+from .tables import make_table, TABLES
 
-__all__ = ['COMMANDS', 'Case', 'make_case']
+__all__ = ['COMMANDS', 'Case', 'make_any', 'make_case', 'warm_up']
 
 COMMANDS = ('diagnose', 'predict', 'identify', 'survey')
 FORMATS = [('mcap', 'none'), ('mcap', 'chunk'), ('mcap', 'message'), ('mcap', 'file'),
@@ -40,6 +45,47 @@ class Case:
     arguments: list[str]
     out: str
     about: str
+
+
+_OUT = {'predict': 'out.npz', 'identify': 'out.yaml', 'diagnose': 'result', 'import': 'rec',
+        'survey': 'fleet'}
+
+
+def make_any(seed: int, folder: Path, commands: list[str] | None = None) -> Case:
+    """Make case `seed`: a damaged table, bag or model, or a file made to take memory or time."""
+    if commands:
+        return make_case(seed, folder, tuple(commands))
+    rng = random.Random(seed)
+    draw = rng.random()
+    if draw < 0.40:
+        # A diagnosis takes a hundred times as long as a prediction.
+        command = 'identify' if draw < 0.02 else 'diagnose' if draw < 0.023 else 'predict'
+        return make_case(seed, folder, (command,))
+    if draw < 0.98:
+        arguments, about = make_table(seed, folder)
+    else:
+        about = rng.choice(list(BOMBS))
+        arguments = make_bomb(about, folder, rng)
+    out = str(folder / _OUT[arguments[0]])
+    if '--list' not in arguments:
+        arguments = [*arguments, '--out', out]
+    return Case(arguments, out, about)
+
+
+def warm_up() -> None:
+    """Import what the cases need, and compile what `predict` computes with."""
+    from engb_ros.commands.main import main
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        bag = folder / 'run'
+        _write(bag, motion(random.Random(0)), 'mcap', 'none')
+        MODEL.write(folder / 'model.yaml')
+        with contextlib.redirect_stdout(io.StringIO()):
+            main(['predict', str(bag), '--model', str(folder / 'model.yaml'), '--out',
+                  str(folder / 'out.npz')])
+            for name in TABLES:
+                TABLES[name](folder / name)
+                main(['import', '--list', str(folder / name)])
 
 
 def make_case(seed: int, folder: Path, commands: tuple[str, ...] = COMMANDS) -> Case:

@@ -10,8 +10,9 @@ import pytest
 
 from engb_ros.fleet import processes
 
-from .cases import COMMANDS, make_case
+from .cases import Case, COMMANDS, make_case
 from .oracle import in_this_process, judge
+from .tables import make_table
 
 
 @pytest.mark.parametrize('seed', range(0, 80, 20))
@@ -24,6 +25,24 @@ def test_predict(tmp_path, seed):
         wrong, _ = judge(case, folder)
         if wrong:
             findings.append((number, case.about, wrong))
+    assert not findings
+
+
+@pytest.mark.parametrize('seed', range(2000, 2080, 20))
+def test_tables(tmp_path, seed):
+    for package in ('asammdf', 'nptdms', 'pyarrow', 'h5py'):
+        pytest.importorskip(package)
+    findings = []
+    for number in range(seed, seed + 20):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        arguments, about = make_table(number, folder)
+        out = str(folder / 'rec')
+        case = Case([*arguments] if '--list' in arguments else [*arguments, '--out', out], out,
+                    about)
+        wrong, _ = judge(case, folder)
+        if wrong:
+            findings.append((number, about, wrong))
     assert not findings
 
 

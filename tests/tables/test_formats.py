@@ -21,6 +21,40 @@ def mdf(path):
         file.save(path, overwrite=True)
 
 
+def mdf3(path):
+    asammdf = pytest.importorskip('asammdf')
+    with asammdf.MDF(version='3.30') as file:
+        file.append([asammdf.Signal(ANGLE, TIME, unit='deg', name='MotorAngle'),
+                     asammdf.Signal(CURRENT, TIME, unit='A', name='MotorCurrent')])
+        file.save(path, overwrite=True)
+
+
+def mat73(path):
+    # As MATLAB saves with -v7.3: HDF5 behind a head of 512 bytes, columns first.
+    h5py = pytest.importorskip('h5py')
+    with h5py.File(path, 'w', userblock_size=512) as file:
+        for name, values in (('t_s', TIME), ('phi_deg', ANGLE), ('I_A', CURRENT)):
+            file.create_dataset(f'log/{name}', data=values[None]).attrs['MATLAB_class'] = b'double'
+    with path.open('r+b') as raw:
+        raw.write(b'MATLAB 7.3 MAT-file'.ljust(124) + b'\x00\x02IM')
+
+
+def ros1(path):
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import get_typestore, Stores
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kinds, name = store.types, 'sensor_msgs/msg/JointState'
+    with Writer(path) as writer:
+        connection = writer.add_connection('/joint_states', name, typestore=store)
+        for index, time in enumerate(TIME):
+            stamp = 1_700_000_000_000_000_000 + int(np.rint(1e9 * time))
+            header = kinds['std_msgs/msg/Header'](index, kinds['builtin_interfaces/msg/Time'](
+                stamp // 10**9, stamp % 10**9), '')
+            writer.write(connection, stamp, store.serialize_ros1(kinds[name](
+                header, ['motor'], np.deg2rad(ANGLE[index:index + 1]), np.zeros(0),
+                0.05 * CURRENT[index:index + 1]), name))
+
+
 def tdms(path):
     nptdms = pytest.importorskip('nptdms')
     with nptdms.TdmsWriter(path) as writer:
@@ -73,14 +107,15 @@ def iso(path):
 
 
 @pytest.mark.parametrize(('write', 'name'), [
-    (mdf, 'a.mf4'), (tdms, 'a.tdms'), (parquet, 'a.parquet'), (arrow, 'a.arrow'),
+    (mdf, 'a.mf4'), (mdf3, 'a.mdf'), (mat73, 'a.mat'), (ros1, 'a.bag'),
+    (tdms, 'a.tdms'), (parquet, 'a.parquet'), (arrow, 'a.arrow'),
     (hdf5, 'a.h5'), (mat5, 'a.mat'), (plotjuggler, 'a.csv'), (iso, 'a.csv')])
 def test_read_alike(tmp_path, write, name):
     path = tmp_path / name
     write(path)
     measured, _ = measured_of(path, REQUEST)
     recording = measured.recording()
-    time = recording.time if write is not mdf else recording.time
+    time = recording.time
     if write is iso:
         assert recording.interval == pytest.approx(1e-3, rel=1e-3)
         return
