@@ -33,7 +33,7 @@ from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.diagnose.side_by_side import processors, side_by_side
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.twist import with_resonance
-from engb_core.diagnose.verdict import verdict_of
+from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.errors import InputError
 from engb_core.model import Model
@@ -194,6 +194,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         findings, mismatch)
     corrected = problem.model if verdict == 'consistent' else _that_helps(
         told, () if findings else (problem.model,))
+    verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected)
 

@@ -13,7 +13,7 @@ from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.selection import CLEAN_EXCESS
 
-__all__ = ['verdict_of']
+__all__ = ['unless_nothing_helps', 'verdict_of']
 
 
 def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
@@ -33,6 +33,14 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))
     unexplained = _unexplained(fitter, explanation, left)
     return ('partly_explained' if findings else 'unexplained'), unexplained
+
+
+def unless_nothing_helps(verdict: str, findings: list[EffectFinding], helps: bool) -> str:
+    """Return the verdict: where nothing is named, and refitted numbers are no better than the
+    file's (`helps`) on what no fit has seen, what they take away was noise."""
+    if verdict == 'explained' and not findings and not helps:
+        return 'consistent'
+    return verdict
 
 
 def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexplained:

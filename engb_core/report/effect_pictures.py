@@ -157,7 +157,7 @@ def _friction_over(name: str, label: str, *, viscous: bool, sides: bool = True, 
 
 
 def _load_over_position(signals: _Signals) -> Figure | None:
-    groups = None
+    groups: Sequence[tuple[str, NDArray[np.bool_]]] | None = None
     if signals.effect in ('self_energizing', 'contact_shift', 'load_stiffness_error'):
         groups = (('', np.ones(signals.time.size, bool)),)
         if signals.has('disc_speed'):
