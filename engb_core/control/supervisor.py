@@ -60,6 +60,7 @@ class Supervisor:
 
     @settings.setter
     def settings(self, settings: SupervisorSettings) -> None:
+        """Use these settings from now on, in all watches."""
         self._settings = settings
         self.commands.settings = self.states.settings = self.torques.settings = settings
         self._release, self._ramp = settings.with_stop(Stop.RELEASE), settings.with_stop(Stop.RAMP)

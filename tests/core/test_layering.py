@@ -12,7 +12,8 @@ ROOT = Path(__file__).resolve().parents[2]
 CORE = ROOT / 'engb_core'
 FOREIGN = {'rclpy', 'rosbags', 'engb_ros', 'mcap', 'argparse', 'launch', 'ament_index_python',
            'rosidl_runtime_py', 'sensor_msgs', 'std_msgs', 'cantools', 'can'}
-MOST_LINES = 400
+# One matter may take so much; two matters are two rooms.
+MOST_LINES = 450
 # To be split; may not grow meanwhile.
 TOO_LONG: dict[str, int] = {}
 MODULES = sorted(CORE.rglob('*.py'))
