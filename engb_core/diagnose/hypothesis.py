@@ -211,7 +211,8 @@ class Hypothesis:
             values = self.named(vector, index, run)
             if 'phase' in values:
                 values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)
-            settings.append(EffectSetting(variant.effect.id, values))
+            settings.append(EffectSetting(variant.effect.id, values)
+                            if variant.effect.written is None else variant.effect.written(values))
         return replace(with_numbers(self.model, numbers),
                        effects=(*given, *settings))
 

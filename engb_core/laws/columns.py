@@ -1,0 +1,136 @@
+"""What each form of law would do to the filtered effort, to first order: columns for screening.
+
+A factor is computed once for all recordings by the same stack machine that runs it afterwards;
+products of factors are products of their columns.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.effects.base import (
+    ACCELERATION,
+    DIRECTION,
+    EFFORT,
+    INERTIA,
+    LEVEL,
+    LOAD,
+    LOAD_GAIN,
+    POSITION,
+    STATE_SIZE,
+    TORQUE,
+    VELOCITY,
+    VISCOUS,
+)
+from engb_core.effects.law import law_value
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.laws.atoms import Atom, Form, Scales
+from engb_core.laws.grammar import parse
+from engb_core.laws.machine import program_of
+
+__all__ = ['Columns', 'scales_of']
+
+Array = NDArray[np.float64]
+
+_QUARTER = 0.5 * np.pi
+# Share of the stroke over which slopes along the angle are taken.
+_SLOPE = 1e-4
+
+
+def scales_of(fitter: Fitter) -> Scales:
+    """Return how far the coordinates went."""
+    problem = fitter.problem
+    scene, runs = problem.scene, problem.runs
+    acceleration = max(float(np.quantile(np.abs(run.motion.acceleration), 0.99)) for run in runs)
+    disc = scene.disc_speed_range
+    return Scales(
+        low=scene.position_range[0], high=scene.position_range[1], speed=scene.speed,
+        load=scene.largest_load, effort=scene.largest_effort, acceleration=acceleration,
+        duration=scene.duration, sampling=scene.sampling,
+        disc=None if disc is None else max(abs(disc[0]), abs(disc[1])) or None,
+        temperature=scene.temperature_range,
+        angle='rad' if scene.joint_type == 'revolute' else 'm')
+
+
+class Columns:
+    """Columns of forms on top of one fit."""
+
+    def __init__(self, fitter: Fitter, fit: Fit) -> None:
+        self._runs = fitter.problem.runs
+        self._samples = []
+        speed = max(fitter.problem.scene.speed, 1e-9)
+        self._speeds = (-speed, speed)
+        self._slope_step = _SLOPE * max(float(np.ptp(run.motion.position)) for run in self._runs)
+        sensitivities: dict[str, list[Array]] = {}
+        for index, run in enumerate(self._runs):
+            samples = run.samples.copy()
+            physics = fit.hypothesis.physics(fit.vector, index)
+            effort = effort_of_motion(samples, run.motion.step, physics)
+            samples[:, EFFORT] = effort
+            self._samples.append(samples)
+            moved = samples.copy()
+            moved[:, POSITION] += self._slope_step
+            effort_of_motion(moved, run.motion.step, physics)
+            direction = samples[:, DIRECTION]
+            through = 1.0 + samples[:, LOAD_GAIN] * np.sign(samples[:, LOAD]) * direction
+            stiffness = (moved[:, LOAD] - samples[:, LOAD]) / self._slope_step * through
+            for name, values in (
+                    ('torque', np.ones(effort.size)), ('effort_gain', -effort),
+                    ('friction_gain', samples[:, LEVEL] * direction),
+                    ('load_gain', samples[:, LOAD] * through),
+                    ('delay', np.gradient(effort, run.motion.step)), ('stiffness', stiffness)):
+                sensitivities.setdefault(name, []).append(values)
+        self._sensitivities = sensitivities
+        self._known: dict[str, list[Array]] = {}
+
+    def of(self, form: Form) -> Array:
+        """Return how the filtered effort changes per unit of the form's amplitude, (m, 1), or
+        (m, 2) where a phase is free: at the phase it starts at and a quarter turn on."""
+        shifts = (0.0, _QUARTER) if any(atom.phase for atom in form.factors) else (0.0,)
+        return np.stack([self._filtered(form, shift) for shift in shifts], axis=1)
+
+    def _filtered(self, form: Form, shift: float) -> Array:
+        parts = []
+        for index, run in enumerate(self._runs):
+            value = np.ones(run.motion.time.size)
+            for atom in form.factors:
+                value = value * self._factor(atom, shift)[index]
+            parts.append(run.comparison(self._acting(form, value, shift, index)))
+        return np.concatenate(parts)
+
+    def _acting(self, form: Form, value: Array, shift: float, index: int) -> Array:
+        if form.acts_as == 'inertia':
+            slope = np.zeros(value.size)
+            for atom in form.factors:
+                own = self._factor(atom, shift)[index]
+                ahead = self._evaluated(atom, shift, index, self._slope_step)
+                rest = np.divide(value, own, out=np.zeros(value.size), where=own != 0.0)
+                slope += rest * (ahead - own) / self._slope_step
+            samples = self._samples[index]
+            return value * samples[:, ACCELERATION] + 0.5 * slope * samples[:, VELOCITY] ** 2
+        if form.acts_as == 'position_shift':
+            samples, step = self._samples[index], self._runs[index].motion.step
+            rate = np.gradient(value, step)
+            return (self._sensitivities['stiffness'][index] * value
+                    + samples[:, VISCOUS] * rate + samples[:, INERTIA] * np.gradient(rate, step))
+        return self._sensitivities[form.acts_as][index] * value
+
+    def _factor(self, atom: Atom, shift: float) -> list[Array]:
+        text = atom.filled(shift if atom.phase else 0.0)
+        if text not in self._known:
+            self._known[text] = [self._evaluated(atom, shift, index)
+                                 for index in range(len(self._runs))]
+        return self._known[text]
+
+    def _evaluated(self, atom: Atom, shift: float, index: int, moved: float = 0.0) -> Array:
+        text = atom.filled(shift if atom.phase else 0.0)
+        # Friction's direction is known here, whatever the law acts as.
+        parameters = program_of(parse(text), 'torque', {'velocity': self._speeds})
+        samples = self._samples[index]
+        if moved:
+            samples = samples.copy()
+            samples[:, POSITION] += moved
+        law_value.loop(parameters, np.zeros(STATE_SIZE), samples, TORQUE)
+        return samples[:, TORQUE].copy()
