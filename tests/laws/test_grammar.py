@@ -16,7 +16,8 @@ from engb_core.laws.grammar import (
 
 FORMULAS = [
     'a * abs(load) * sin(k * position + c)', '-(a + b) * velocity**2', 'a - (b - c)',
-    'a / (b / c)', 'a * (b + c)', '2 * peak(velocity / w) * step(position - b, 0.07)', 'a * -b', '(-a)**2',
+    'a / (b / c)', 'a * (b + c)', '2 * peak(velocity / w) * step(position - b, 0.07)',
+    'a * -b', '(-a)**2',
     'a * lag(direction, tau) + d', '(a**b)**c', 'a**b**c', 'a * 1e-05',
 ]
 
