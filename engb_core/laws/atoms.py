@@ -9,157 +9,24 @@ inertia over the angle), environment (time, temperature), the brake's own disc a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 import math
 
-from engb_core.effects.base import Parameter
-from engb_core.laws.grammar import coordinates_of, has_memory, parse
-from engb_core.laws.units import divided, Unit, written
+from engb_core.laws.forms import Atom, BASE_UNITS, Form, Scales, Slot
+from engb_core.laws.grammar import Call, parse, printed
 
-__all__ = ['Atom', 'Form', 'Scales', 'Slot', 'factors_for', 'first_forms', 'onset_forms']
+__all__ = ['LONGEST_DELAY', 'factors_for', 'first_forms', 'limits_of', 'mirrors_of',
+           'onset_forms']
 
-# Names of a law's parameters in order; the amplitude comes first.
-_NAMES = 'abcdefghijkl'
 # A wave is told from a trend where the stroke holds three of its periods.
 LEAST_PERIODS = 3.0
-# Orders per octave-free step: a quarter of a period over the stroke moves a wave out of step.
+# Below, down to this, a wave may still be meant, at the price of one parameter more.
+FEWEST_PERIODS = 0.5
+# Orders are tried at steps of a quarter of a period over the stroke.
 ORDER_STEP = 0.25
 MOST_ORDERS = 160
 LONGEST_DELAY = 0.1         # s
-
-
-@dataclass(frozen=True)
-class Slot:
-    """A parameter of an atom: unit, where it starts, its bounds, whether on a logarithm."""
-
-    unit: str
-    start: float
-    low: float
-    high: float
-    logarithmic: bool = False
-
-
-@dataclass(frozen=True)
-class Atom:
-    """A factor of a law: text with {0}, {1} … for its parameters, its unit, a name for its kind.
-
-    Where `phase`, the last parameter is a phase, which least squares find as well.
-    """
-
-    kind: str
-    text: str
-    slots: tuple[Slot, ...] = ()
-    unit: Unit = ()
-    phase: bool = False
-
-    def started(self, values: tuple[float, ...]) -> Atom:
-        """Return the atom with other starts."""
-        return replace(self, slots=tuple(replace(slot, start=value)
-                                         for slot, value in zip(self.slots, values, strict=True)))
-
-    def filled(self, shift: float = 0.0) -> str:
-        """Return the text with the starts for parameters; a phase moved on by `shift`."""
-        values = [float(slot.start) for slot in self.slots]
-        if self.phase:
-            values[-1] += shift
-        return self.text.format(*(f'({value!r})' for value in values))
-
-    @property
-    def memory(self) -> bool:
-        """Whether it depends on what went before."""
-        return has_memory(parse(self.filled()))
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """The coordinates in it."""
-        return coordinates_of(parse(self.filled()))
-
-
-_BASE_UNITS: Mapping[str, Unit] = {
-    'torque': (('N·m', 1),), 'friction_gain': (), 'load_gain': (), 'effort_gain': (),
-    'inertia': (('kg·m²', 1),), 'position_shift': (('rad', 1),), 'delay': (('s', 1),),
-}
-
-
-@dataclass(frozen=True)
-class Form:
-    """A law without numbers yet: where it acts, and its factors; the amplitude is `a`."""
-
-    acts_as: str
-    factors: tuple[Atom, ...]
-    size: float = 1.0
-
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        """What tells it from other forms, whatever its numbers."""
-        return (self.acts_as, *sorted(atom.kind for atom in self.factors))
-
-    @property
-    def count(self) -> int:
-        """How many parameters it has."""
-        return 1 + sum(len(atom.slots) for atom in self.factors)
-
-    @property
-    def formula(self) -> str:
-        """The formula with the names of its parameters."""
-        names = iter(_NAMES[1:])
-        parts = ['a']
-        for atom in self.factors:
-            parts.append(atom.text.format(*(next(names) for _ in atom.slots)))
-        return ' * '.join(parts)
-
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Return what is fitted, the amplitude first; where a fit starts is `none` as well, so
-        that no prior draws it anywhere."""
-        unit = _BASE_UNITS[self.acts_as]
-        for atom in self.factors:
-            unit = divided(unit, atom.unit)
-        found = [Parameter('a', written(unit), -1e9, 1e9, none=0.0,
-                           starts=(self.size or 1e-9,), form=0.0)]
-        names = iter(_NAMES[1:])
-        for atom in self.factors:
-            for slot in atom.slots:
-                found.append(Parameter(
-                    next(names), slot.unit, slot.low, slot.high, none=slot.start,
-                    starts=(slot.start,), logarithmic=slot.logarithmic, form=0.0))
-        return tuple(found)
-
-    def starts(self) -> tuple[float, ...]:
-        """Return where its parameters start, the amplitude first."""
-        return (self.size, *(slot.start for atom in self.factors for slot in atom.slots))
-
-    def started(self, values: tuple[float, ...]) -> Form:
-        """Return the form with these values as starts."""
-        rest, factors = list(values[1:]), []
-        for atom in self.factors:
-            factors.append(atom.started(tuple(rest[:len(atom.slots)])))
-            rest = rest[len(atom.slots):]
-        return replace(self, factors=tuple(factors), size=values[0])
-
-
-@dataclass(frozen=True)
-class Scales:
-    """How far the coordinates went in the recordings, for starts and bounds.
-
-    `disc`, `temperature` are None where nothing was recorded of them; `angle` is 'rad' or 'm'.
-    """
-
-    low: float
-    high: float
-    speed: float
-    load: float
-    effort: float
-    acceleration: float
-    duration: float
-    sampling: float
-    disc: float | None
-    temperature: tuple[float, float] | None
-    angle: str = 'rad'
-
-    @property
-    def stroke(self) -> float:
-        return self.high - self.low
 
 
 def _positions(s: Scales) -> list[Atom]:
@@ -178,25 +45,27 @@ def _positions(s: Scales) -> list[Atom]:
                   Atom('spot', 'bell(position - {0}, {1})', (place, wide)),
                   Atom('spot', 'bell(position - {0}, {1})',
                        (place, replace(wide, start=0.1 * s.stroke)))]
+    if u == 'rad':
+        # Once and twice per revolution: a shaft's own orders need no free number.
+        found += [Atom(f'turn {times}', f'sin({times}position + {{0}})',
+                       (Slot('rad', 0.0, -20.0, 20.0),), phase=True) for times in ('', '2 * ')]
     return found + list(_waves(s))
 
 
 def _waves(s: Scales) -> Iterator[Atom]:
-    least = LEAST_PERIODS * 2.0 * math.pi / s.stroke
     step = ORDER_STEP * 2.0 * math.pi / s.stroke
+    order = FEWEST_PERIODS * 2.0 * math.pi / s.stroke
     # As fine as samples of the fastest motion can tell; on a motor shaft a tooth at most.
-    most = min(math.pi / max(s.speed * s.sampling, 1e-12), least + MOST_ORDERS * step)
-    order = least
+    most = min(math.pi / max(s.speed * s.sampling, 1e-12), order + MOST_ORDERS * step)
     while order <= most:
-        yield Atom('wave', 'sin({0} * position + {1})',
-                   (Slot(f'1/{s.angle}', order, order - step, order + step),
-                    Slot('rad', 0.0, -20.0, 20.0)), phase=True)
+        yield _wave_at(s, order)
         order += step
 
 
 def _wave_at(s: Scales, order: float) -> Atom:
     step = ORDER_STEP * 2.0 * math.pi / s.stroke
-    return Atom('wave', 'sin({0} * position + {1})',
+    few = order < LEAST_PERIODS * 2.0 * math.pi / s.stroke
+    return Atom('slow wave' if few else 'wave', 'sin({0} * position + {1})',
                 (Slot(f'1/{s.angle}', order, order - step, order + step),
                  Slot('rad', 0.0, -20.0, 20.0)), phase=True)
 
@@ -313,6 +182,8 @@ def _discs(s: Scales) -> list[Atom]:
 
 
 _DIRECTION = Atom('direction', 'direction')
+# Friction has its direction already; an inertia, a sensor and a delay know none.
+_WITHOUT_DIRECTION = ('friction_gain', 'inertia', 'position_shift', 'delay')
 
 
 def _modulators(s: Scales) -> list[Atom]:
@@ -330,8 +201,11 @@ def _shapes(s: Scales, acts_as: str) -> list[Atom]:
     if acts_as in ('inertia', 'position_shift'):
         return _positions(s)
     if acts_as == 'delay':
-        return _loads(s) + _efforts(s) + [atom for atom in _speeds(s) if atom.kind == 'speed'] \
-            + [atom for atom in _positions(s) if atom.kind == 'line'] + _times(s) + _discs(s)
+        size = Slot('N·m', 0.3 * s.load, 0.0, 20.0 * s.load)
+        more = [Atom('load and more', '(abs(load) + {0})', (size,), (('N·m', 1),))]
+        plain = [atom for atom in (*_speeds(s), *_positions(s)) if atom.kind in ('speed', 'line')]
+        return [*(more if s.load > 0.0 else []), *_loads(s), *_efforts(s), *plain, *_times(s),
+                *_discs(s)]
     found = _positions(s) + _speeds(s) + _loads(s) + _times(s) + _memories(s) + _discs(s)
     if acts_as == 'torque':
         found += [Atom('acceleration', 'acceleration', (), ((f'{s.angle}/s²', 1),)),
@@ -346,21 +220,21 @@ def factors_for(s: Scales, form: Form, waves: tuple[float, ...]) -> list[Atom]:
 
     `waves` are orders that the residual shows; a full grid of them would take too long here.
     """
-    shapes = [atom for atom in _shapes(s, form.acts_as) if atom.kind != 'wave']
-    if form.acts_as not in ('inertia', 'position_shift', 'delay'):
+    shapes = [atom for atom in _shapes(s, form.acts_as) if 'wave' not in atom.kind]
+    if form.acts_as not in _WITHOUT_DIRECTION:
         shapes.append(_DIRECTION)
     return shapes + [_wave_at(s, order) for order in waves]
 
 
 def first_forms(s: Scales) -> Iterator[Form]:
     """Yield every single factor wherever it may act, and its products with a modulator."""
-    for acts_as in _BASE_UNITS:
+    for acts_as in BASE_UNITS:
         shapes = _shapes(s, acts_as)
         for atom in shapes:
             yield Form(acts_as, (atom,))
         if acts_as == 'delay':
             yield Form(acts_as, ())
-        if acts_as in ('inertia', 'position_shift', 'delay'):
+        if acts_as in _WITHOUT_DIRECTION:
             continue
         yield Form(acts_as, (_DIRECTION,))
         modulators = _modulators(s) if acts_as == 'torque' else [_DIRECTION]
@@ -368,6 +242,39 @@ def first_forms(s: Scales) -> Iterator[Form]:
             for atom in shapes:
                 if atom.text != modulator.text:
                     yield Form(acts_as, (modulator, atom))
+
+
+def limits_of(form: Form) -> Iterator[Form]:
+    """Yield the form with one memory replaced by what it is where its constant is tiny: a lag by
+    what it follows, play and bristles by the direction of motion, all else by nothing."""
+    for place, atom in enumerate(form.factors):
+        if not atom.memory or not atom.slots:
+            continue
+        call = parse(atom.filled())
+        around = (*form.factors[:place], *form.factors[place + 1:])
+        if isinstance(call, Call) and call.function in ('lag', 'travel_lag'):
+            source = printed(call.arguments[0])
+            yield replace(form, factors=(*around, Atom(source, source, (), atom.unit)))
+        elif isinstance(call, Call) and call.function in ('stop', 'drag'):
+            yield replace(form, factors=(*around, _DIRECTION))
+        elif around:
+            yield replace(form, factors=around)
+
+
+# A side of the stroke or its other one: the load curve takes up the difference.
+_MIRRORED = {'positive(position - {0})': 'positive({0} - position)',
+             'positive(position - {0})**2': 'positive({0} - position)**2',
+             'step(position - {0}, {1})': 'step({0} - position, {1})'}
+_MIRRORS = {**_MIRRORED, **{other: own for own, other in _MIRRORED.items()}}
+
+
+def mirrors_of(form: Form) -> Iterator[Form]:
+    """Yield the form with one shape turned to the other side of its place."""
+    for place, atom in enumerate(form.factors):
+        if atom.text in _MIRRORS:
+            yield replace(form, factors=(
+                *form.factors[:place], replace(atom, text=_MIRRORS[atom.text]),
+                *form.factors[place + 1:]))
 
 
 def onset_forms(s: Scales) -> Iterator[Form]:

@@ -26,7 +26,7 @@ from engb_core.effects.base import (
 )
 from engb_core.effects.law import law_value
 from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.laws.atoms import Atom, Form, Scales
+from engb_core.laws.forms import Atom, Form, Scales
 from engb_core.laws.grammar import parse
 from engb_core.laws.machine import program_of
 

@@ -7,6 +7,7 @@ from there factors are multiplied, replaced and dropped.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 import itertools
@@ -18,17 +19,29 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.law import law_effect
-from engb_core.laws.atoms import factors_for, first_forms, Form, LONGEST_DELAY, onset_forms
+from engb_core.laws.atoms import (
+    factors_for,
+    first_forms,
+    limits_of,
+    LONGEST_DELAY,
+    mirrors_of,
+    onset_forms,
+)
 from engb_core.laws.blocks import Blocks, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
+from engb_core.laws.forms import Form
 
 __all__ = ['Candidate', 'Screened', 'Search', 'search_laws']
 
 Array = NDArray[np.float64]
 
 # How many forms are polished at first and after each mutation, how many are mutated.
-POLISHED, POLISHED_AFTER, MUTATED, GENERATIONS = 14, 8, 4, 2
+POLISHED, POLISHED_AFTER, MUTATED, GENERATIONS = 16, 8, 4, 2
+# Of forms that differ in the side or the sign of a shape only, so many.
+ALIKE = 2
 MOST_FACTORS = 3
+# Leading laws whose memory is tried against its limit.
+LIMITED = 6
 ROUNDS = 8
 CHUNK = 400
 # Noise is all that is left.
@@ -101,7 +114,7 @@ class _Searching:
         self._tell(f'screened {len(first)} candidate laws')
         waves = tuple(dict.fromkeys(
             atom.slots[0].start for entry in first[:60] for atom in entry.form.factors
-            if atom.kind == 'wave'))[:4]
+            if 'wave' in atom.kind))[:4]
         self._polish(_of_each_kind(first, POLISHED))
         for generation in range(GENERATIONS):
             leading = self._leading()[:MUTATED]
@@ -114,6 +127,10 @@ class _Searching:
             if not worth:
                 break
             self._polish(_of_each_kind(worth, POLISHED_AFTER))
+        limits = {form.kinds: form for entry in self._leading()[:LIMITED]
+                  for form in (*limits_of(entry.form), *mirrors_of(entry.form))
+                  if form.kinds not in self._seen}
+        self._polish(self._screened(limits.values()))
         onsets = self._screened(onset_forms(self._scales))
         onset = self._polished(onsets[0]) if onsets and self._hopeful(onsets[0]) else None
         return Search(self._fitter, self._base, before, tuple(self._leading()), onset)
@@ -222,8 +239,13 @@ def _sized(form: Form, sizes: Array) -> Form:
 def _of_each_kind(screened: list[Screened], most: int) -> list[Screened]:
     """Return the best of each kind of form, so many kinds."""
     found: dict[tuple, Screened] = {}
+    alike: Counter[tuple] = Counter()
     for entry in screened:
-        found.setdefault(entry.form.kinds, entry)
+        family = (entry.form.acts_as, *sorted(atom.kind for atom in entry.form.factors))
+        if entry.form.kinds in found or alike[family] == ALIKE:
+            continue
+        found[entry.form.kinds] = entry
+        alike[family] += 1
         if len(found) == most:
             break
     return list(found.values())
