@@ -6,11 +6,13 @@ runs.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.compiled import EffectFunction, kernel, row_of
-from engb_core.effects.base import ACCELERATION, EFFORT, INERTIA, TORQUE
+from engb_core.effects.base import ACCELERATION, EFFORT, INERTIA, POSITION, TORQUE, VELOCITY
 from engb_core.plant import N_DELAY, Physics, torque_without_inertia
 
 __all__ = ['effort_of_motion']
@@ -87,6 +89,8 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
     """
     effort = np.empty(samples.shape[0])
     state = physics.fresh_state()
+    if physics.corrections:
+        samples = _corrected(samples, step, physics)
     _needed(physics.nominal, physics.cogging, physics.functions, physics.bounds, physics.owner,
             physics.parameters, state, samples, effort)
     if physics.stages['actuation']:
@@ -109,6 +113,22 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
         prompt, effort = effort, np.empty_like(effort)
         _later(prompt, delay / step, effort)
     return effort
+
+
+def _corrected(samples: Array, step: float, physics: Physics) -> Array:
+    """Return the samples of the true motion, as far as this grid tells what the sensor's error
+    does; where there is a recording, position_error.py knows better."""
+    effort_of_motion(samples, step, replace(physics, corrections=()))
+    state = physics.fresh_state()
+    moved = samples.copy()
+    for function, effect in physics.corrections:
+        function.loop(physics.parameters[effect], state[effect], samples, TORQUE)
+        error = samples[:, TORQUE].copy()
+        rate = np.gradient(error, step)
+        for column, values in ((POSITION, error), (VELOCITY, rate),
+                               (ACCELERATION, np.gradient(rate, step))):
+            moved[:, column] += values
+    return moved
 
 
 def _undelayed(samples: Array, step: float, parameters: Array, state: Array,

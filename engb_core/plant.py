@@ -83,6 +83,8 @@ class Physics:
             dynamics to undo.
         warps: (function, its row in `parameters`) of delays that change from sample to sample,
             for the inverse dynamics to undo.
+        corrections: (function, its row in `parameters`) of what is to be added to the measured
+            position (position_error.py).
     """
 
     nominal: Array
@@ -96,6 +98,7 @@ class Physics:
     delay: float
     time_constant: float
     warps: tuple[tuple[EffectFunction, int], ...] = ()
+    corrections: tuple[tuple[EffectFunction, int], ...] = ()
 
     def fresh_state(self) -> Array:
         """Return the effects' states at the start of a run, (effects, STATE_SIZE)."""
@@ -218,7 +221,8 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
     for stage in STAGES:
         stages[stage] = []
         for index, (effect, _) in enumerate(chosen):
-            undone = stage == 'actuation' and inverse and (effect.lead or effect.warp)
+            undone = inverse and (effect.correction is not None or stage == 'actuation'
+                                  and (effect.lead or effect.warp) is not None)
             if stage in effect.stages and not undone:
                 functions.append(effect.stages[stage])
                 stages[stage].append((effect.stages[stage], index))
@@ -231,16 +235,19 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
                        float).reshape(-1, 3)
     parameters = np.zeros((max(len(chosen), 1), PARAMETER_SIZE))
     leads = []
-    warps = []
+    warps, corrections = [], []
     for index, (effect, values) in enumerate(chosen):
         parameters[index, :len(values)] = values
         if effect.warp is not None:
             warps.append((effect.warp, index))
+        if effect.correction is not None and inverse:
+            corrections.append((effect.correction, index))
         if effect.lead is not None:
             leads.append((effect, index))
     made = Physics(nominal_vector(model), cogging, stages, handles(functions),
                    np.array(bounds, np.int64), np.array(owner, np.int64), parameters,
-                   tuple(leads), 0.0, 0.0, tuple(warps))
+                   tuple(leads), 0.0, 0.0, tuple(warps),
+                   tuple(corrections))
     return with_values(made, made.nominal, parameters)
 
 

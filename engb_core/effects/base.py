@@ -132,6 +132,8 @@ class Effect:
         statement: (values) → a sentence for a brake engineer.
         warp: (parameters, state, sample) → by how much torque comes late [s] at each sample;
             inverse dynamics reads effort so much earlier, exactly.
+        correction: (parameters, state, sample) → what is to be added to the measured position at
+            each recorded sample; inverse dynamics corrects the motion instead of the stages.
         made_of: (setting) → the effect and its values, where the setting itself says what it is
             (a law's formula).
         written: (values) → the setting of the model file, where it is more than numbers.
@@ -159,6 +161,7 @@ class Effect:
     rugged: bool = False
     credence: Callable[[Mapping[str, float]], float] | None = None
     warp: EffectFunction | None = None
+    correction: EffectFunction | None = None
     made_of: Callable[[EffectSetting], tuple[Effect, list[float]]] | None = None
     written: Callable[[Mapping[str, float]], EffectSetting] | None = None
 

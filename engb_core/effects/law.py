@@ -128,8 +128,8 @@ _EQUATIONS = {
 # derivative.
 _NOT_THERE = {
     'torque': ('effort',), 'friction_gain': ('effort',), 'load_gain': ('effort', 'acceleration'),
+    'position_shift': ('effort',),
 }
-_OF_POSITION_ONLY = ('inertia', 'position_shift')
 
 
 def law_effect(formula: str, acts_as: str, parameters: tuple[Parameter, ...],
@@ -149,8 +149,8 @@ def law_effect(formula: str, acts_as: str, parameters: tuple[Parameter, ...],
     expression = parse(formula)
     program = program_of(expression, acts_as, within)
     used = coordinates_of(expression)
-    if acts_as in _OF_POSITION_ONLY and (set(used) - {'position'} or has_memory(expression)):
-        raise InputError(f'law: acts_as {acts_as} takes a formula of position alone')
+    if acts_as == 'inertia' and (set(used) - {'position'} or has_memory(expression)):
+        raise InputError('law: an inertia takes a formula of position alone')
     if acts_as == 'delay' and has_memory(expression):
         raise InputError('law: a delay takes a formula without memory')
     hidden = [name for name in used if name in _NOT_THERE.get(acts_as, ())]
@@ -168,6 +168,7 @@ def law_effect(formula: str, acts_as: str, parameters: tuple[Parameter, ...],
         defaults=dict(zip((name for name, _ in constants), program[count:].tolist(),
                           strict=True)),
         variants=({},), unnamed=True, warp=law_value if acts_as == 'delay' else None,
+        correction=law_value if acts_as == 'position_shift' else None,
         written=lambda values: EffectSetting('law', {
             entry.name: values[entry.name] for entry in parameters}, formula, acts_as,
             {name: (float(low), float(high)) for name, (low, high) in within.items()}))

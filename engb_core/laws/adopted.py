@@ -41,5 +41,5 @@ def adopted_effect(id: str, title: str, formula: str, acts_as: str,
         id=id, title=title, parameters=parameters, stages=law.stages, equation=law.equation,
         reference=reference, statement=statement,
         reveals=coordinates[0] if coordinates else 'time', constants=law.constants,
-        defaults=law.defaults, warp=law.warp,
+        defaults=law.defaults, warp=law.warp, correction=law.correction,
         written=lambda values: EffectSetting(id, {name: values[name] for name in names}))

@@ -26,6 +26,8 @@ FEWEST_PERIODS = 0.5
 # Orders are tried at steps of a quarter of a period over the stroke.
 ORDER_STEP = 0.25
 MOST_ORDERS = 160
+# Periods per revolution that a sensor's interpolation may have.
+MOST_TURNS = 48
 LONGEST_DELAY = 0.1         # s
 
 
@@ -46,17 +48,40 @@ def _positions(s: Scales) -> list[Atom]:
                   Atom('spot', 'bell(position - {0}, {1})',
                        (place, replace(wide, start=0.1 * s.stroke)))]
     if u == 'rad':
-        # Once and twice per revolution: a shaft's own orders need no free number.
-        found += [Atom(f'turn {times}', f'sin({times}position + {{0}})',
-                       (Slot('rad', 0.0, -20.0, 20.0),), phase=True) for times in ('', '2 * ')]
+        found += [_turn(times) for times in (1, 2)]
     return found + list(_waves(s))
 
 
-def _waves(s: Scales) -> Iterator[Atom]:
+def _turn(times: int) -> Atom:
+    """A shaft's own order needs no free number."""
+    order = '' if times == 1 else f'{times} * '
+    return Atom('turn', f'sin({order}position + {{0}})', (Slot('rad', 0.0, -20.0, 20.0),),
+                phase=True)
+
+
+def _sensors(s: Scales) -> list[Atom]:
+    """What a position sensor does: off centre, interpolating, late, loosely coupled."""
+    u = s.angle
+    found = [Atom('line', 'position', (), ((u, 1),))]
+    if u == 'rad':
+        found += [_turn(times) for times in range(1, MOST_TURNS + 1)]
+    found += list(_waves(s, MOST_ORDERS // 2))
+    if s.load > 0.0:
+        found += [Atom('late', f'velocity * {load}', (), ((f'{u}/s', 1), ('N·m', 1)))
+                  for load in ('load', 'abs(load)')]
+    found.append(Atom('late', 'velocity * abs(velocity)', (), ((f'{u}/s', 2),)))
+    found.append(Atom('late', 'abs(velocity)', (), ((f'{u}/s', 1),)))
+    for part in (0.006, 0.025):
+        way = Slot(u, part * s.stroke, 5e-4 * s.stroke, s.stroke, True)
+        found.append(Atom('stop', 'stop(position, {0})', (way,)))
+    return found
+
+
+def _waves(s: Scales, count: int = MOST_ORDERS) -> Iterator[Atom]:
     step = ORDER_STEP * 2.0 * math.pi / s.stroke
     order = FEWEST_PERIODS * 2.0 * math.pi / s.stroke
     # As fine as samples of the fastest motion can tell; on a motor shaft a tooth at most.
-    most = min(math.pi / max(s.speed * s.sampling, 1e-12), order + MOST_ORDERS * step)
+    most = min(math.pi / max(s.speed * s.sampling, 1e-12), order + count * step)
     while order <= most:
         yield _wave_at(s, order)
         order += step
@@ -198,8 +223,10 @@ def _modulators(s: Scales) -> list[Atom]:
 
 def _shapes(s: Scales, acts_as: str) -> list[Atom]:
     """Return the factors that a law acting there may have."""
-    if acts_as in ('inertia', 'position_shift'):
+    if acts_as == 'inertia':
         return _positions(s)
+    if acts_as == 'position_shift':
+        return _sensors(s)
     if acts_as == 'delay':
         size = Slot('N·m', 0.3 * s.load, 0.0, 20.0 * s.load)
         more = [Atom('load and more', '(abs(load) + {0})', (size,), (('N·m', 1),))]

@@ -29,6 +29,7 @@ from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.laws.forms import Atom, Form, Scales
 from engb_core.laws.grammar import parse
 from engb_core.laws.machine import program_of
+from engb_core.position_error import at_recorded_samples, carried
 
 __all__ = ['Columns', 'scales_of']
 
@@ -83,7 +84,9 @@ class Columns:
                     ('delay', np.gradient(effort, run.motion.step)), ('stiffness', stiffness)):
                 sensitivities.setdefault(name, []).append(values)
         self._sensitivities = sensitivities
-        self._known: dict[str, list[Array]] = {}
+        self._known: dict[tuple[str, bool], list[Array]] = {}
+        self._recorded = [at_recorded_samples(run.recording, run.motion, samples)
+                          for run, samples in zip(self._runs, self._samples, strict=True)]
 
     def of(self, form: Form) -> Array:
         """Return how the filtered effort changes per unit of the form's amplitude, (m, 1), or
@@ -94,9 +97,10 @@ class Columns:
     def _filtered(self, form: Form, shift: float) -> Array:
         parts = []
         for index, run in enumerate(self._runs):
-            value = np.ones(run.motion.time.size)
+            raw = form.acts_as == 'position_shift'
+            value = np.ones(run.recording.time.size if raw else run.motion.time.size)
             for atom in form.factors:
-                value = value * self._factor(atom, shift)[index]
+                value = value * self._factor(atom, shift, raw)[index]
             parts.append(run.comparison(self._acting(form, value, shift, index)))
         return np.concatenate(parts)
 
@@ -111,24 +115,26 @@ class Columns:
             samples = self._samples[index]
             return value * samples[:, ACCELERATION] + 0.5 * slope * samples[:, VELOCITY] ** 2
         if form.acts_as == 'position_shift':
-            samples, step = self._samples[index], self._runs[index].motion.step
-            rate = np.gradient(value, step)
-            return (self._sensitivities['stiffness'][index] * value
-                    + samples[:, VISCOUS] * rate + samples[:, INERTIA] * np.gradient(rate, step))
+            run, samples = self._runs[index], self._samples[index]
+            smooth, rate, curve = carried(run.recording, run.motion, value)
+            return (self._sensitivities['stiffness'][index] * smooth
+                    + samples[:, VISCOUS] * rate + samples[:, INERTIA] * curve)
         return self._sensitivities[form.acts_as][index] * value
 
-    def _factor(self, atom: Atom, shift: float) -> list[Array]:
-        text = atom.filled(shift if atom.phase else 0.0)
-        if text not in self._known:
-            self._known[text] = [self._evaluated(atom, shift, index)
-                                 for index in range(len(self._runs))]
-        return self._known[text]
+    def _factor(self, atom: Atom, shift: float, raw: bool = False) -> list[Array]:
+        """Return a factor's values on each run's grid, or at its recorded samples."""
+        key = atom.filled(shift if atom.phase else 0.0), raw
+        if key not in self._known:
+            self._known[key] = [self._evaluated(atom, shift, index, raw=raw)
+                                for index in range(len(self._runs))]
+        return self._known[key]
 
-    def _evaluated(self, atom: Atom, shift: float, index: int, moved: float = 0.0) -> Array:
+    def _evaluated(self, atom: Atom, shift: float, index: int, moved: float = 0.0,
+                   raw: bool = False) -> Array:
         text = atom.filled(shift if atom.phase else 0.0)
         # Friction's direction is known here, whatever the law acts as.
         parameters = program_of(parse(text), 'torque', {'velocity': self._speeds})
-        samples = self._samples[index]
+        samples = self._recorded[index] if raw else self._samples[index]
         if moved:
             samples = samples.copy()
             samples[:, POSITION] += moved

@@ -32,8 +32,7 @@ _COORDINATES = {'position': 'the position', 'motor_angle': 'the motor angle',
 _CAUSES = {
     'wave': 'a screw, gear or guide whose error repeats along the stroke',
     'slow wave': 'a lever, crank or guide whose shape changes along the stroke',
-    'turn ': 'an eccentric or unbalanced part that turns with the shaft',
-    'turn 2 * ': 'a bent or oval part that turns with the shaft',
+    'turn': 'an eccentric, bent or unbalanced part that turns with the shaft',
     'hinge': 'a stop or spring that is met at one place of the stroke',
     'hinge2': 'a bumper that stiffens from one place of the stroke on',
     'zone': 'something that is touched in one part of the stroke only',
@@ -138,6 +137,9 @@ def statement_of(found: Found) -> str:
 def _cause(candidate: Candidate) -> str:
     if candidate.form.acts_as == 'delay':
         return 'a sensor, filter or bus whose delay is not constant'
+    if candidate.form.acts_as == 'position_shift' and 'late' in {
+            atom.kind for atom in candidate.form.factors}:
+        return 'a position sensor whose reading comes late, the more so the larger these are'
     if candidate.form.acts_as == 'position_shift':
         return 'an encoder that is off centre or interpolates wrongly'
     for atom in candidate.form.factors:
