@@ -121,9 +121,11 @@ def _corrected(samples: Array, step: float, physics: Physics) -> Array:
     effort_of_motion(samples, step, replace(physics, corrections=()))
     state = physics.fresh_state()
     moved = samples.copy()
-    for function, effect in physics.corrections:
+    for function, effect, late in physics.corrections:
         function.loop(physics.parameters[effect], state[effect], samples, TORQUE)
         error = samples[:, TORQUE].copy()
+        if late:
+            error *= samples[:, VELOCITY]
         rate = np.gradient(error, step)
         for column, values in ((POSITION, error), (VELOCITY, rate),
                                (ACCELERATION, np.gradient(rate, step))):

@@ -83,8 +83,8 @@ class Physics:
             dynamics to undo.
         warps: (function, its row in `parameters`) of delays that change from sample to sample,
             for the inverse dynamics to undo.
-        corrections: (function, its row in `parameters`) of what is to be added to the measured
-            position (position_error.py).
+        corrections: (function, its row in `parameters`, whether it is a delay [s]) of what the
+            measured position is off by (position_error.py).
     """
 
     nominal: Array
@@ -98,7 +98,7 @@ class Physics:
     delay: float
     time_constant: float
     warps: tuple[tuple[EffectFunction, int], ...] = ()
-    corrections: tuple[tuple[EffectFunction, int], ...] = ()
+    corrections: tuple[tuple[EffectFunction, int, bool], ...] = ()
 
     def fresh_state(self) -> Array:
         """Return the effects' states at the start of a run, (effects, STATE_SIZE)."""
@@ -235,13 +235,14 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
                        float).reshape(-1, 3)
     parameters = np.zeros((max(len(chosen), 1), PARAMETER_SIZE))
     leads = []
-    warps, corrections = [], []
+    warps: list[tuple[EffectFunction, int]] = []
+    corrections: list[tuple[EffectFunction, int, bool]] = []
     for index, (effect, values) in enumerate(chosen):
         parameters[index, :len(values)] = values
         if effect.warp is not None:
             warps.append((effect.warp, index))
         if effect.correction is not None and inverse:
-            corrections.append((effect.correction, index))
+            corrections.append((effect.correction, index, effect.late_position))
         if effect.lead is not None:
             leads.append((effect, index))
     made = Physics(nominal_vector(model), cogging, stages, handles(functions),

@@ -67,6 +67,15 @@ def at_recorded_samples(recording: Recording, motion: Motion, samples: Array) ->
     return table
 
 
+def _unwarped(recording: Recording, late: Array) -> Array:
+    """Return what is to be added to positions (k,) that were measured `late` (k,) [s]."""
+    if not np.isfinite(late).all():
+        return np.zeros(late.size)
+    # What would have been measured before an earlier instant's value came at once with it.
+    instants = np.maximum.accumulate(recording.time - late)
+    return np.interp(recording.time, instants, recording.position) - recording.position
+
+
 def effort_of_recording(recording: Recording, motion: Motion, samples: Array, physics: Physics,
                         moving: NDArray[np.bool_] | None = None) -> Array:
     """Return the effort (n,) [N·m] that the recorded motion needs, with its position corrected by
@@ -86,9 +95,9 @@ def effort_of_recording(recording: Recording, motion: Motion, samples: Array, ph
     table = at_recorded_samples(recording, motion, samples)
     error = np.zeros(recording.time.size)
     state = physics.fresh_state()
-    for function, effect in physics.corrections:
+    for function, effect, late in physics.corrections:
         function.loop(physics.parameters[effect], state[effect], table, TORQUE)
-        error += table[:, TORQUE]
+        error += _unwarped(recording, table[:, TORQUE]) if late else table[:, TORQUE]
     corrected = samples.copy()
     if np.isfinite(error).all():
         for column, values in zip((POSITION, VELOCITY, ACCELERATION),

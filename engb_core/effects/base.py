@@ -134,6 +134,7 @@ class Effect:
             inverse dynamics reads effort so much earlier, exactly.
         correction: (parameters, state, sample) → what is to be added to the measured position at
             each recorded sample; inverse dynamics corrects the motion instead of the stages.
+        late_position: whether `correction` says how late the position is [s] instead.
         made_of: (setting) → the effect and its values, where the setting itself says what it is
             (a law's formula).
         written: (values) → the setting of the model file, where it is more than numbers.
@@ -162,6 +163,7 @@ class Effect:
     credence: Callable[[Mapping[str, float]], float] | None = None
     warp: EffectFunction | None = None
     correction: EffectFunction | None = None
+    late_position: bool = False
     made_of: Callable[[EffectSetting], tuple[Effect, list[float]]] | None = None
     written: Callable[[Mapping[str, float]], EffectSetting] | None = None
 

@@ -118,17 +118,20 @@ _STAGES = {
     'inertia': {'torque': _act},
     'position_shift': {'shift': _shift, 'torque': _shift_torque},
     'delay': {'actuation': _act},
+    # The brake itself knows nothing of a sensor that is late.
+    'position_delay': {},
 }
 _EQUATIONS = {
     'torque': 'T = f', 'friction_gain': 'T_C = T_C (1 + f)', 'load_gain': 'T_L = T_L (1 + f)',
     'effort_gain': 'T_M = effort (1 + f)', 'inertia': 'T = f(θ) a + ½ f′(θ) ω²',
     'position_shift': 'θ = θ_measured + f', 'delay': 'T_M(t) = effort(t − f)',
+    'position_delay': 'θ(t − f) = θ_measured(t)',
 }
 # What a law of these places may not look at: it isn't known yet when they act, or it has no
 # derivative.
 _NOT_THERE = {
     'torque': ('effort',), 'friction_gain': ('effort',), 'load_gain': ('effort', 'acceleration'),
-    'position_shift': ('effort',),
+    'position_shift': ('effort',), 'position_delay': ('effort',),
 }
 
 
@@ -151,7 +154,7 @@ def law_effect(formula: str, acts_as: str, parameters: tuple[Parameter, ...],
     used = coordinates_of(expression)
     if acts_as == 'inertia' and (set(used) - {'position'} or has_memory(expression)):
         raise InputError('law: an inertia takes a formula of position alone')
-    if acts_as == 'delay' and has_memory(expression):
+    if acts_as in ('delay', 'position_delay') and has_memory(expression):
         raise InputError('law: a delay takes a formula without memory')
     hidden = [name for name in used if name in _NOT_THERE.get(acts_as, ())]
     if hidden:
@@ -168,7 +171,8 @@ def law_effect(formula: str, acts_as: str, parameters: tuple[Parameter, ...],
         defaults=dict(zip((name for name, _ in constants), program[count:].tolist(),
                           strict=True)),
         variants=({},), unnamed=True, warp=law_value if acts_as == 'delay' else None,
-        correction=law_value if acts_as == 'position_shift' else None,
+        correction=law_value if acts_as in ('position_shift', 'position_delay') else None,
+        late_position=acts_as == 'position_delay',
         written=lambda values: EffectSetting('law', {
             entry.name: values[entry.name] for entry in parameters}, formula, acts_as,
             {name: (float(low), float(high)) for name, (low, high) in within.items()}))

@@ -42,4 +42,5 @@ def adopted_effect(id: str, title: str, formula: str, acts_as: str,
         reference=reference, statement=statement,
         reveals=coordinates[0] if coordinates else 'time', constants=law.constants,
         defaults=law.defaults, warp=law.warp, correction=law.correction,
+        late_position=law.late_position,
         written=lambda values: EffectSetting(id, {name: values[name] for name in names}))

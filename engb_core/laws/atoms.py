@@ -66,11 +66,6 @@ def _sensors(s: Scales) -> list[Atom]:
     if u == 'rad':
         found += [_turn(times) for times in range(1, MOST_TURNS + 1)]
     found += list(_waves(s, MOST_ORDERS // 2))
-    if s.load > 0.0:
-        found += [Atom('late', f'velocity * {load}', (), ((f'{u}/s', 1), ('N·m', 1)))
-                  for load in ('load', 'abs(load)')]
-    found.append(Atom('late', 'velocity * abs(velocity)', (), ((f'{u}/s', 2),)))
-    found.append(Atom('late', 'abs(velocity)', (), ((f'{u}/s', 1),)))
     for part in (0.006, 0.025):
         way = Slot(u, part * s.stroke, 5e-4 * s.stroke, s.stroke, True)
         found.append(Atom('stop', 'stop(position, {0})', (way,)))
@@ -208,7 +203,7 @@ def _discs(s: Scales) -> list[Atom]:
 
 _DIRECTION = Atom('direction', 'direction')
 # Friction has its direction already; an inertia, a sensor and a delay know none.
-_WITHOUT_DIRECTION = ('friction_gain', 'inertia', 'position_shift', 'delay')
+_WITHOUT_DIRECTION = ('friction_gain', 'inertia', 'position_shift', 'delay', 'position_delay')
 
 
 def _modulators(s: Scales) -> list[Atom]:
@@ -227,11 +222,12 @@ def _shapes(s: Scales, acts_as: str) -> list[Atom]:
         return _positions(s)
     if acts_as == 'position_shift':
         return _sensors(s)
-    if acts_as == 'delay':
+    if acts_as in ('delay', 'position_delay'):
         size = Slot('N·m', 0.3 * s.load, 0.0, 20.0 * s.load)
         more = [Atom('load and more', '(abs(load) + {0})', (size,), (('N·m', 1),))]
         plain = [atom for atom in (*_speeds(s), *_positions(s)) if atom.kind in ('speed', 'line')]
-        return [*(more if s.load > 0.0 else []), *_loads(s), *_efforts(s), *plain, *_times(s),
+        return [*(more if s.load > 0.0 else []), *_loads(s),
+                *(_efforts(s) if acts_as == 'delay' else []), *plain, *_times(s),
                 *_discs(s)]
     found = _positions(s) + _speeds(s) + _loads(s) + _times(s) + _memories(s) + _discs(s)
     if acts_as == 'torque':

@@ -36,6 +36,7 @@ __all__ = ['Columns', 'scales_of']
 Array = NDArray[np.float64]
 
 _QUARTER = 0.5 * np.pi
+_OF_THE_SENSOR = ('position_shift', 'position_delay')
 # Share of the stroke over which slopes along the angle are taken.
 _SLOPE = 1e-4
 
@@ -97,10 +98,12 @@ class Columns:
     def _filtered(self, form: Form, shift: float) -> Array:
         parts = []
         for index, run in enumerate(self._runs):
-            raw = form.acts_as == 'position_shift'
+            raw = form.acts_as in _OF_THE_SENSOR
             value = np.ones(run.recording.time.size if raw else run.motion.time.size)
             for atom in form.factors:
                 value = value * self._factor(atom, shift, raw)[index]
+            if form.acts_as == 'position_delay':
+                value = value * self._recorded[index][:, VELOCITY]
             parts.append(run.comparison(self._acting(form, value, shift, index)))
         return np.concatenate(parts)
 
@@ -114,7 +117,7 @@ class Columns:
                 slope += rest * (ahead - own) / self._slope_step
             samples = self._samples[index]
             return value * samples[:, ACCELERATION] + 0.5 * slope * samples[:, VELOCITY] ** 2
-        if form.acts_as == 'position_shift':
+        if form.acts_as in _OF_THE_SENSOR:
             run, samples = self._runs[index], self._samples[index]
             smooth, rate, curve = carried(run.recording, run.motion, value)
             return (self._sensitivities['stiffness'][index] * smooth

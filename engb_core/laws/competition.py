@@ -139,8 +139,9 @@ def _finding(found: Found) -> LawFinding:
     candidate = found.candidate
     return LawFinding(
         formula=formula_of(candidate), pattern=candidate.form.formula,
-        acts_as=candidate.form.acts_as, parameters=found.parameters, line=line_of(found),
-        statement=statement_of(found),
+        # To the contract a delay is one, whichever of the two signals is late.
+        acts_as=candidate.form.acts_as.replace('position_delay', 'delay'),
+        parameters=found.parameters, line=line_of(found), statement=statement_of(found),
         alternatives=tuple(f'{entry.form.acts_as}: {formula_of(entry)}'
                            for entry in found.alternatives),
         settled=found.settled, explained=found.explained, picture=_picture(found))

@@ -65,6 +65,7 @@ class Atom:
 BASE_UNITS: Mapping[str, Unit] = {
     'torque': (('N·m', 1),), 'friction_gain': (), 'load_gain': (), 'effort_gain': (),
     'inertia': (('kg·m²', 1),), 'position_shift': (('rad', 1),), 'delay': (('s', 1),),
+    'position_delay': (('s', 1),),
 }
 
 

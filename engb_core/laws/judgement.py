@@ -18,7 +18,8 @@ from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.uncertainty import estimates
-from engb_core.effects.base import TORQUE
+from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
+from engb_core.effects.law import law_value
 from engb_core.errors import InputError
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.laws.blocks import Blocks, kinds_of_motion
@@ -47,7 +48,8 @@ LATE = 1.5
 # What a place to act brings with it, whatever the formula.
 _BRINGS = {'torque': (), 'friction_gain': ('direction',), 'load_gain': ('load',),
            'effort_gain': ('effort',), 'inertia': ('acceleration',),
-           'position_shift': (), 'delay': ('velocity',)}
+           'position_shift': (), 'delay': ('velocity',), 'position_delay': ('velocity',)}
+_DELAYS = ('delay', 'position_delay')
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,7 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> Found | 
     if not search.candidates:
         return None
     chosen, alike = _plainest(search)
-    if chosen.form.acts_as == 'delay':
+    if chosen.form.acts_as in _DELAYS:
         tell('looking once more without what comes too late before a stop')
         search = _without_stops(search, chosen, tell)
         fitter = search.fitter
@@ -151,8 +153,9 @@ def _delays(fitter: Fitter, law: Candidate) -> Array:
     parts = []
     for index, run in enumerate(fitter.problem.runs):
         samples = run.samples
-        effort_of_motion(samples, run.motion.step,
-                         law.fit.hypothesis.physics(law.fit.vector, index))
+        physics = law.fit.hypothesis.physics(law.fit.vector, index)
+        samples[:, EFFORT] = effort_of_motion(samples, run.motion.step, physics)
+        law_value.loop(physics.parameters[-1], np.zeros(STATE_SIZE), samples, TORQUE)
         parts.append(samples[run.comparison.grid, TORQUE])
     return np.concatenate(parts)
 

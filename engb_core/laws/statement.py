@@ -7,7 +7,15 @@ import math
 import numpy as np
 
 from engb_core.diagnose.diagnosis import ParameterEstimate
-from engb_core.laws.grammar import Call, Expression, Name, parse, printed, with_values
+from engb_core.laws.grammar import (
+    Call,
+    coordinates_of,
+    Expression,
+    Name,
+    parse,
+    printed,
+    with_values,
+)
 from engb_core.laws.judgement import depends_on, Found
 from engb_core.laws.search import Candidate
 
@@ -15,11 +23,12 @@ __all__ = ['formula_of', 'line_of', 'statement_of']
 
 _SYMBOLS = {'torque': 'T', 'friction_gain': 'ΔT_C/T_C', 'load_gain': 'ΔT_L/T_L',
             'effort_gain': 'ΔT_M/effort', 'inertia': 'ΔJ', 'position_shift': 'Δθ',
-            'delay': 'delay'}
+            'delay': 'delay', 'position_delay': 'delay'}
 _SAYS = {'torque': 'A torque that', 'friction_gain': 'The friction changes by a part that',
          'load_gain': 'The load torque changes by a part that',
          'effort_gain': 'The torque for a given effort changes by a part that',
          'inertia': 'An inertia that', 'position_shift': 'The measured position is off by what',
+         'position_delay': 'The position is measured late, by a delay that',
          'delay': 'Torque and motion are apart by a delay that'}
 _COORDINATES = {'position': 'the position', 'motor_angle': 'the motor angle',
                 'velocity': 'the speed', 'direction': 'the direction of motion',
@@ -116,8 +125,10 @@ def statement_of(found: Found) -> str:
     """Return one or two sentences for a brake engineer."""
     candidate = found.candidate
     acts = candidate.form.acts_as
-    names = [_COORDINATES[name] for name in depends_on(candidate) if name in _COORDINATES
-             and not (name in ('acceleration', 'velocity') and acts in ('inertia', 'delay'))]
+    # What the place to act brings in need not be told: an inertia takes acceleration, …
+    own = coordinates_of(parse(candidate.form.formula))
+    names = [_COORDINATES[name] for name in depends_on(candidate)
+             if name in own or name in ('heat', 'time_at_rest')]
     after = ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
     text = f'{_SAYS[acts]} depends on {after}: ' if names else f'{_SAYS[acts]} acts: '
     line = line_of(found)
@@ -137,8 +148,7 @@ def statement_of(found: Found) -> str:
 def _cause(candidate: Candidate) -> str:
     if candidate.form.acts_as == 'delay':
         return 'a sensor, filter or bus whose delay is not constant'
-    if candidate.form.acts_as == 'position_shift' and 'late' in {
-            atom.kind for atom in candidate.form.factors}:
+    if candidate.form.acts_as == 'position_delay':
         return 'a position sensor whose reading comes late, the more so the larger these are'
     if candidate.form.acts_as == 'position_shift':
         return 'an encoder that is off centre or interpolates wrongly'

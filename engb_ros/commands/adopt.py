@@ -49,8 +49,12 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError(f'--name {arguments.name}: there is such an effect already; '
                          'take another name')
     model = Model.read(folder / 'model.yaml')
-    within = next((entry.within for entry in model.effects
-                   if entry.effect == 'law' and entry.formula == law.get('pattern')), {})
+    own_law = next((entry for entry in model.effects
+                    if entry.effect == 'law' and entry.formula == law.get('pattern')), None)
+    within = {}
+    if own_law is not None:
+        # The model file knows whether torque or position is late.
+        within, law = own_law.within, {**law, 'acts_as': own_law.acts_as}
     recordings = sorted({str(entry.get('recording')) for entry in
                          (document.get('fit') or {}).get('held_out') or []
                          if isinstance(entry, dict)})

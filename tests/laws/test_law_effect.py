@@ -13,6 +13,8 @@ from engb_core.errors import InputError
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 from engb_core.plant import physics_of
+from engb_core.prediction import predict_effort
+from engb_core.recording import Recording
 from engb_core.sample_table import sample_table
 from engb_core.simulation import BrakePlant
 
@@ -75,6 +77,43 @@ def test_a_delay_is_exact():
     time = STEP * np.arange(plain.size)
     late = time - 0.05 * samples[:, LOAD]
     assert np.allclose(effort[100:-100], np.interp(time, late, plain)[100:-100], atol=1e-12)
+
+
+def test_a_position_that_is_late():
+    """The motion of a recording whose position came late by what the load says is the true one."""
+    time = np.arange(0.0, 6.0, STEP)
+    true = 10.0 + 8.0 * np.sin(2.0 * time)
+    model = with_law('a * load', 'position_delay', a=0.1)
+    late = np.zeros(time.size)
+    for _ in range(50):
+        seen = np.interp(time - late, time, true)
+        late = 0.1 * (1e-3 * seen + 2e-4 * seen ** 2)
+
+    def effort(position: np.ndarray, model: Model) -> np.ndarray:
+        recording = Recording('run', time, position, np.zeros(time.size))
+        return predict_effort(recording, model)[500:-500]
+
+    wanted = effort(true, MODEL)
+    found, without = effort(seen, model), effort(seen, MODEL)
+    moving = np.abs(16.0 * np.cos(2.0 * time))[500:-500] > 3.0
+    assert np.abs(found - wanted)[moving].max() < 0.1 * np.abs(without - wanted)[moving].max()
+
+
+def test_a_sensor_off_by_a_wave_too_fast_for_the_samples():
+    """At 100 Hz a wave of 16 per revolution is aliased; at the recorded samples it is known."""
+    rate = 100.0
+    time = np.arange(0.0, 20.0, 1.0 / rate)
+    true = 20.0 + 15.0 * np.sin(time) + 4.0 * np.sin(3.1 * time)
+    seen = true - 0.004 * np.sin(16.0 * true)
+    model = with_law('a * sin(16 * position)', 'position_shift',
+                     {'position': (0.0, 40.0), 'velocity': (-40.0, 40.0)}, a=0.004)
+
+    def effort(position: np.ndarray, model: Model) -> np.ndarray:
+        return predict_effort(Recording('run', time, position, np.zeros(time.size)), model)[50:-50]
+
+    wanted = effort(true, MODEL)
+    found, without = effort(seen, model), effort(seen, MODEL)
+    assert np.std(found - wanted) < 0.2 * np.std(without - wanted)
 
 
 def test_a_shifted_position():
