@@ -101,6 +101,8 @@ def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> Searc
 class _Searching:
     def __init__(self, fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> None:
         self._fitter, self._base, self._tell = fitter, base, tell
+        # What a fit of these numbers takes as their derivatives; another problem's has none yet.
+        fitter.base(base.hypothesis.numbers)
         self._scales = scales_of(fitter)
         self._columns = Columns(fitter, base)
         self._labels = stretches_of_time(fitter)
