@@ -138,8 +138,9 @@ class Columns:
         # Friction's direction is known here, whatever the law acts as.
         parameters = program_of(parse(text), 'torque', {'velocity': self._speeds})
         samples = self._recorded[index] if raw else self._samples[index]
+        here = samples[:, POSITION].copy()
         if moved:
-            samples = samples.copy()
             samples[:, POSITION] += moved
         law_value.loop(parameters, np.zeros(STATE_SIZE), samples, TORQUE)
+        samples[:, POSITION] = here
         return samples[:, TORQUE].copy()

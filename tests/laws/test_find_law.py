@@ -12,8 +12,10 @@ from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.laws.blocks import Blocks, stretches_of_time
+from engb_core.laws.forms import Form
 from engb_core.laws.grammar import parse
 from engb_core.laws.judgement import depends_on, find_law
+from engb_core.laws.search import _Searching, Screened
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 from engb_core.plant import physics_of
 from engb_core.recording import Recording
@@ -108,6 +110,18 @@ def test_a_diagnosis_tells_the_law_and_holds_it():
     before, after = (np.std((effort(model) - true)[moving])
                      for model in (MODEL, diagnosis.model))
     assert after < 0.15 * before
+
+
+def test_a_search_where_the_free_numbers_were_never_fitted_before():
+    """A law that is a delay is looked for once more on another problem, whose fitter has not seen
+    the numbers that names left free."""
+    problem = problem_of([recorded()], MODEL)
+    first, other = Fitter(problem, 1), Fitter(problem, 1)
+    base = first.refit(first.base(), first.numbers[1:])
+    base = other.finish(other.evaluate(base.hypothesis, base.vector))
+    searching = _Searching(other, base, lambda text: None)
+    assert searching._polished(Screened(
+        Form('delay', (), 1e-3), searching._blocks.without())) is not None
 
 
 def test_blocks_left_out_are_those_of_plain_least_squares():
