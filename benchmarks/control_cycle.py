@@ -120,7 +120,7 @@ class Block:
 
 
 class Shaft:
-    """A rigid shaft under the torque that a controller answers [N·m]; angle [rad], speed [rad/s]."""
+    """A rigid shaft under the `torque` [N·m] that came back: `angle` [rad], `speed` [rad/s]."""
 
     def __init__(self) -> None:
         self.angle = self.speed = self.torque = 0.0
