@@ -20,7 +20,7 @@ from engb_core.errors import InputError
 
 from .baselines import BASELINES, NAMING, ORACLE, run_baseline, run_oracle
 from .catalogue import known
-from .generate import generate, parse_strata
+from .generate import DEFAULT_STRATA, generate, parse_strata
 from .other_hand import cases_in, other_truth
 from .own_truth import truth_of
 from .page import proof_page
@@ -33,7 +33,7 @@ from .totals import summarise
 
 __all__ = ['Proof', 'prove', 'prove_other', 'strict_failures']
 
-_STRATA = ('clean', 'strong', 'subtle', 'pair', 'outside')
+_STRATA = tuple(DEFAULT_STRATA)
 # A run that was stopped (Ctrl-C reaches it, too) is done again by the next start.
 _STOPPED = re.compile(r'exit (130|143|-2|-15)\b')
 
