@@ -10,6 +10,7 @@ examples:
   engb prove --cases 100 --jobs 2 --out out/proof
   engb prove --cases 300 --strata clean --out out/null
   engb prove --reuse out/proof --out out/again
+  engb prove --frozen --jobs 2 --out out/frozen
   engb prove --cases-from FOLDER --jobs 2 --out out/other
   engb prove --real ../shared/real --out out/real
   engb prove --open bags/brake_1/truth.sealed --diagnosis result/diagnosis.json
@@ -50,7 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--seed', type=int, metavar='S',
                         help='draw these cases again (default: new ones)')
     parser.add_argument('--strata', metavar='NAME=SHARE,…', help='what to draw of clean, strong, '
-                        'subtle, pair, outside, e.g. clean=1,strong=2')
+                        'subtle, pair, triple, described and undescribed (outside the library), '
+                        'e.g. clean=1,strong=2')
     parser.add_argument('--effects', metavar='NAME,…', help='conceal only these')
     parser.add_argument('--jobs', type=int, default=1, metavar='J',
                         help='cases at a time (default: %(default)s)')
@@ -64,6 +66,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='score plain methods on the same cases, too')
     parser.add_argument('--strict', action='store_true', help='end with status 1 after a crash or '
                         'a false alarm on a clean recording')
+    parser.add_argument('--frozen', action='store_true', help='draw the frozen list of short cases '
+                        'of continuous integration; status 1 where a rate fell below its bound')
     parser.add_argument('--real', metavar='DIR', help='take one term at a time out of the model '
                         'of a real machine; DIR holds sets of nominal.yaml, train*, holdout*')
     parser.add_argument('--open', metavar='FILE.sealed', help='show a sealed truth')
@@ -88,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
         Path(arguments.out), arguments.cases, arguments.seed, arguments.strata,
         arguments.effects, arguments.jobs, Path(arguments.reuse) if arguments.reuse else None,
         arguments.again, arguments.baselines, shlex.join(['engb', *sys.argv[1:]]),
-        arguments.only)
+        arguments.only, arguments.frozen)
     with Progress(arguments) as progress:
         def say(text: str) -> None:
             progress.done()
@@ -105,6 +109,12 @@ def run(arguments: argparse.Namespace) -> int:
     print(f'{summary["wall_seconds"]:.0f} s in all')
     print(f'scores: {job.out / "index.html"}')
     wrong = proof.strict_failures(summary) if arguments.strict else []
+    for name, rate in summary.get('frozen', {}).items():
+        told = (f'{name}: {rate["hits"]} of {rate["of"]} (measured before {rate["measured"]}, at '
+                f'least {rate["least"]})')
+        print(f'frozen list, {told}')
+        if rate['hits'] < rate['least']:
+            wrong.append(f'the rate fell: {told}')
     for line in wrong:
         print(f'engb: {line}', file=sys.stderr)
     return _NOT_STRICT if wrong else 0
@@ -117,7 +127,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise InputError(f'--cases {arguments.cases}: must lie within 1 and {_MOST_CASES}')
     drawn = {'--cases': arguments.cases, '--seed': arguments.seed, '--strata': arguments.strata,
              '--effects': arguments.effects, '--reuse': arguments.reuse,
-             '--baselines': arguments.baselines or None, '--strict': arguments.strict or None}
+             '--baselines': arguments.baselines or None, '--strict': arguments.strict or None,
+             '--frozen': arguments.frozen or None}
     given = [name for name, value in drawn.items() if value is not None]
     for name, value in (('--real', arguments.real), ('--cases-from', arguments.cases_from)):
         allowed = {'--strict'} if name == '--cases-from' else set()
@@ -126,6 +137,11 @@ def _check(arguments: argparse.Namespace) -> None:
             raise InputError(f'{name} draws no case; leave {wrong} away')
     if arguments.real and arguments.cases_from:
         raise InputError('--real and --cases-from: give one of them')
+    if arguments.frozen:
+        own = [name for name in ('--cases', '--seed', '--strata', '--effects', '--reuse')
+               if drawn[name] is not None]
+        if own:
+            raise InputError(f'--frozen is a fixed list of cases; leave {own[0]} away')
     if arguments.only and not arguments.cases_from:
         raise InputError('--only belongs to --cases-from')
     if arguments.cases_from and not Path(arguments.cases_from).is_dir():

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import as_completed, Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, UTC
 import json
 from pathlib import Path
@@ -20,6 +20,7 @@ from engb_core.errors import InputError
 
 from .baselines import BASELINES, NAMING, ORACLE, run_baseline, run_oracle
 from .catalogue import known
+from .frozen import FROZEN, frozen_rates
 from .generate import DEFAULT_STRATA, generate, parse_strata
 from .other_hand import cases_in, other_truth
 from .own_truth import truth_of
@@ -53,6 +54,7 @@ class Proof:
     baselines: bool = False
     command: str = ''
     only: str | None = None
+    frozen: bool = False
 
 
 def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], None]) -> dict:
@@ -92,6 +94,8 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
     if names:
         summary['baselines'] = _baselines(names, truths, proof.out)
         summary['thresholding'] = thresholding_by()
+    if plan.get('brief'):
+        summary['frozen'] = frozen_rates(scores)
     _write(proof.out, summary, scores)
     return summary
 
@@ -172,7 +176,9 @@ def _planned(proof: Proof, home: Path) -> dict:
     if home.exists() and any(home.iterdir()):
         raise InputError(f'--out {home}: holds something else; name a new folder')
     seed = secrets.randbits(64) if proof.seed is None else proof.seed
-    plan = {'cases': proof.cases or 100, 'seed': seed, 'strata': _checked(proof.strata or ''),
+    if proof.frozen:
+        proof = replace(proof, **FROZEN)
+    plan = {'brief': proof.frozen, 'cases': proof.cases or 100, 'seed': seed, 'strata': _checked(proof.strata or ''),
             'effects': _known(proof.effects or ''), 'digest': None}
     home.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(plan, indent=1), 'utf8')
@@ -217,7 +223,8 @@ def _drawn(plan: dict, home: Path, jobs: int, progress: Callable[[str], None]
         effects = plan['effects'].split(',') if plan['effects'] else None
         plan['digest'] = generate(plan['cases'], plan['seed'], cases, truth,
                                   parse_strata(plan['strata']), jobs, effects,
-                                  progress=lambda text: progress(f'drawing {text}'))
+                                  progress=lambda text: progress(f'drawing {text}'),
+                                  brief=plan.get('brief', False))
         (home / 'proof.json').write_text(json.dumps(plan, indent=1), 'utf8')
     sealed = digest_of(truth)
     if sealed != plan['digest']:
