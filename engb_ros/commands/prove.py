@@ -66,8 +66,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='score plain methods on the same cases, too')
     parser.add_argument('--strict', action='store_true', help='end with status 1 after a crash or '
                         'a false alarm on a clean recording')
-    parser.add_argument('--frozen', action='store_true', help='draw the frozen list of short cases '
-                        'of continuous integration; status 1 where a rate fell below its bound')
+    parser.add_argument('--frozen', action='store_true', help='draw the frozen list of short '
+                        'cases of continuous integration; status 1 where a rate fell '
+                        'below its bound')
     parser.add_argument('--real', metavar='DIR', help='take one term at a time out of the model '
                         'of a real machine; DIR holds sets of nominal.yaml, train*, holdout*')
     parser.add_argument('--open', metavar='FILE.sealed', help='show a sealed truth')
@@ -109,6 +110,8 @@ def run(arguments: argparse.Namespace) -> int:
     print(f'{summary["wall_seconds"]:.0f} s in all')
     print(f'scores: {job.out / "index.html"}')
     wrong = proof.strict_failures(summary) if arguments.strict else []
+    if arguments.frozen:
+        wrong += [f'{one["case"]} failed: {one["failure"]}' for one in summary['failures']]
     for name, rate in summary.get('frozen', {}).items():
         told = (f'{name}: {rate["hits"]} of {rate["of"]} (measured before {rate["measured"]}, at '
                 f'least {rate["least"]})')

@@ -175,11 +175,12 @@ def _planned(proof: Proof, home: Path) -> dict:
                 'strata': None, 'effects': None, 'digest': digest_of(home / 'truth')}
     if home.exists() and any(home.iterdir()):
         raise InputError(f'--out {home}: holds something else; name a new folder')
-    seed = secrets.randbits(64) if proof.seed is None else proof.seed
     if proof.frozen:
         proof = replace(proof, **FROZEN)
-    plan = {'brief': proof.frozen, 'cases': proof.cases or 100, 'seed': seed, 'strata': _checked(proof.strata or ''),
-            'effects': _known(proof.effects or ''), 'digest': None}
+    seed = secrets.randbits(64) if proof.seed is None else proof.seed
+    plan = {'brief': proof.frozen, 'cases': proof.cases or 100, 'seed': seed,
+            'strata': _checked(proof.strata or ''), 'effects': _known(proof.effects or ''),
+            'digest': None}
     home.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(plan, indent=1), 'utf8')
     return plan

@@ -31,7 +31,7 @@ def proof(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, subprocess.Co
     """A clean case, a strong one, and one outside the library."""
     folder = tmp_path_factory.mktemp('proof')
     done = engb(folder, 'prove', '--cases', '3', '--seed', '1', '--strata',
-                'clean=1,strong=1,outside=1', '--out', 'out', '--jobs', '2', '--strict')
+                'clean=1,strong=1,undescribed=1', '--out', 'out', '--jobs', '2', '--strict')
     return folder / 'out', done
 
 
@@ -112,6 +112,7 @@ def test_open_shows_the_truth_beside_a_diagnosis(tmp_path: Path) -> None:
     (['--out', 'x', '--cases', '0'], '--cases 0'),
     (['--out', 'x', '--strata', 'odd=1'], "no stratum 'odd'"),
     (['--out', 'x', '--strata', 'clean=many'], 'clean=1'),
+    (['--out', 'x', '--frozen', '--seed', '1'], 'leave --seed away'),
     (['--out', 'x', '--effects', 'odd'], "no effect 'odd'"),
     (['--out', 'x', '--reuse', 'y'], 'holds no cases'),
     (['--out', '.'], 'holds something else'),
