@@ -66,6 +66,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='score plain methods on the same cases, too')
     parser.add_argument('--strict', action='store_true', help='end with status 1 after a crash or '
                         'a false alarm on a clean recording')
+    parser.add_argument('--brief', action='store_true',
+                        help='draw short recordings (15 s at 250 or 500 Hz)')
     parser.add_argument('--frozen', action='store_true', help='draw the frozen list of short '
                         'cases of continuous integration; status 1 where a rate fell '
                         'below its bound')
@@ -93,7 +95,7 @@ def run(arguments: argparse.Namespace) -> int:
         Path(arguments.out), arguments.cases, arguments.seed, arguments.strata,
         arguments.effects, arguments.jobs, Path(arguments.reuse) if arguments.reuse else None,
         arguments.again, arguments.baselines, shlex.join(['engb', *sys.argv[1:]]),
-        arguments.only, arguments.frozen)
+        arguments.only, arguments.frozen, arguments.brief)
     with Progress(arguments) as progress:
         def say(text: str) -> None:
             progress.done()
@@ -131,7 +133,7 @@ def _check(arguments: argparse.Namespace) -> None:
     drawn = {'--cases': arguments.cases, '--seed': arguments.seed, '--strata': arguments.strata,
              '--effects': arguments.effects, '--reuse': arguments.reuse,
              '--baselines': arguments.baselines or None, '--strict': arguments.strict or None,
-             '--frozen': arguments.frozen or None}
+             '--frozen': arguments.frozen or None, '--brief': arguments.brief or None}
     given = [name for name, value in drawn.items() if value is not None]
     for name, value in (('--real', arguments.real), ('--cases-from', arguments.cases_from)):
         allowed = {'--strict'} if name == '--cases-from' else set()

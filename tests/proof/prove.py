@@ -55,6 +55,7 @@ class Proof:
     command: str = ''
     only: str | None = None
     frozen: bool = False
+    brief: bool = False
 
 
 def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], None]) -> dict:
@@ -94,7 +95,7 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
     if names:
         summary['baselines'] = _baselines(names, truths, proof.out)
         summary['thresholding'] = thresholding_by()
-    if plan.get('brief'):
+    if plan.get('frozen'):
         summary['frozen'] = frozen_rates(scores)
     _write(proof.out, summary, scores)
     return summary
@@ -178,7 +179,8 @@ def _planned(proof: Proof, home: Path) -> dict:
     if proof.frozen:
         proof = replace(proof, **FROZEN)
     seed = secrets.randbits(64) if proof.seed is None else proof.seed
-    plan = {'brief': proof.frozen, 'cases': proof.cases or 100, 'seed': seed,
+    plan = {'brief': proof.frozen or proof.brief, 'frozen': proof.frozen,
+            'cases': proof.cases or 100, 'seed': seed,
             'strata': _checked(proof.strata or ''), 'effects': _known(proof.effects or ''),
             'digest': None}
     home.mkdir(parents=True, exist_ok=True)
