@@ -20,6 +20,7 @@ __all__ = ['FROZEN', 'frozen_rates', 'least_hits', 'LEVEL', 'MEASURED']
 FROZEN = {'cases': 48, 'seed': 20261123,
           'strata': 'clean=12,strong=12,subtle=7,pair=5,triple=2,described=4,undescribed=6'}
 LEVEL = 0.01
+# TODO: not yet measured. While a rate is missing here its bound is 0, and only a crash fails.
 MEASURED: dict[str, tuple[int, int]] = {}
 
 
