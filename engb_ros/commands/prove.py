@@ -3,8 +3,8 @@
 Draws brakes at random, conceals effects in them, seals the truth and prints its digest; runs
 `engb diagnose` as separate processes on copies that hold only recording and nominal model; opens
 the truth, checks the digest, scores. Writes into DIR: index.html (start here), scores.json,
-cases.jsonl, and results/ with the report of every case. Started again with the same DIR it goes
-on where it stopped. Without --seed the cases come from the operating system's entropy.
+cases.jsonl, column.md, and results/ with the report of every case. Started again with the same
+DIR it goes on where it stopped. Without --seed the cases come from the operating system's entropy.
 
 examples:
   engb prove --cases 100 --jobs 2 --out out/proof
@@ -12,7 +12,8 @@ examples:
   engb prove --reuse out/proof --out out/again
   engb prove --frozen --jobs 2 --out out/frozen
   engb prove --cases-from FOLDER --jobs 2 --out out/other
-  engb prove --real ../shared/real --out out/real
+  engb prove --real FOLDER --out out/real
+  engb prove --table out/proof out/other out/real
   engb prove --open bags/brake_1/truth.sealed --diagnosis result/diagnosis.json
 
 With --cases-from the cases are those of another hand: a folder of case_…, each with train…, test,
@@ -20,6 +21,9 @@ nominal.yaml, truth.json and truth.npz; they are scored by the same tables.
 
 With --real no case is drawn: of the best model of each machine one term at a time is taken out,
 to see whether the tool names just that term; index.html also holds the held-out ladder.
+
+With --table nothing is run: what earlier proofs left in these folders is printed side by side as
+Markdown, a column per folder (column.md in each holds its own).
 
 It needs the source tree, whose tests/proof make and score the cases; --open does not.
 """
@@ -73,6 +77,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         'below its bound')
     parser.add_argument('--real', metavar='DIR', help='take one term at a time out of the model '
                         'of a real machine; DIR holds sets of nominal.yaml, train*, holdout*')
+    parser.add_argument('--table', metavar='DIR', nargs='+', help='print the scores of earlier '
+                        'proofs side by side as a table in Markdown')
     parser.add_argument('--open', metavar='FILE.sealed', help='show a sealed truth')
     parser.add_argument('--diagnosis', metavar='diagnosis.json',
                         help='with --open: what the tool said')
@@ -83,6 +89,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     if arguments.open:
         _open(arguments.open, arguments.diagnosis)
+        return 0
+    if arguments.table:
+        print(_proof('readme_table').table([Path(folder) for folder in arguments.table]))
         return 0
     if arguments.diagnosis:
         raise InputError('--diagnosis belongs to --open FILE.sealed')

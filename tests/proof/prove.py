@@ -1,7 +1,8 @@
 """One proof from the draw to the page; `engb prove` calls this.
 
 DIR holds cases/, truth/, results/ (one folder per case), proof.json (what was drawn, its digest),
-and in the end scores.json, cases.jsonl and index.html. Cases of another hand stay where they are.
+and in the end scores.json, cases.jsonl, column.md (its column of the README's table) and
+index.html. Cases of another hand stay where they are.
 """
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ from .generate import DEFAULT_STRATA, generate, parse_strata
 from .other_hand import cases_in, other_truth
 from .own_truth import truth_of
 from .page import proof_page
-from .run import run_tool, score_all
+from .readme_table import as_markdown, column_of
+from .run import commits_in, run_tool, score_all
 from .score import CaseScore, CaseTruth
 from .sealing import digest_of
 from .sparse import thresholding_by
@@ -146,7 +148,8 @@ def prove_other(proof: Proof, folder: Path, progress: Callable[[str], None],
 
 def _told(proof: Proof, begin: float) -> dict:
     return {'date': datetime.now(UTC).isoformat(timespec='seconds'), 'command': proof.command,
-            'wall_seconds': time.monotonic() - begin}
+            'wall_seconds': time.monotonic() - begin,
+            'commits': commits_in(proof.out / 'results')}
 
 
 def strict_failures(summary: dict) -> list[str]:
@@ -279,4 +282,5 @@ def _write(out: Path, summary: dict, scores: list[CaseScore]) -> None:
     rows = [json.dumps(asdict(score)) for score in scores]
     (out / 'cases.jsonl').write_text('\n'.join(rows) + '\n', 'utf8')
     (out / 'scores.txt').write_text(as_text(summary) + '\n', 'utf8')
+    (out / 'column.md').write_text(as_markdown([column_of(summary)]) + '\n', 'utf8')
     proof_page(summary, scores).write(out / 'index.html')

@@ -51,6 +51,7 @@ def test_scores_and_page_are_written(proof: tuple[Path, subprocess.CompletedProc
     assert lines[1] == f'truth sealed: sha256 {scores["digest"]}'
     page = (out / 'index.html').read_text('utf8')
     assert scores['digest'] in page
+    assert 'own development generator' in (out / 'column.md').read_text('utf8')
     for miss in scores['misses']:
         assert f'results/{miss["case"]}/report.html' in page
         assert (out / 'results' / miss['case'] / 'report.html').exists()
