@@ -26,11 +26,11 @@ ATTEMPTS = 5
 class Shipped(LiveLoop):
     """Plant, observer and controller of `one_wheel.launch.xml`; `force` [N] is commanded."""
 
-    def __init__(self, runner, probe, folder, drive='plant'):
+    def __init__(self, runner, probe, folder, drive='plant', **arguments):
         wheel = folder / 'wheel.yaml'
         wheel.write_text(DRIVE)
         self.commands = launched('one_wheel.launch.xml', identifier='false',
-                                 parameters=str(wheel))
+                                 parameters=str(wheel), **arguments)
         self.commands['/engb/plant'][3] = drive
         self.force = None
         self._asked = 0.0
@@ -224,19 +224,26 @@ def test_the_torque_does_not_jump_when_the_feedforward_is_switched(loop):
     assert within(loop)
 
 
-def test_clearing_a_healthy_brake_takes_no_torque_away(loop):
+def test_clearing_a_healthy_brake_takes_no_torque_away(runner, probe, tmp_path):
+    # The torque that holds the load comes of the integral part alone: this model knows no load.
+    loop = Shipped(runner, probe, tmp_path, model=str(config_file('nominal.yaml')), mechanism='')
+
     def clear():
+        loop.target = 30.0
+        loop.until(lambda: loop.is_in('enabled') or not loop.clear().success, 'a healthy loop')
+        loop.during(1.0)
         begin = len(loop.efforts)
         loop.during(0.5)
         usual, before = loop.steps(begin), loop.efforts[-1].data
         begin = len(loop.efforts)
         cleared = loop.clear().success
         loop.during(0.3)
-        return (before > 0.05 and cleared and loop.is_in('enabled')
-                and loop.steps(begin) < usual + 0.05)   # it was 0.198 N·m
+        return (before > 0.1 and cleared and loop.is_in('enabled')
+                and loop.steps(begin) < usual + 0.05)   # from 0.198 N·m it had gone to 0
 
-    assert loop.holds(3000.0, clear)
+    assert any(clear() for _ in range(ATTEMPTS))
     assert within(loop)
+    runner.stop()
 
 
 def test_the_mechanism_is_the_launchs(loop):
