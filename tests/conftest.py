@@ -1,6 +1,11 @@
 """What every test process needs."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+import resource
 import signal
+from typing import Any
 
 import pytest
 
@@ -9,6 +14,8 @@ import pytest
 signal.signal(signal.SIGINT, signal.default_int_handler)
 # So with SIGHUP where they are started to outlive the terminal.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+BEGIN = pytest.StashKey[float]()
 
 # Files and tests that take more than a few seconds of processor time, or real time (nodes, buses);
 # `make check` leaves them out. Found by `pytest --durations=80`.
@@ -31,3 +38,43 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.nodeid.startswith(SLOW):
             item.add_marker('slow')
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let `--processor-time=25` list what takes most, whatever else the machine does."""
+    parser.addoption('--processor-time', type=int, default=0, metavar='N', help=(
+        'list the N tests that take most processor time, their fixtures and processes included'))
+
+
+def _processor_time() -> float:
+    """Return what this process and its children that have ended have used [s]."""
+    return sum(used.ru_utime + used.ru_stime for used in map(
+        resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Note a test's processor time, its fixtures' included, where the report finds it."""
+    item.stash[BEGIN] = _processor_time()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """Hand the time on with the report of the teardown, the last one (also by pytest-xdist)."""
+    report = yield
+    if report.when == 'teardown':
+        report.user_properties.append(('processor time', _processor_time() - item.stash[BEGIN]))
+    return report
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Print the list that `--processor-time` asks for."""
+    count = config.getoption('--processor-time')
+    used = [(dict(report.user_properties).get('processor time', 0.0), report.nodeid)
+            for report in terminalreporter.getreports('') if report.when == 'teardown']
+    if not count or not used:
+        return
+    terminalreporter.section(f'processor time, {sum(seconds for seconds, _ in used):.0f} s in all')
+    for seconds, name in sorted(used, reverse=True)[:count]:
+        terminalreporter.write_line(f'{seconds:7.1f} s  {name}')
