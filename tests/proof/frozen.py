@@ -1,11 +1,11 @@
 """The frozen list of continuous integration: short cases by their seed, and the rates they keep.
 
 One case that fails breaks nothing; a rate that falls does. Each of the four rates was measured on
-this very list (MEASURED, by `engb prove --frozen --jobs 2 --out DIR`). With p its estimate (hits + 1/2) / (n + 1),
-after Jeffreys, so that not even a full score makes p = 1, the least number of hits that passes is
-the 1 % quantile of the binomial distribution of n and p: a change that leaves the true rate as it
-was fails one time in a hundred or less. After a change that raises the rates the numbers of
-MEASURED are raised by hand, to what the command prints.
+this very list (MEASURED, by `engb prove --frozen --jobs 2 --out DIR`). With p its estimate
+(hits + 1/2) / (n + 1), after Jeffreys, so that not even a full score makes p = 1, the least number
+of hits that passes is the 1 % quantile of the binomial distribution of n and p: a change that
+leaves the true rate as it was fails one time in a hundred or less. After a change that raises the
+rates the numbers of MEASURED are raised by hand, to what the command prints.
 """
 from __future__ import annotations
 
