@@ -17,7 +17,7 @@ from engb_core.printable import printable
 from engb_core.recording import Recording, Reference, Signal
 from engb_ros.tables.open import open_table
 from engb_ros.tables.request import Question, Request, settled
-from engb_ros.tables.roles import QUANTITIES, Roles, roles_of
+from engb_ros.tables.roles import is_current, QUANTITIES, Roles, roles_of
 from engb_ros.tables.table import Table
 from engb_ros.tables.units import named, Unit, unit_of, units_of
 
@@ -149,6 +149,9 @@ def _units(table: Table, roles: dict[str, int], request: Request) -> tuple[dict[
             units[role] = _SI
         elif role not in ('position', 'effort') and role not in request.columns:
             del roles[role]
+        elif role == 'effort' and not channel.unit and is_current(channel):
+            # In which unit drops out: the constant asked for is torque per one of the column.
+            units[role] = named('A', 'effort')
         else:
             questions.append(_unit_question(table, role, place))
     if 'position' not in units and 'velocity' in units and 'time' in units:
@@ -156,16 +159,11 @@ def _units(table: Table, roles: dict[str, int], request: Request) -> tuple[dict[
         if unit is not None:
             units['position'] = unit
             questions = [entry for entry in questions if entry.words[1] != 'position=']
+    if ('effort' in units and units['effort'].quantity == 'current'
+            and request.torque_constant is None):
+        questions.append(_constant_question(table, roles['effort'], units.get('position')))
     answered = settled(request, questions, table.path)
     if answered is not request:
-        return _units(table, roles, answered)
-    if units['effort'].quantity == 'current' and request.torque_constant is None:
-        linear = units['position'].quantity == 'length'
-        what = 'force constant [N/A]' if linear else 'torque constant [N·m/A]'
-        answered = settled(request, [Question(
-            f'the {what} of the motor (column {table.channels[roles["effort"]].name} is a '
-            'current; with 1 all torques are told in ampere)', '--torque-constant 1',
-            ('--torque-constant', ''), default='1')], table.path)
         return _units(table, roles, answered)
     if units['position'].quantity == 'length' and units['effort'].quantity == 'torque':
         raise InputError(f'{table.path}: position is a length and effort a torque; give the '
@@ -174,6 +172,17 @@ def _units(table: Table, roles: dict[str, int], request: Request) -> tuple[dict[
         raise InputError(f'{table.path}: position is an angle and effort a force; give the '
                          'torque, or the position of what the force moves')
     return units, request
+
+
+def _constant_question(table: Table, place: int, position: Unit | None) -> Question:
+    channel = table.channels[place]
+    linear = position is not None and position.quantity == 'length'
+    what = 'force constant [N/A]' if linear else 'torque constant [N·m/A]'
+    taken = '' if channel.unit else ', taken as ampere'
+    return Question(
+        f'the {what} of the motor (column {channel.name or place} is a current{taken}; with 1 '
+        'all torques are told in ampere)', '--torque-constant 1', ('--torque-constant', ''),
+        default='1')
 
 
 def _unit_question(table: Table, role: str, place: int) -> Question:

@@ -10,7 +10,7 @@ import unicodedata
 from engb_ros.tables.table import Channel, Table
 from engb_ros.tables.units import unit_of
 
-__all__ = ['MEASURED', 'QUANTITIES', 'Roles', 'roles_of']
+__all__ = ['MEASURED', 'QUANTITIES', 'Roles', 'is_current', 'roles_of']
 
 # What each role may be measured in, the usual one first.
 QUANTITIES = {
@@ -37,6 +37,10 @@ _WORDS = {
               'strom amps ampere motorstrom motorcurrent courant mot_i load_torque iact mmot imot',
     'pad_temperature': 'temp temperature temperatur',
 }
+# Of the words for effort those that are a current's.
+_CURRENT = frozenset((
+    'current', 'curr', 'cur', 'i', 'iq', 'strom', 'amps', 'ampere', 'motorstrom', 'motorcurrent',
+    'courant', 'mot_i', 'iact', 'imot'))
 _KNOWN = {role: frozenset(words.split()) for role, words in _WORDS.items()}
 _REFERENCE = frozenset((
     'ref', 'reference', 'cmd', 'command', 'commanded', 'set', 'setpoint', 'soll', 'sollwert',
@@ -87,6 +91,13 @@ def roles_of(table: Table, given: Mapping[str, int]) -> Roles:
             chosen[role] = places[0]
             taken.add(places[0])
     return Roles(chosen, unclear)
+
+
+def is_current(channel: Channel) -> bool:
+    """Whether a channel's name says that it is a current."""
+    words = _words(channel.short)
+    return bool(words & _CURRENT) or any(
+        len(entry) > 3 and entry in word for word in words for entry in _CURRENT)
 
 
 def _least(role: str) -> float:

@@ -81,9 +81,10 @@ def test_wrong_requests(refused, tmp_path, table, change, words):
 
 def test_what_is_missing_is_named(refused, table):
     refused('import', table, '--out', 'run1', words=['the unit of position (column q)',
-                                                     '--unit', 'position=deg', 'effort=A'])
-    refused('import', table, '--out', 'run1', '--column', 'time=t',
-            words=['engb import', '--column time=t --unit position=deg effort=A'])
+                                                     '--unit', 'position=deg',
+                                                     '--torque-constant', 'taken as ampere'])
+    refused('import', table, '--out', 'run1', '--column', 'time=t', words=[
+        'engb import', '--column time=t --torque-constant 1 --unit position=deg'])
     bare = table.with_name('bare.csv')
     bare.write_text('q,i\n' + ''.join(f'{n},1\n' for n in range(100)))
     refused('import', bare, '--out', 'run1', *COLUMNS[2:], words=['time', '--rate'])

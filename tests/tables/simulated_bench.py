@@ -63,20 +63,22 @@ def run(effect: str | None, seed: int) -> dict[str, np.ndarray]:
             other += 0.012 * math.sin(7.0 * angle + 0.4)
         if effect == 'nonlinear_viscous_friction':
             other += 6e-5 * speed * abs(speed)
-        level = coulomb
+        level, drag = coulomb, viscous
         if effect == 'stribeck_friction':
             level *= 1.0 + 1.2 / (1.0 + (speed / 3.0) ** 2)
         if effect == 'asymmetric_friction':
+            # Drag as well: of dry friction alone, without a load, it would be an offset.
             level *= 1.35 if speed > 0 else 0.65
+            drag *= 1.35 if speed > 0 else 0.65
         if effect == 'friction_drift':
             level *= 1.8 - 1.0 * (1.0 - math.exp(-t / 6.0))
         if effect == 'load_dependent_friction':
             level += 0.35 * abs(other)
         if effect == 'presliding_friction':
             bristle += STEP * (speed - abs(speed) * bristle / 0.6)
-            speed += STEP * (given - viscous * speed - other - level * bristle / 0.6) / inertia
+            speed += STEP * (given - drag * speed - other - level * bristle / 0.6) / inertia
         else:
-            free = speed + STEP * (given - viscous * speed - other) / inertia
+            free = speed + STEP * (given - drag * speed - other) / inertia
             limit = STEP * level / inertia
             speed = 0.0 if abs(free) <= limit else free - math.copysign(limit, free)
         angle += speed * STEP
@@ -168,7 +170,7 @@ def _mat(path, run):
 TABLES = (
     BenchTable(None, _german, 'clean.csv', 10),
     BenchTable('stribeck_friction', _plain, 'stribeck.csv', 10,
-               ('--torque-constant', '0.05', '--unit', 'position=deg', 'effort=A')),
+               ('--torque-constant', '0.05', '--unit', 'position=deg')),
     BenchTable('asymmetric_friction', _millis, 'asymmetric.txt', 20),
     BenchTable('cogging_torque', _din, 'cogging.csv', 10),
     BenchTable('nonlinear_viscous_friction', _nanos, 'drag.csv', 20),

@@ -15,8 +15,7 @@ from .simulated_bench import sampled, TABLES, write_table
 
 @pytest.mark.parametrize('table', TABLES, ids=[table.name for table in TABLES])
 def test_each_table_becomes_the_same_recording(tmp_path, table, monkeypatch):
-    # Titles without any unit leave three things open, one more than wanted.
-    assert table.questions <= (3 if table.name == 'stribeck.csv' else 2)
+    assert table.questions <= 2
     made = sampled(None, table.every, 0)
     made = {name: values[:2000] for name, values in made.items()}
     path = tmp_path / table.name
