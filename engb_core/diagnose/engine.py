@@ -22,6 +22,7 @@ from engb_core.diagnose.evidence import (
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.load_shape import load_shape_finding, with_free_load_curve
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.numbers import level, wrong_numbers
 from engb_core.diagnose.openset import explain, Explanation
@@ -169,6 +170,12 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     tell('refitting the nominal numbers')
     nominal = fitter.nominal()
     selection = select(search(fitter, tell))
+    if selection.excess_after > CLEAN_EXCESS:
+        tell('asking whether the load curve has another form')
+        free = with_free_load_curve(fitter, selection)
+        if free is not None:
+            tell('beginning again with a free load curve')
+            fitter, nominal, selection = free, free.nominal(), select(search(free, tell))
     tell('refining')
     chosen = selection.chosen
     if is_rugged(chosen):
@@ -181,6 +188,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, explanation.fit)
+        shape = load_shape_finding(fitter, explanation.fit)
+        numbers += [] if shape is None else [shape]
         tell('taking the numbers from a sharper motion')
         told = sharpened(fitter, explanation)
     findings, mismatch = findings_of(fitter, nominal, told.explanation, numbers, selection)

@@ -189,7 +189,7 @@ def _changes(fitter: Fitter, chosen: Fit) -> list[NominalChange]:
     start = chosen.hypothesis.start_of_numbers()
     found = []
     for place, number in enumerate(chosen.hypothesis.numbers):
-        if number.name == DELAY:
+        if number.name == DELAY or number.effect:
             continue
         before, after, std = start[place], chosen.vector[place], deviations[place]
         if number.logarithmic:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.load_shape import LOAD_SHAPE
 from engb_core.diagnose.numbers import level, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
@@ -48,10 +49,13 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     findings = _physics(fitter, explanation, selection)
     findings += _numbers(fitter, nominal, explanation, numbers)
     findings = in_order(findings)
-    if not chosen.hypothesis.variants and not numbers:
+    if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):
         return findings, nominal.residual
     hypothesis, vector = bare(chosen, set(range(len(chosen.hypothesis.variants))))
     for finding in numbers:
+        if finding.effect == LOAD_SHAPE:
+            # It acts wherever there is load, and would hide where the physics does.
+            continue
         place = number_place(hypothesis.numbers, finding.effect)
         vector[place] = hypothesis.start_of_numbers()[place]
     return findings, chosen.predicted - fitter.predict(hypothesis, vector)
@@ -183,7 +187,9 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
             parameters=parameters,
             share=min(1.0, taken * finding.matters / total),
             alternatives=tuple((other, known * weight) for other, weight in finding.rivals),
-            statement=effect.statement({name: entry.value for name, entry in parameters.items()})))
+            statement=effect.statement({
+                **finding.fit.hypothesis.given(effect.id),
+                **{name: entry.value for name, entry in parameters.items()}})))
     return findings
 
 

@@ -25,6 +25,7 @@ from engb_core.diagnose.nominal import (
     DELAY,
     nominal_numbers,
     NominalNumber,
+    with_load_shape,
     with_reference_load,
 )
 from engb_core.diagnose.problem import Problem
@@ -49,18 +50,23 @@ class Fitter:
     """Fits hypotheses to one problem, independent ones by so many threads.
 
     `earlier` fitted the file itself, before anything was settled: it knows how the file was made.
+    With `load_shape` a table beside the file's load curve is among the nominal numbers.
     """
 
-    def __init__(self, problem: Problem, threads: int = 1, earlier: Fitter | None = None) -> None:
+    def __init__(self, problem: Problem, threads: int = 1, earlier: Fitter | None = None,
+                 load_shape: bool = False) -> None:
         self.problem = problem
+        self.load_shape = load_shape
         self.threads = threads
         self.earlier = earlier
         self.measured = problem.measured
         self.sigma = problem.sigma
         self.spread = self.sigma
         self.fitted = problem.fitted
-        self.numbers = nominal_numbers(problem.model, problem.scene)
         self._model = with_reference_load(problem.model, problem.scene)
+        if load_shape:
+            self._model = with_load_shape(self._model, problem.scene)
+        self.numbers = nominal_numbers(self._model, problem.scene)
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
         self._base: dict[tuple[NominalNumber, ...], Fit] = {}
         self._starts: dict[tuple, list[StartColumns]] = {}

@@ -134,8 +134,9 @@ class Hypothesis:
     def start_of_numbers(self) -> Array:
         """Return the model file's numbers, as the vector has them."""
         vector = physics_of(self.model, ()).nominal
-        return np.array([_inward(vector[number.place], number.logarithmic)
-                         for number in self.numbers])
+        given = {effect.id: values for effect, values in self._given}
+        return np.array([_inward((given[number.effect] if number.effect else vector)[number.place],
+                                 number.logarithmic) for number in self.numbers])
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
@@ -168,6 +169,11 @@ class Hypothesis:
         return dict(zip(self.variants[variant].effect.names,
                         self.values(vector, variant, run), strict=True))
 
+    def given(self, effect: str) -> dict[str, float]:
+        """Return what the file holds of an effect, by the names of its values; {} for nothing."""
+        return next((dict(zip(entry.names, values, strict=True))
+                     for entry, values in self._given if entry.id == effect), {})
+
     @cached_property
     def _made(self) -> Physics:
         """The physics as far as it does not depend on the vector; what the file holds already
@@ -182,13 +188,22 @@ class Hypothesis:
         return np.array([entry.logarithmic for entry in (
             *self.numbers, *map(self.parameter, range(len(self._places))))], bool)
 
+    @cached_property
+    def _rows(self) -> list[int]:
+        """Which of the file's effects each number is a parameter of, −1 for none."""
+        rows = {effect.id: row for row, (effect, _) in enumerate(self._given)}
+        return [rows[number.effect] if number.effect else -1 for number in self.numbers]
+
     def physics(self, vector: Array, run: int) -> Physics:
         """Return the physics of one run at `vector`."""
         values = vector.copy()
         values[self._logarithms] = np.exp(vector[self._logarithms])
         nominal, parameters = self._made.nominal.copy(), self._made.parameters.copy()
-        for number, value in zip(self.numbers, values, strict=False):
-            nominal[number.place] = value
+        for number, row, value in zip(self.numbers, self._rows, values, strict=False):
+            if row < 0:
+                nominal[number.place] = value
+            else:
+                parameters[row, number.place] = value
         for value, (owner, place, which) in zip(values[len(self.numbers):], self._places,
                                                 strict=True):
             if which in (-1, run):
@@ -199,7 +214,8 @@ class Hypothesis:
         """Return the model file with the fitted numbers and effects filled in."""
         numbers = {number.name: float(_outward(vector[place], number.logarithmic))
                    for place, number in enumerate(self.numbers)}
-        given = [entry for entry in self.model.effects if entry.effect != DELAY]
+        model = with_numbers(self.model, numbers)
+        given = [entry for entry in model.effects if entry.effect != DELAY]
         settings = []
         delay = numbers.pop(DELAY, 0.0) + sum(
             entry.parameters['delay'] for entry in self.model.effects if entry.effect == DELAY)
@@ -212,8 +228,7 @@ class Hypothesis:
             if 'phase' in values:
                 values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)
             settings.append(EffectSetting(variant.effect.id, values))
-        return replace(with_numbers(self.model, numbers),
-                       effects=(*given, *settings))
+        return replace(model, effects=(*given, *settings))
 
 
 def _inward(value: float, logarithmic: bool) -> float:

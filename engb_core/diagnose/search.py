@@ -43,7 +43,7 @@ NOTHING_LEFT = 0.15
 # without one moves along θ by its own coefficients.
 _NOT_SEARCHED = {'unexplained_surface', 'inertia_error', 'viscous_friction_error',
                  'coulomb_friction_error', 'load_stiffness_error', 'load_dependent_friction',
-                 'sampling_delay', 'contact_shift'}
+                 'sampling_delay', 'contact_shift', 'load_curve_shape'}
 
 
 @dataclass

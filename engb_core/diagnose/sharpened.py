@@ -69,7 +69,8 @@ def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:
     corner = MOST_OF_RATE / fitter.problem.scene.sampling
     if is_rugged(fit) or corner < SHARPER * MOTION_BANDWIDTH:
         return Sharpened(explanation, explanation.models(), fitter.problem)
-    other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier)
+    other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier,
+                   fitter.load_shape)
     moved = other.finish(_best_form(other, other.refine(
         other.evaluate(fit.hypothesis, fit.vector), ROUNDS)))
     table = None if explanation.table is None else best_table(other, moved)
