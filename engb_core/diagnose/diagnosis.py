@@ -29,7 +29,11 @@ class ParameterEstimate:
 
 @dataclass(frozen=True)
 class EffectFinding:
-    """One effect that the data call for."""
+    """One effect that the data call for.
+
+    `onset` is the recording, and the time in seconds from its first sample, at which it begins to
+    act; None where it acts throughout.
+    """
 
     effect: str
     probability: float
@@ -37,6 +41,7 @@ class EffectFinding:
     share: float
     alternatives: tuple[tuple[str, float], ...]
     statement: str
+    onset: tuple[str, float] | None = None
 
 
 @dataclass(frozen=True)

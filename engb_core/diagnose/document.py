@@ -59,7 +59,7 @@ def to_json(diagnosis: Diagnosis) -> str:
 
 
 def _effect(finding: EffectFinding) -> dict[str, Any]:
-    return {
+    entry: dict[str, Any] = {
         'effect': finding.effect,
         'probability': _fraction(finding.probability),
         'parameters': {name: {'value': float(entry.value), 'std': _deviation(entry.std),
@@ -70,6 +70,10 @@ def _effect(finding: EffectFinding) -> dict[str, Any]:
                          for name, probability in finding.alternatives],
         'statement': finding.statement,
     }
+    if finding.onset is not None and _finite(finding.onset[1]):
+        recording, time = finding.onset
+        entry['onset'] = {'recording': recording, 'time': float(time)}
+    return entry
 
 
 def _unexplained(rest: Unexplained) -> dict[str, Any]:

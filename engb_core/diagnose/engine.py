@@ -25,12 +25,13 @@ from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.load_shape import load_shape_finding, with_free_load_curve
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.numbers import level, wrong_numbers
+from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import CLEAN_EXCESS, select, Selection
-from engb_core.diagnose.sharpened import Sharpened, sharpened
+from engb_core.diagnose.sharpened import explained_problem, Sharpened, sharpened
 from engb_core.diagnose.side_by_side import processors, side_by_side
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.twist import with_resonance
@@ -80,11 +81,12 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     holdout, further = _cleaned(holdout, model)
     problem, outcome = _without_stops(recordings, model, holdout, tell, threads)
     tell('listening for a resonance above the band')
-    resonance = resonance_beside(problem, outcome.corrected, threads)
+    resonance = resonance_beside(outcome.judged_on(problem), outcome.corrected, threads)
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = with_resonance(problem, resonance.setting, threads)
         outcome = _beside(resonance, _judged(beyond, tell, threads, outcome.fitter))
+    problem = outcome.judged_on(problem)
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), problem.split(outcome.mismatch)
     if resonance is not None and all(
@@ -163,6 +165,10 @@ class _Outcome:
     unexplained: Unexplained | None
     corrected: Model
 
+    def judged_on(self, problem: Problem) -> Problem:
+        """Return the problem with the onsets of what the corrected model holds."""
+        return replace(problem, onsets=self.explanation.fit.hypothesis.onsets)
+
 
 def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
             earlier: Fitter | None = None) -> _Outcome:
@@ -176,6 +182,9 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         if free is not None:
             tell('beginning again with a free load curve')
             fitter, nominal, selection = free, free.nominal(), select(search(free, tell))
+    if selection.nominal_excess > CLEAN_EXCESS:
+        tell('asking whether an effect begins within the recordings')
+        selection = with_onset(fitter, selection)
     tell('refining')
     chosen = selection.chosen
     if is_rugged(chosen):
@@ -183,7 +192,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     chosen = fitter.finish(fitter.refine(chosen))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
-    told = Sharpened(explanation, explanation.models(), problem)
+    told = Sharpened(explanation, explanation.models(),
+                     explained_problem(fitter, explanation.fit))
     numbers = []
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import LOAD_SHAPE
 from engb_core.diagnose.numbers import level, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
@@ -110,12 +111,23 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
         alternatives = tuple(
             (_other(fit, chosen), believed * weight)
             for fit, weight in zip(rivals, weights[1:], strict=True) if believed * weight > TOLD)
+        onset = _onset(fitter, variant)
         findings.append(EffectFinding(
             effect=variant.effect.id, probability=believed * weights[0],
             parameters=parameters,
             share=share * matters[index] / total, alternatives=alternatives,
-            statement=variant.effect.statement(values)))
+            statement=_when(onset) + variant.effect.statement(values), onset=onset))
     return findings
+
+
+def _onset(fitter: Fitter, variant: Variant) -> tuple[str, float] | None:
+    if variant.onset is None:
+        return None
+    return fitter.problem.runs[variant.onset.run].recording.name, variant.onset.time
+
+
+def _when(onset: tuple[str, float] | None) -> str:
+    return '' if onset is None else f'From {onset[1]:.2f} s into {onset[0]} on: '
 
 
 def _something_left(explanation: Explanation) -> bool:

@@ -104,12 +104,17 @@ class Fitter:
                    numbers: tuple[NominalNumber, ...] | None = None) -> Hypothesis:
         """Return a hypothesis of these effects with these free numbers (None: all)."""
         return Hypothesis(self._model, self.numbers if numbers is None else numbers,
-                          variants, len(self.problem.runs))
+                          variants, len(self.problem.runs), self.problem.onsets)
 
     def predict(self, hypothesis: Hypothesis, vector: Array) -> Array:
         """Return the filtered effort of all runs, (m,)."""
-        return np.concatenate([run.predicted(hypothesis.physics(vector, index))
-                               for index, run in enumerate(self.problem.runs)])
+        predicted = np.concatenate([run.predicted(hypothesis.physics(vector, index))
+                                    for index, run in enumerate(self.problem.runs)])
+        for effect, onset in hypothesis.onsets:
+            without, kept = hypothesis.before(effect, onset)
+            predicted = np.where(onset.before(self.problem.times),
+                                 self.predict(without, vector[kept]), predicted)
+        return predicted
 
     def evaluate(self, hypothesis: Hypothesis, vector: Array) -> Fit:
         """Return the hypothesis at `vector`, not fitted."""
@@ -154,7 +159,7 @@ class Fitter:
     def starts(self, variant: Variant, settings: list[dict[str, float]] | None = None,
                ) -> list[StartColumns]:
         """Return what each start of an effect does to the effort, on top of the base fit."""
-        key = (variant.effect.id, variant.constants, str(settings))
+        key = (variant.effect.id, variant.effect.names, variant.constants, str(settings))
         if key not in self._starts:
             base = self.base()
             hypothesis = self.hypothesis((variant,))
@@ -214,6 +219,13 @@ class Fitter:
                     continue
             fits.append(self.iterate(begun, rounds, hopeless=hopeless))
         return min(fits, key=lambda entry: entry.cost)
+
+    def fit_from(self, start: Fit, variant: Variant, setting: dict[str, float], sizes: Array,
+                 rounds: int) -> Fit:
+        """Fit one more effect on top of `start`, begun at one setting with sizes (1,) or (2,)
+        that linear least squares found."""
+        begun = self._begun(self._one_more(start, variant), start, setting, sizes)
+        return self.iterate(begun, rounds)
 
     def iterate(self, begin: Fit, rounds: int, tolerance: float = 3e-3,
                 shared: Array | None = None, hopeless: float = math.inf) -> Fit:

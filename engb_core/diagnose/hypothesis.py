@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit_steps import weak_prior
 from engb_core.diagnose.nominal import DELAY, NominalNumber, with_numbers
+from engb_core.diagnose.onset import Onset
 from engb_core.effects.base import Effect, Parameter, Scene
 from engb_core.model import EffectSetting, Model
 from engb_core.plant import effects_of, Physics, physics_of, with_values
@@ -23,10 +24,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Variant:
-    """An effect with its constants fixed: what is fitted are its parameters."""
+    """An effect with its constants fixed: what is fitted are its parameters.
+
+    With an `onset` it begins to act within the recordings.
+    """
 
     effect: Effect
     constants: tuple[float, ...]
+    onset: Onset | None = None
 
     @property
     def sizing(self) -> Parameter:
@@ -36,6 +41,12 @@ class Variant:
     def scalable(self) -> bool:
         """Whether the effect acts in proportion to its size, which least squares can find."""
         return self.sizing.none is not None and not self.sizing.logarithmic
+
+    @property
+    def number_only(self) -> bool:
+        """Whether a number of the model file is wrong, and no physics missing: not where it
+        changes while the brake is in use."""
+        return self.effect.number_only and self.onset is None
 
     def reaches(self, sizes: Array) -> bool:
         """Whether sizes (1,), or (2,) with a phase, found by least squares are on this side of
@@ -94,13 +105,15 @@ class Hypothesis:
     """Effects and free nominal numbers; its vector holds numbers first, then effect parameters.
 
     Logarithmic parameters stand as logarithms in the vector. A parameter that is to be found per
-    recording stands once for every run.
+    recording stands once for every run. Effects of the model file that begin within the
+    recordings are named in `given_onsets`.
     """
 
     model: Model
     numbers: tuple[NominalNumber, ...]
     variants: tuple[Variant, ...]
     runs: int = 1
+    given_onsets: tuple[tuple[str, Onset], ...] = ()
 
     def __post_init__(self) -> None:
         places: list[tuple[int, int, int]] = []   # variant, parameter, run (−1: all)
@@ -116,6 +129,12 @@ class Hypothesis:
     @property
     def ids(self) -> tuple[str, ...]:
         return tuple(variant.effect.id for variant in self.variants)
+
+    @property
+    def onsets(self) -> tuple[tuple[str, Onset], ...]:
+        """The effects that begin within the recordings, (id, onset) each."""
+        return (*self.given_onsets, *((variant.effect.id, variant.onset)
+                                      for variant in self.variants if variant.onset is not None))
 
     @property
     def size(self) -> int:
@@ -173,6 +192,22 @@ class Hypothesis:
         """Return what the file holds of an effect, by the names of its values; {} for nothing."""
         return next((dict(zip(entry.names, values, strict=True))
                      for entry, values in self._given if entry.id == effect), {})
+
+    def before(self, effect: str, onset: Onset) -> tuple[Hypothesis, NDArray[np.int64]]:
+        """Return the hypothesis without an effect that has not begun yet, and which entries of
+        the vector it keeps."""
+        kept = tuple(index for index, variant in enumerate(self.variants)
+                     if (variant.effect.id, variant.onset) != (effect, onset))
+        entries = [len(self.numbers) + entry for entry, (owner, _, _) in enumerate(self._places)
+                   if owner in kept]
+        model = self.model
+        if (effect, onset) in self.given_onsets:
+            model = replace(model, effects=tuple(
+                entry for entry in model.effects if entry.effect != effect))
+        return (Hypothesis(model, self.numbers, tuple(self.variants[index] for index in kept),
+                           self.runs, tuple(entry for entry in self.given_onsets
+                                            if entry != (effect, onset))),
+                np.array([*range(len(self.numbers)), *entries], int))
 
     @cached_property
     def _made(self) -> Physics:

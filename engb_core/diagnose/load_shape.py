@@ -1,7 +1,7 @@
 """Does the load curve have another form than the model file can give it?
 
-A polynomial or a sinusoid need not follow a real load. What it leaves lies along the angle, whatever
-else is missing, and hides it: so the question is put beside the best effects that were found with
+A polynomial or a sinusoid need not follow a real load. What it leaves lies along the angle,
+whatever else is missing, and hides it: so the question is put beside the best effects found with
 the file's form, and where a table is worth having, all effects are asked for again beside it.
 """
 

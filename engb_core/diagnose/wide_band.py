@@ -27,7 +27,6 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import MOST_OF_RATE
-from engb_core.plant import physics_of
 
 __all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside']
 
@@ -122,6 +121,9 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
     wide = problem_of([run.recording for run in problem.runs],
                       replace(corrected, effects=given), bandwidth=bandwidth,
                       motion_bandwidth=2.0 * bandwidth)
+    wide = replace(wide, onsets=tuple(
+        (effect, onset) for effect, onset in problem.onsets
+        if any(entry.effect == effect for entry in given)))
     if _as_it_stands(wide) < 1.0 + LEAST_EXCESS:
         return None, False
     fitter = Fitter(wide, threads)
@@ -151,8 +153,8 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
 
 def _as_it_stands(problem: Problem) -> float:
     """Return the mean squared residual of the model, nothing fitted, in units of the noise's."""
-    physics = physics_of(problem.model)
-    missed = problem.measured - np.concatenate([run.predicted(physics) for run in problem.runs])
+    missed = problem.measured - np.concatenate([problem.predicted(run, problem.model)
+                                                for run in problem.runs])
     return float(np.mean((missed / problem.sigma) ** 2))
 
 

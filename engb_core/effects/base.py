@@ -130,6 +130,8 @@ class Effect:
             stand for its details.
         credence: (values) → how far a good fit is believed, 0 to 1 (None: fully); for forms of
             an effect that other causes imitate.
+        at_once: values of its last parameters, which say how it grows over the recording, at which
+            it is there at once: for one that begins within the recording.
         rugged: the cost has many narrow minima in its parameters; fits move at random first.
         statement: (values) → a sentence for a brake engineer.
     """
@@ -158,6 +160,7 @@ class Effect:
     contains: tuple[str, ...] = ()
     apart: tuple[str, ...] = ()
     rugged: bool = False
+    at_once: Mapping[str, float] = field(default_factory=dict)
     credence: Callable[[Mapping[str, float]], float] | None = None
 
     @property

@@ -37,4 +37,5 @@ EFFECT = Effect(
     constants=(('duration', 's'),),
     defaults={'duration': 60.0},
     set_constants=lambda scene: {'duration': scene.duration},
+    at_once={'settling': 1e-3, 'shape': 1.0},
 )
