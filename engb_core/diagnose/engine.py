@@ -85,7 +85,11 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = with_resonance(problem, resonance.setting, threads)
-        outcome = _beside(resonance, _judged(beyond, tell, threads, outcome.fitter))
+        beside = _judged(beyond, tell, threads, outcome.fitter)
+        if _explains_as_much(beside, outcome):
+            outcome = _beside(resonance, beside)
+        else:
+            resonance = None
     problem = outcome.judged_on(problem)
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), problem.split(outcome.mismatch)
@@ -216,6 +220,13 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected)
+
+
+def _explains_as_much(outcome: _Outcome, other: _Outcome) -> bool:
+    """Whether an outcome leaves no more than another one of the same recordings, or no more than
+    noise: what takes the place of a gap in the wide band must do as much in the narrow one."""
+    left, best = (level(entry.explanation.fit, other.fitter) for entry in (outcome, other))
+    return left - 1.0 <= max(best - 1.0, CLEAN_EXCESS)
 
 
 def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:

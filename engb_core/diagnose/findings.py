@@ -17,7 +17,7 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
-from engb_core.effects.base import Effect
+from engb_core.effects.base import Effect, NUMBER_OFF
 from engb_core.effects.catalogue import get_effect
 
 __all__ = ['findings_of', 'in_order']
@@ -116,7 +116,7 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
             effect=variant.effect.id, probability=believed * weights[0],
             parameters=parameters,
             share=share * matters[index] / total, alternatives=alternatives,
-            statement=_when(onset) + variant.effect.statement(values), onset=onset))
+            statement=_said(variant.effect.statement(values), onset), onset=onset))
     return findings
 
 
@@ -126,8 +126,12 @@ def _onset(fitter: Fitter, variant: Variant) -> tuple[str, float] | None:
     return fitter.problem.runs[variant.onset.run].recording.name, variant.onset.time
 
 
-def _when(onset: tuple[str, float] | None) -> str:
-    return '' if onset is None else f'From {onset[1]:.2f} s into {onset[0]} on: '
+def _said(statement: str, onset: tuple[str, float] | None) -> str:
+    """Return the statement with the time from which it holds: a number that changes while the
+    brake is in use is not one that was off."""
+    if onset is None:
+        return statement
+    return f'From {onset[1]:.2f} s into {onset[0]} on: {statement.removeprefix(NUMBER_OFF)}'
 
 
 def _something_left(explanation: Explanation) -> bool:

@@ -7,6 +7,7 @@ promising ones are fitted, and their onsets found anew with what the fit says th
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,9 +113,9 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
     cases = [effect for effect in effects if effect.id not in start.hypothesis.ids
              and (effect.applies is None or effect.applies(fitter.problem.scene))]
     best: dict[str, list[_Candidate]] = {}
-    for part in list(side_by_side(screened, cases, fitter.threads)):
-        for entry in part:
-            best.setdefault(entry.variant.effect.id, []).append(entry)
+    parts: list[list[_Candidate]] = list(side_by_side(screened, cases, fitter.threads))
+    for entry in itertools.chain.from_iterable(parts):
+        best.setdefault(entry.variant.effect.id, []).append(entry)
     leading = sorted((sorted(entries, key=lambda entry: entry.cost)
                       for entries in best.values()), key=lambda entries: entries[0].cost)
     hopeful = [entries for entries in leading if entries[0].cost < least][:FITTED]

@@ -22,9 +22,9 @@ from dataclasses import dataclass, field
 from engb_core.compiled import EffectFunction
 
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
-           'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'PAD_TEMPERATURE', 'POSITION', 'SAMPLE_SIZE',
-           'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'TORQUE', 'VELOCITY', 'VISCOUS',
-           'Effect', 'Parameter', 'Scene']
+           'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'NUMBER_OFF', 'PAD_TEMPERATURE', 'POSITION',
+           'SAMPLE_SIZE', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'TORQUE', 'VELOCITY',
+           'VISCOUS', 'Effect', 'Parameter', 'Scene']
 
 # Places in a sample, the array that every effect function receives.
 (TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED, DISC_ANGLE, PAD_TEMPERATURE,
@@ -32,6 +32,8 @@ __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', '
  TORQUE) = range(18)
 SAMPLE_SIZE = 18
 STATE_SIZE = 72
+# How the statement begins of an effect that is no missing physics.
+NUMBER_OFF = 'A number is off, which is no missing physics: '
 STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation')
 
 
