@@ -23,8 +23,8 @@ from engb_core.compiled import EffectFunction
 
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
            'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'NUMBER_OFF', 'PAD_TEMPERATURE', 'POSITION',
-           'SAMPLE_SIZE', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'TORQUE', 'VELOCITY',
-           'VISCOUS', 'Effect', 'Parameter', 'Scene']
+           'SAMPLE_SIZE', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'TORQUE',
+           'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Scene']
 
 # Places in a sample, the array that every effect function receives.
 (TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED, DISC_ANGLE, PAD_TEMPERATURE,
