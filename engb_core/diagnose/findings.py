@@ -15,6 +15,7 @@ from engb_core.diagnose.load_shape import LOAD_SHAPE
 from engb_core.diagnose.numbers import level, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
+from engb_core.diagnose.ranking import excess
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
 from engb_core.effects.base import Effect, NUMBER_OFF
@@ -47,8 +48,15 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     where nothing is named, what the nominal model leaves.
     """
     chosen = explanation.fit
-    findings = _physics(fitter, explanation, selection)
-    findings += _numbers(fitter, nominal, explanation, numbers)
+    physics = _physics(fitter, explanation, selection)
+    changed = _numbers(fitter, nominal, explanation, numbers)
+    findings = [finding for finding, _ in (*physics, *changed)]
+    if physics and changed:
+        # What effects and numbers explain together, each by what is lost without it.
+        told = 1.0 - max(level(chosen, fitter) - 1.0, 0.0) / max(level(nominal, fitter) - 1.0, 1e-9)
+        total = sum(matters for _, matters in (*physics, *changed))
+        findings = [replace(finding, share=max(told, 0.0) * matters / total)
+                    for finding, matters in (*physics, *changed)]
     findings = in_order(findings)
     if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):
         return findings, nominal.residual
@@ -73,7 +81,8 @@ def in_order(findings: list[EffectFinding]) -> list[EffectFinding]:
 
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
-             ) -> list[EffectFinding]:
+             ) -> list[tuple[EffectFinding, float]]:
+    """Return the named effects, and by how much the level rises without each."""
     chosen = explanation.fit
     variants = chosen.hypothesis.variants
     if not any(not variant.effect.unnamed for variant in variants):
@@ -81,13 +90,14 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
     before = max(selection.excess_before, selection.nominal_excess)
     share = max(0.0, 1.0 - selection.excess_after / before)
     known = something_known(explanation.adequacy, selection.excess_after, before)
+    # What wrong numbers or another load curve explain says nothing of how nearly right an effect's
+    # formula is: rivals are weighed by what the same numbers leave without any effect.
+    to_explain = excess(fitter.base(chosen.hypothesis.numbers), fitter)
     matters = []
     for index in range(len(variants)):
-        if len(variants) == 1:
-            matters.append(1.0)
-        else:
-            smaller = fitter.without(chosen, index)
-            matters.append(max(level(smaller, fitter) - level(chosen, fitter), 1e-6))
+        smaller = fitter.base(chosen.hypothesis.numbers) if len(variants) == 1 \
+            else fitter.without(chosen, index)
+        matters.append(max(level(smaller, fitter) - level(chosen, fitter), 1e-6))
     total = sum(matters)
     nameless = sum(part for part, variant in zip(matters, variants, strict=True)
                    if variant.effect.unnamed)
@@ -107,16 +117,17 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
             believed *= COMPANION
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
-        weights = rival_weights(chosen, rivals, fitter, before)
+        weights = rival_weights(chosen, rivals, fitter, to_explain)
         alternatives = tuple(
             (_other(fit, chosen), believed * weight)
             for fit, weight in zip(rivals, weights[1:], strict=True) if believed * weight > TOLD)
         onset = _onset(fitter, variant)
-        findings.append(EffectFinding(
+        finding = EffectFinding(
             effect=variant.effect.id, probability=believed * weights[0],
             parameters=parameters,
             share=share * matters[index] / total, alternatives=alternatives,
-            statement=_said(variant.effect.statement(values), onset), onset=onset))
+            statement=_said(variant.effect.statement(values), onset), onset=onset)
+        findings.append((finding, matters[index]))
     return findings
 
 
@@ -180,9 +191,8 @@ def _other(rival: Fit, chosen: Fit) -> str:
 
 
 def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
-             numbers: list[NumberFinding]) -> list[EffectFinding]:
-    if not numbers:
-        return []
+             numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
+    """Return the wrong numbers, and by how much the level rises with each as the file has it."""
     chosen = explanation.fit
     before = max(level(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
@@ -191,21 +201,19 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     known = something_known(taken, after, before)
     if _something_left(explanation):
         known *= NUMBER_BESIDE
-    if chosen.hypothesis.variants:
-        taken *= min(1.0, total / (total + before))
     findings = []
     for finding in numbers:
         effect = get_effect(finding.effect)
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
-        findings.append(EffectFinding(
+        findings.append((EffectFinding(
             effect=effect.id, probability=known * (1.0 - others),
             parameters=parameters,
             share=min(1.0, taken * finding.matters / total),
             alternatives=tuple((other, known * weight) for other, weight in finding.rivals),
             statement=effect.statement({
                 **finding.fit.hypothesis.given(effect.id),
-                **{name: entry.value for name, entry in parameters.items()}})))
+                **{name: entry.value for name, entry in parameters.items()}})), finding.matters))
     return findings
 
 

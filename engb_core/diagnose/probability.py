@@ -32,7 +32,7 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
     Args:
         chosen, rivals: fits of like size.
         fitter: of the problem.
-        before: excess of the refitted nominal model.
+        before: excess that the chosen fit's numbers leave without effects.
     """
     floor = 1.0 + FORMULA_ERROR + 0.01 * before
     size = chosen.hypothesis.size
