@@ -53,9 +53,9 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     findings = [finding for finding, _ in (*physics, *changed)]
     if physics and changed:
         # What effects and numbers explain together, each by what is lost without it.
-        told = 1.0 - max(level(chosen, fitter) - 1.0, 0.0) / max(level(nominal, fitter) - 1.0, 1e-9)
+        left = excess(chosen, fitter) / max(excess(nominal, fitter), 1e-9)
         total = sum(matters for _, matters in (*physics, *changed))
-        findings = [replace(finding, share=max(told, 0.0) * matters / total)
+        findings = [replace(finding, share=max(1.0 - left, 0.0) * matters / total)
                     for finding, matters in (*physics, *changed)]
     findings = in_order(findings)
     if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):

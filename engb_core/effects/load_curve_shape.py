@@ -46,7 +46,7 @@ EFFECT = Effect(
     reveals='position',
     picture='load_over_position',
     seen='What the refitted load curve leaves lies along the angle, the same at every speed.',
-    confused='play or creep, which lie elsewhere on the way back; a contact or stiffness that is off',
+    confused='a contact or stiffness that is off; play and creep, which differ on the way back',
     measure='slow full strokes, both ways, and the load curve identified anew from them',
     constants=(('from', 'rad'), ('to', 'rad')),
     set_constants=lambda scene: dict(zip(('from', 'to'), scene.position_range, strict=True)),
