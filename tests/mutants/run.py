@@ -35,9 +35,18 @@ LEAST = 0.95
 # Modules, and the tests that are run against their mutants, those of the module itself first.
 TARGETS = {
     'engb_core/control/final_clamp.py': ('tests/control/test_final_clamp.py',),
+    'engb_core/control/pid.py': ('tests/control/test_pid.py',),
+    'engb_core/control/torque_watch.py': ('tests/control/test_torque_watch.py',),
+    'engb_core/control/state_watch.py': ('tests/control/test_state_watch.py',),
+    'engb_core/control/supervisor.py': (
+        'tests/control/test_supervisor_alone.py', 'tests/control/test_supervisor.py'),
+    'engb_ros/can/drive_watch.py': ('tests/can_bus/test_drive_watch.py',),
+    'engb_ros/can/end_to_end.py': ('tests/can_bus/test_end_to_end.py',),
+    'engb_ros/can/codec.py': ('tests/can_bus/test_codec.py', 'tests/can_bus/test_link.py'),
 }
 # Loaded before the copies are made: libraries, and nothing of the project.
 LIBRARIES = ('numpy', 'scipy', 'yaml', 'hypothesis', 'pytest', 'cantools')
+LAST = 'out/mutants.yaml'
 KILLED, SURVIVED = 'killed', 'survived'
 
 
@@ -147,17 +156,28 @@ def listed(path: Path = LIST) -> dict[Survivor, str]:
             for module, of_module in (entries or {}).items() for entry in of_module}
 
 
+def write(path: Path, module: str, survivors: dict[Survivor, str]) -> None:
+    """Put one module's survivors into a file like the list; the other modules' stay."""
+    whole = yaml.safe_load(path.read_text('utf8')) if path.exists() else {}
+    whole[module] = [
+        {'place': entry.place, 'was': entry.was, 'becomes': entry.becomes, 'reason': reason}
+        for entry, reason in sorted(survivors.items(), key=str)]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(yaml.safe_dump(whole, sort_keys=False, width=1000, allow_unicode=True), 'utf8')
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Try the mutants of the modules that are asked for; say what survives."""
     parser = argparse.ArgumentParser(prog='make mutants', description=__doc__.splitlines()[0])
     parser.add_argument('modules', nargs='*', help='parts of names; all by default')
     parser.add_argument('--jobs', type=int, default=1)
-    parser.add_argument('--listed', action='store_true',
-                        help='try only those that are listed as survivors')
+    parser.add_argument('--only', type=Path, metavar='FILE', help=(
+        f'try only those that stand in a file: {LIST.name}, or {LAST}, where a run leaves what '
+        'survived'))
     options = parser.parse_args(arguments)
     os.chdir(ROOT)
     load_libraries()
-    reasons = listed()
+    reasons, only = listed(), options.only and listed(options.only)
     totals: Counter[str] = Counter()
     complaints = []
     for module, tests in TARGETS.items():
@@ -170,8 +190,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f'{module}: its tests fail without any change (wait status {status})')
             return 1
         seconds = 10.0 + 5.0 * (_children() - begin[1])
-        every = [mutant for mutant in mutants(source) if not options.listed
-                 or _survivor(module, mutant) in reasons]
+        every = [mutant for mutant in mutants(source)
+                 if only is None or _survivor(module, mutant) in only]
+        if not every:
+            continue
         results = judge(module, every, tests, options.jobs, seconds)
         count = Counter(result for _, result in results)
         totals += count
@@ -179,13 +201,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
               f'{_children() - begin[1]:.0f} s of processor time)', flush=True)
         survivors = {_survivor(module, mutant) for mutant, result in results
                      if result == SURVIVED}
-        for survivor in sorted(survivors, key=str):
-            if not reasons.get(survivor):
-                complaints.append(survivor)
-                print(yaml.safe_dump([{name: getattr(survivor, name) for name in (
-                    'place', 'was', 'becomes')}], sort_keys=False, width=200), end='', flush=True)
+        write(ROOT / LAST, module, {entry: reasons.get(entry, '') for entry in survivors})
+        unlisted = sorted((entry for entry in survivors if not reasons.get(entry)), key=str)
+        complaints += unlisted
+        for survivor in unlisted:
+            print(f'  {survivor.place}\n    - {survivor.was}\n    + {survivor.becomes}')
         for survivor in reasons:
-            if survivor.module == module and survivor not in survivors:
+            if survivor.module == module and survivor not in survivors and not options.only:
                 complaints.append(survivor)
                 print(f'  listed, yet killed or gone; delete it: {survivor}')
     if not totals:
@@ -193,7 +215,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     print(f'{_rate(totals)}  all; {len(complaints)} to be listed in {LIST.name}, or deleted there')
     rate = totals[KILLED] / totals.total()
-    return 0 if (rate >= LEAST or options.listed) and not complaints else 1
+    return 0 if (rate >= LEAST or options.only) and not complaints else 1
 
 
 def _survivor(module: str, mutant: Mutant) -> Survivor:
