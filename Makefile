@@ -15,9 +15,9 @@ demo: $(VENV)/.ready
 	$(BIN)/engb demo --out out/demo
 
 test: $(VENV)/.ready lint types
-	$(BIN)/python -m pytest -q -n $(WORKERS) --ignore tests/ros --ignore tests/can_bus tests
+	$(BIN)/python -m pytest -q -n $(WORKERS) -m 'not real_time' tests
 	# Real time, after the others: two at a time leave each other time enough.
-	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -q -n 2 tests/ros tests/can_bus
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -q -n 2 -m real_time tests
 
 check: $(VENV)/.ready lint types
 	$(BIN)/python -m pytest -q -n $(WORKERS) -m 'not slow' tests

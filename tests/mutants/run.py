@@ -10,16 +10,20 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
+import gc
 import importlib
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import spec_from_file_location
+import io
 import os
 from pathlib import Path
 import resource
 import signal
 import sys
+import tempfile
 import time
 from types import ModuleType
 
@@ -46,6 +50,9 @@ TARGETS = {
 }
 # Loaded before the copies are made: libraries, and nothing of the project.
 LIBRARIES = ('numpy', 'scipy', 'yaml', 'hypothesis', 'pytest', 'cantools')
+# pytest as plain as it goes: what these tests need of its plugins and of conftest.py is nothing.
+OPTIONS = ('-x', '-q', '--tb=no', '--noconftest', '-c', os.devnull, f'--rootdir={ROOT}',
+           '-p', 'no:cacheprovider', '-p', 'no:faulthandler')
 LAST = 'out/mutants.yaml'
 KILLED, SURVIVED = 'killed', 'survived'
 
@@ -84,12 +91,21 @@ class _Changed(SourceFileLoader, MetaPathFinder):
 
 
 def load_libraries() -> None:
-    """Load what each test would load anew, and make hypothesis draw the same examples always."""
+    """Load what each test would load anew; let hypothesis always draw the same few examples."""
     for name in LIBRARIES:
         importlib.import_module(name)
     import hypothesis
-    hypothesis.settings.register_profile('mutants', derandomize=True, database=None)
+    import pytest
+    hypothesis.settings.register_profile('mutants', derandomize=True, database=None,
+                                         max_examples=40)
     hypothesis.settings.load_profile('mutants')
+    os.environ['PYTEST_DISABLE_PLUGIN_AUTOLOAD'] = '1'
+    # pytest loads its own parts as it goes: once here, instead of in every copy.
+    with tempfile.TemporaryDirectory() as folder, redirect_stdout(io.StringIO()):
+        empty = Path(folder, 'test_nothing.py')
+        empty.write_text('def test_nothing(): assert True\n')
+        pytest.main([*OPTIONS, str(empty)])
+    gc.freeze()
 
 
 def start(module: str, source: str, tests: Sequence[str], seconds: float) -> int:
@@ -115,10 +131,7 @@ def start(module: str, source: str, tests: Sequence[str], seconds: float) -> int
         name = module.removesuffix('.py').replace('/', '.')
         sys.meta_path.insert(0, _Changed(name, path, source))
         import pytest
-        status = pytest.main([
-            '-x', '-q', '--tb=no', '-p', 'no:cacheprovider',
-            '-p', 'no:xdist', '-p', 'no:faulthandler', f'--rootdir={ROOT}',
-            *(str(ROOT / test) for test in tests)])
+        status = pytest.main([*OPTIONS, *(str(ROOT / test) for test in tests)])
     finally:
         os._exit(status)
 
