@@ -56,6 +56,7 @@ def test_zones_hold_what_was_added_in_them() -> None:
 def write_truth(folder: Path) -> list[str]:
     """One sealed case per stratum; returns their names."""
     names = []
+    folder.mkdir(parents=True, exist_ok=True)
     for number, (stratum, effects) in enumerate(HIDDEN.items()):
         name = f'case_{number:04d}'
         facts = {'stratum': stratum, 'motion': 'rich', 'refitted': True, 'test_floor': FLOOR,
