@@ -45,7 +45,8 @@ def test_it_begins_ready_with_nothing_to_say():
     for supervisor in (Supervisor(SETTINGS), started()):
         assert supervisor.state is State.READY
         assert supervisor.stop is None
-        assert (supervisor.faults, supervisor.latched, supervisor.commanded) == (0, Cause(0), False)
+        assert (supervisor.faults, supervisor.commanded) == (0, False)
+        assert supervisor.latched == Cause(0)
         assert supervisor.watch_commands is True
         assert active(supervisor) == Cause(0)
         assert set(supervisor.counts) == set(Cause)
