@@ -48,15 +48,8 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     where nothing is named, what the nominal model leaves.
     """
     chosen = explanation.fit
-    physics = _physics(fitter, explanation, selection)
-    changed = _numbers(fitter, nominal, explanation, numbers)
-    findings = [finding for finding, _ in (*physics, *changed)]
-    if physics and changed:
-        # What effects and numbers explain together, each by what is lost without it.
-        left = excess(chosen, fitter) / max(excess(nominal, fitter), 1e-9)
-        total = sum(matters for _, matters in (*physics, *changed))
-        findings = [replace(finding, share=max(1.0 - left, 0.0) * matters / total)
-                    for finding, matters in (*physics, *changed)]
+    findings = _physics(fitter, explanation, selection)
+    findings += _numbers(fitter, nominal, explanation, numbers)
     findings = in_order(findings)
     if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):
         return findings, nominal.residual
@@ -81,8 +74,7 @@ def in_order(findings: list[EffectFinding]) -> list[EffectFinding]:
 
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
-             ) -> list[tuple[EffectFinding, float]]:
-    """Return the named effects, and by how much the level rises without each."""
+             ) -> list[EffectFinding]:
     chosen = explanation.fit
     variants = chosen.hypothesis.variants
     if not any(not variant.effect.unnamed for variant in variants):
@@ -122,12 +114,11 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
             (_other(fit, chosen), believed * weight)
             for fit, weight in zip(rivals, weights[1:], strict=True) if believed * weight > TOLD)
         onset = _onset(fitter, variant)
-        finding = EffectFinding(
+        findings.append(EffectFinding(
             effect=variant.effect.id, probability=believed * weights[0],
             parameters=parameters,
             share=share * matters[index] / total, alternatives=alternatives,
-            statement=_said(variant.effect.statement(values), onset), onset=onset)
-        findings.append((finding, matters[index]))
+            statement=_said(variant.effect.statement(values), onset), onset=onset))
     return findings
 
 
@@ -191,8 +182,9 @@ def _other(rival: Fit, chosen: Fit) -> str:
 
 
 def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
-             numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
-    """Return the wrong numbers, and by how much the level rises with each as the file has it."""
+             numbers: list[NumberFinding]) -> list[EffectFinding]:
+    if not numbers:
+        return []
     chosen = explanation.fit
     before = max(level(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
@@ -201,19 +193,21 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     known = something_known(taken, after, before)
     if _something_left(explanation):
         known *= NUMBER_BESIDE
+    if chosen.hypothesis.variants:
+        taken *= min(1.0, total / (total + before))
     findings = []
     for finding in numbers:
         effect = get_effect(finding.effect)
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
-        findings.append((EffectFinding(
+        findings.append(EffectFinding(
             effect=effect.id, probability=known * (1.0 - others),
             parameters=parameters,
             share=min(1.0, taken * finding.matters / total),
             alternatives=tuple((other, known * weight) for other, weight in finding.rivals),
             statement=effect.statement({
                 **finding.fit.hypothesis.given(effect.id),
-                **{name: entry.value for name, entry in parameters.items()}})), finding.matters))
+                **{name: entry.value for name, entry in parameters.items()}})))
     return findings
 
 

@@ -84,7 +84,8 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
         numbers.append(NominalNumber(
             'saturation_velocity', N_SATURATION, f'{angle}/s', 0.5,
             friction.saturation_velocity * 0.02, friction.saturation_velocity * 20.0, True))
-    numbers += _shape_numbers(model, scene, torque)
+    shape = _shape_numbers(model, scene, torque)
+    numbers += shape
     if load.form == 'sinusoid':
         numbers += [
             NominalNumber('load_amplitude', N_AMPLITUDE, torque,
@@ -98,7 +99,9 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
                                      load.contact_angle - reach, load.contact_angle + reach))
     else:
         reach = max(abs(value) for value in scene.position_range)
-    used = _used_terms(model)
+    # Beside a table the polynomial stands as the file has it: both would make up for each other
+    # where it was recorded, and run away where it was not.
+    used = [] if shape else _used_terms(model)
     for power in used:
         size = max(reach, 1e-9) ** -power * max(scene.largest_load, 0.3 * effort)
         numbers.append(NominalNumber(

@@ -1,7 +1,7 @@
 """The load curve has another form than the model's: a table over the angle that is added to it.
 
 A caliper's, a linkage's or a cable's load need be no polynomial. What the model's own form cannot
-follow stands here, linear between knots that lie evenly along the stroke; beyond them nothing is
+follow stands here, a cubic between knots that lie evenly along the stroke; beyond them nothing is
 known, and the last knot holds.
 """
 
@@ -22,7 +22,13 @@ def _load(parameters, state, sample):
     way = min(max(way, 0.0), 10.999999)
     knot = int(way)
     part = way - knot
-    return sample[LOAD] + (1.0 - part) * parameters[knot] + part * parameters[knot + 1]
+    here, there = parameters[knot], parameters[knot + 1]
+    # Straight on beyond the ends.
+    before = parameters[knot - 1] if knot > 0 else 2.0 * here - there
+    after = parameters[knot + 2] if knot < 10 else 2.0 * there - here
+    bend = 2.0 * before - 5.0 * here + 4.0 * there - after
+    twist = 3.0 * (here - there) + after - before
+    return sample[LOAD] + here + 0.5 * part * (there - before + part * (bend + part * twist))
 
 
 def _statement(p):
@@ -30,8 +36,8 @@ def _statement(p):
     place = max(range(KNOTS), key=lambda index: abs(values[index]))
     angle = p['from'] + (p['to'] - p['from']) * place / (KNOTS - 1)
     return ('The load curve has another form than the model file can give it: '
-            f'{values[place] * 1e3:+.3g} mN·m at {angle:.3g} rad beside what the file\'s form, '
-            'refitted, comes to. The table in the corrected model holds it.')
+            f'{values[place] * 1e3:+.3g} mN·m at {angle:.3g} rad beside it. The table in the '
+            'corrected model holds it.')
 
 
 EFFECT = Effect(
@@ -40,8 +46,8 @@ EFFECT = Effect(
     parameters=tuple(Parameter(f'value_{index:02d}', 'N·m', -1e9, 1e9, none=0.0, starts=(0.01,),
                                default=0.0) for index in range(KNOTS)),
     stages={'load': _load},
-    equation='T_L = T_L,model(θ) + table(θ), linear between 12 knots along the stroke',
-    reference='linear B-splines; de Boor, A Practical Guide to Splines (1978)',
+    equation='T_L = T_L,model(θ) + table(θ), cubic between 12 knots along the stroke',
+    reference='Catmull and Rom, Computer Aided Geometric Design (1974)',
     statement=_statement,
     reveals='position',
     picture='load_over_position',
