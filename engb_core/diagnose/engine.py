@@ -181,7 +181,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     tell('refitting the nominal numbers')
     nominal = fitter.nominal()
     selection = select(search(fitter, tell))
-    if selection.excess_after > CLEAN_EXCESS:
+    if selection.nominal_excess > CLEAN_EXCESS:
         tell('asking whether the load curve has another form')
         free = with_free_load_curve(fitter, selection)
         if free is not None:

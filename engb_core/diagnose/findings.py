@@ -11,7 +11,7 @@ from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.load_shape import LOAD_SHAPE
+from engb_core.diagnose.load_shape import LOAD_SHAPE, repeats
 from engb_core.diagnose.numbers import level, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
@@ -28,8 +28,6 @@ Array = NDArray[np.float64]
 TOLD = 0.02
 # How sure a named effect can be beside what has no name, where that leads or may be all of it.
 COMPANION = 0.45
-# So often a wave must repeat along the stroke to be told from what stands in some places once.
-REPEATS = 5.0
 # A finding is sure from here on.
 SURE = 2.0 / 3.0
 # An effect is no nearer to none than this many standard deviations of its size.
@@ -105,7 +103,7 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
         believed = known * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not _stands_out(variant.effect, parameters):
             believed = 0.0
-        elif _something_left(explanation) and not _repeats(fitter, variant.effect, values):
+        elif _something_left(explanation) and not repeats(fitter, variant.effect, values):
             believed *= COMPANION
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
@@ -140,13 +138,6 @@ def _something_left(explanation: Explanation) -> bool:
     """Whether a part of the mismatch has no name."""
     return explanation.table is not None or any(
         variant.effect.unnamed for variant in explanation.fit.hypothesis.variants)
-
-
-def _repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
-    """Whether a wave over the motor angle, if that is what the effect is, comes often enough."""
-    low, high = fitter.problem.scene.position_range
-    return effect.reveals != 'motor_angle' or \
-        values['order'] * (high - low) >= 2.0 * np.pi * REPEATS
 
 
 def _stands_out(effect: Effect, parameters: dict[str, ParameterEstimate]) -> bool:

@@ -10,24 +10,45 @@ from __future__ import annotations
 import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.nominal import SHAPE_NUMBERS
 from engb_core.diagnose.numbers import INSISTED, level, NumberFinding
-from engb_core.diagnose.selection import Selection, worth_a_further_effect
+from engb_core.diagnose.selection import CLEAN_EXCESS, Selection, worth_a_further_effect
+from engb_core.effects.base import Effect
 from engb_core.effects.load_curve_shape import EFFECT
 
 __all__ = ['LOAD_SHAPE', 'load_shape_finding', 'with_free_load_curve']
 
 LOAD_SHAPE = EFFECT.id
+# So often a wave must repeat along the stroke to be told from what stands in some places once.
+REPEATS = 5.0
+
+
+def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
+    """Return whether a wave over the motor angle, if that is what the effect is, comes often
+    enough to be told from the form of the load curve."""
+    low, high = fitter.problem.scene.position_range
+    return effect.reveals != 'motor_angle' or \
+        values['order'] * (high - low) >= 2.0 * np.pi * REPEATS
 
 
 def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
     """Return what fits with a table beside the file's load curve, where that is worth as much
-    beside the chosen effects as a further effect would have to be; None where it is not."""
+    beside the chosen effects as a further effect would have to be, or does what waves do that
+    hardly repeat along the stroke; None where it is not."""
     scene = fitter.problem.scene
     if fitter.load_shape or EFFECT.applies is None or not EFFECT.applies(scene):
         return None
     free = Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter, load_shape=True)
     chosen = selection.chosen
+    for index in reversed(range(len(chosen.hypothesis.variants))):
+        effect = chosen.hypothesis.variants[index].effect
+        if not repeats(fitter, effect, chosen.hypothesis.named(chosen.vector, index)):
+            hypothesis, vector = bare(chosen, {index})
+            chosen = fitter.evaluate(hypothesis, vector)
+    fewer = len(chosen.hypothesis.variants) < len(selection.chosen.hypothesis.variants)
+    if selection.excess_after <= CLEAN_EXCESS and not fewer:
+        return None
     kept = dict(zip((number.name for number in chosen.hypothesis.numbers), chosen.vector,
                     strict=False))
     hypothesis = free.hypothesis(chosen.hypothesis.variants)
@@ -37,10 +58,12 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
     vector = [*start, *chosen.vector[len(chosen.hypothesis.numbers):]]
     fit = free.refine(free.evaluate(hypothesis, np.array(vector)))
     # By the one measure of noise for both.
-    if worth_a_further_effect(level(chosen, fitter) - 1.0, level(fit, fitter) - 1.0,
-                              selection.excess_before):
-        return free
-    return None
+    left, whole = level(fit, fitter) - 1.0, selection.excess_before
+    if fewer:
+        better = not worth_a_further_effect(left, selection.excess_after, whole)
+    else:
+        better = worth_a_further_effect(level(chosen, fitter) - 1.0, left, whole)
+    return free if better else None
 
 
 def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
