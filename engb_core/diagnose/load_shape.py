@@ -44,8 +44,7 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
     for index in reversed(range(len(chosen.hypothesis.variants))):
         effect = chosen.hypothesis.variants[index].effect
         if not repeats(fitter, effect, chosen.hypothesis.named(chosen.vector, index)):
-            hypothesis, vector = bare(chosen, {index})
-            chosen = fitter.evaluate(hypothesis, vector)
+            chosen = fitter.evaluate(*bare(chosen, {index}))
     fewer = len(chosen.hypothesis.variants) < len(selection.chosen.hypothesis.variants)
     if selection.excess_after <= CLEAN_EXCESS and not fewer:
         return None
