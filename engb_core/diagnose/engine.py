@@ -36,6 +36,7 @@ from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.errors import InputError
+from engb_core.laws.competition import law_for
 from engb_core.model import Model
 from engb_core.plant import physics_of
 from engb_core.plausibility import refuse_implausible
@@ -195,6 +196,15 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     corrected = problem.model if verdict == 'consistent' else _that_helps(
         told, () if findings else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
+    law = None if verdict == 'consistent' else law_for(fitter, told.explanation, told, tell)
+    if law is not None:
+        # A wrong number was told from a fit without the law.
+        findings = [] if law.alone else findings
+        left = max(0.0, 1.0 - sum(finding.share for finding in findings))
+        return _Outcome(fitter, selection, law.explanation, findings,
+                        mismatch + law.contribution if findings else law.contribution,
+                        'partly_explained' if findings else 'unexplained',
+                        law.told(unexplained, left), law.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected)
 
