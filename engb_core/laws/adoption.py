@@ -135,8 +135,8 @@ test_text.__test__ = False  # type: ignore[attr-defined]
 
 def _parameter(name: str, sizing: bool, expression: Expression, given: Mapping[str, Any],
                ) -> Parameter:
-    entry = given.get(name)
     try:
+        entry = given[name]
         value, unit = float(entry['value']), str(entry['unit'])
         if not math.isfinite(value):
             raise ValueError

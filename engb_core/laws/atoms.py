@@ -131,9 +131,9 @@ def _efforts(s: Scales) -> list[Atom]:
     for part in (0.2, 0.5):
         level = Slot('N·m', part * s.effort, 0.0, s.effort)
         found.append(Atom('effort hinge', 'positive(abs(effort) - {0})', (level,), u))
-    for level in (0.05, 0.2):
+    for part in (0.05, 0.2):
         found.append(Atom('small effort', 'bell(effort, {0})',
-                          (replace(width, start=level * s.effort),)))
+                          (replace(width, start=part * s.effort),)))
     return found
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 
-__all__ = ['Blocks', 'Score', 'kinds_of_motion', 'stretches_of_time']
+__all__ = ['Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'stretches_of_time']
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -65,8 +65,8 @@ class Blocks:
         self._gram = [self._nuisance[rows].T @ self._nuisance[rows] for rows in self._rows]
         self._right = [self._nuisance[rows].T @ self._target[rows] for rows in self._rows]
         self._squares = [float(self._target[rows] @ self._target[rows]) for rows in self._rows]
-        self._whole = sum(self._gram)
-        self._whole_right = sum(self._right)
+        self._whole = np.sum(self._gram, axis=0)
+        self._whole_right = np.sum(self._right, axis=0)
 
     def without(self) -> Score:
         """Return the score of the free numbers alone."""
@@ -80,13 +80,12 @@ class Blocks:
         """Return the score of each candidate (m, 1) or (m, 2), fitted without each block."""
         if not columns:
             return []
-        found: list[Score | None] = [None] * len(columns)
+        found: dict[int, Score] = {}
         for width in {column.shape[1] for column in columns}:
             places = [place for place, column in enumerate(columns) if column.shape[1] == width]
             made = self._scored(np.stack([columns[place] for place in places], axis=1))
-            for place, score in zip(places, made, strict=True):
-                found[place] = score
-        return found
+            found.update(zip(places, made, strict=True))
+        return [found[place] for place in range(len(columns))]
 
     def _scored(self, columns: Array) -> list[Score]:
         """Columns (m, k, q) of k candidates."""
@@ -103,7 +102,8 @@ class Blocks:
             own = np.einsum('mkp,mkq->kpq', columns[rows], columns[rows])
             right = (self._target[rows] @ part).reshape(count, width)
             sums.append((cross, own, right))
-        cross, own, right = (sum(entry[place] for entry in sums) for place in range(3))
+        cross, own, right = (np.sum([entry[place] for entry in sums], axis=0)
+                             for place in range(3))
         errors = np.empty((len(self._rows), count))
         for place, (cross_out, own_out, right_out) in enumerate(sums):
             gram_out, number_right = self._gram[place], self._right[place]
@@ -134,6 +134,13 @@ def _solved(gram: Array, number_right: Array, cross: Array, own: Array, right: A
     target = right - np.einsum('pkq,p->kq', cross, alone)
     sizes = np.linalg.solve(left, target[:, :, None])[:, :, 0]
     return sizes, alone[:, None] - np.einsum('pkq,kq->pk', through, sizes)
+
+
+def derivatives_of(fit: Fit) -> Array:
+    """Return the derivatives (m, size) of a finished fit."""
+    if fit.jacobian is None:
+        raise ValueError('a law is judged by finished fits')
+    return fit.jacobian
 
 
 def stretches_of_time(fitter: Fitter) -> Labels:

@@ -18,7 +18,7 @@ from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.selection import CLEAN_EXCESS
 from engb_core.diagnose.sharpened import Sharpened, sharpened
-from engb_core.laws.blocks import Blocks, stretches_of_time
+from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time
 from engb_core.laws.judgement import depends_on, find_law, Found, WORTH
 from engb_core.laws.statement import formula_of, line_of, statement_of
 from engb_core.model import Model
@@ -108,9 +108,7 @@ def _beats(fitter: Fitter, law: Found, named: Fit) -> bool:
         named = law.fitter.finish(law.fitter.refine(
             law.fitter.evaluate(named.hypothesis, named.vector)))
         fitter = law.fitter
-    if named.jacobian is None:
-        raise ValueError('names are judged by a finished fit')
-    left = Blocks(fitter, named, named.jacobian, stretches_of_time(fitter)).without().level
+    left = Blocks(fitter, named, derivatives_of(named), stretches_of_time(fitter)).without().level
     return 0.5 * math.log(left / law.after) > WORTH
 
 
@@ -163,7 +161,8 @@ def _picture(found: Found) -> LawPicture | None:
     left = found.candidate.fit.residual
     for name in dict.fromkeys(names):
         values = np.concatenate([table[name][0] for table in tables])
-        edges = np.linspace(*np.quantile(values, [0.002, 0.998]), BINS + 1)
+        edges = np.linspace(float(np.quantile(values, 0.002)), float(np.quantile(values, 0.998)),
+                            BINS + 1)
         if not np.all(np.diff(edges) > 0.0):
             continue
         place = np.clip(np.digitize(values, edges) - 1, 0, BINS - 1)

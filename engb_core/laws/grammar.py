@@ -146,8 +146,9 @@ def parse(text: str) -> Expression:
 
 
 def _read(node: ast.AST, text: str) -> Expression:
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float) \
-            and math.isfinite(node.value):
+    # True and False are integers to Python, but no numbers of a formula.
+    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) \
+            and not isinstance(node.value, bool) and math.isfinite(node.value):
         return Number(float(node.value))
     if isinstance(node, ast.Name):
         return Name(node.id)

@@ -22,7 +22,7 @@ from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
 from engb_core.effects.law import law_value
 from engb_core.errors import InputError
 from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.laws.blocks import Blocks, kinds_of_motion
+from engb_core.laws.blocks import Blocks, derivatives_of, kinds_of_motion
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
 from engb_core.laws.search import Candidate, Search, search_laws
 
@@ -216,15 +216,13 @@ def _independent(search: Search, law: Candidate) -> float:
 def _holds(search: Search, law: Candidate, labels: NDArray[np.int64]) -> bool:
     """Whether the law, fitted to one kind of motion, explains the other."""
     fitter, base, fit = search.fitter, search.base, law.fit
-    if base.jacobian is None or fit.jacobian is None:
-        raise ValueError('a law is judged by finished fits')
+    of_base, of_fit = derivatives_of(base), derivatives_of(fit)
     if np.unique(labels[fitter.fitted]).size < 2:
         return True
     # The law's own numbers are held: what one kind of motion can't determine is no fault of it.
-    numbers = fit.jacobian[:, :base.jacobian.shape[1]]
-    own = fit.jacobian[:, base.jacobian.shape[1]:base.jacobian.shape[1] + 1]
-    with_law = Blocks(fitter, fit, np.concatenate([numbers, own], axis=1), labels).without()
-    without = Blocks(fitter, base, base.jacobian, labels).without()
+    # Its amplitude is the first of them.
+    with_law = Blocks(fitter, fit, of_fit[:, :of_base.shape[1] + 1], labels).without()
+    without = Blocks(fitter, base, of_base, labels).without()
     noise = np.array([_noise_of(fitter, labels == label)
                       for label in np.unique(labels[fitter.fitted])])
     gained = without.by_block - with_law.by_block

@@ -27,7 +27,7 @@ from engb_core.laws.atoms import (
     mirrors_of,
     onset_forms,
 )
-from engb_core.laws.blocks import Blocks, Score, stretches_of_time
+from engb_core.laws.blocks import Blocks, derivatives_of, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
@@ -43,6 +43,8 @@ MOST_FACTORS = 3
 # Leading laws whose memory is tried against its limit.
 LIMITED = 6
 ROUNDS = 8
+# Part of its size at which a form begins that is worse than none at all of it.
+NEARER = 0.3
 CHUNK = 400
 # Noise is all that is left.
 NOTHING_LEFT = 1.05
@@ -106,7 +108,7 @@ class _Searching:
         self._scales = scales_of(fitter)
         self._columns = Columns(fitter, base)
         self._labels = stretches_of_time(fitter)
-        self._blocks = Blocks(fitter, base, base.jacobian, self._labels)
+        self._blocks = Blocks(fitter, base, derivatives_of(base), self._labels)
         self._within = _ranges(fitter)
         self._seen: dict[tuple, Candidate] = {}
 
@@ -168,29 +170,30 @@ class _Searching:
 
     def _polished(self, screened: Screened) -> Candidate | None:
         fitter, base, form = self._fitter, self._base, screened.form
-        fit = None
-        for part in (1.0, 0.3):
-            tried = replace(form, size=part * form.size)
-            variant = self._variant(tried)
-            hypothesis = fitter.hypothesis((*base.hypothesis.variants, variant),
-                                           base.hypothesis.numbers)
-            entries = [np.log(value) if parameter.logarithmic else value
-                       for value, parameter in zip(tried.starts(), variant.effect.parameters,
-                                                   strict=True)]
-            begun = fitter.evaluate(hypothesis, np.clip(
-                np.concatenate([base.vector, entries]), *hypothesis.bounds))
-            if fit is None or begun.cost < fit.cost:
-                fit = begun
-            if fit.cost < base.cost:
-                break
-        fit = fitter.iterate(fit, ROUNDS)
+        begun = self._begun(form)
+        if begun.cost >= base.cost:
+            begun = min(begun, self._begun(replace(form, size=NEARER * form.size)),
+                        key=lambda entry: entry.cost)
+        fit = fitter.iterate(begun, ROUNDS)
         if not np.isfinite(fit.cost) or fit.cost >= base.cost:
             return None
-        own = fitter.columns(fit, range(base.hypothesis.size, hypothesis.size))
-        fit = replace(fit, jacobian=np.concatenate([base.jacobian, own], axis=1))
-        score = Blocks(fitter, fit, fit.jacobian, self._labels).without()
+        own = fitter.columns(fit, range(base.hypothesis.size, fit.hypothesis.size))
+        jacobian = np.concatenate([derivatives_of(base), own], axis=1)
+        fit = replace(fit, jacobian=jacobian)
+        score = Blocks(fitter, fit, jacobian, self._labels).without()
         values = tuple(float(value) for value in _values(fit, len(base.hypothesis.variants)))
         return Candidate(form.started(values), fit, score)
+
+    def _begun(self, form: Form) -> Fit:
+        """Return the base with the form at its starts."""
+        fitter, base, variant = self._fitter, self._base, self._variant(form)
+        hypothesis = fitter.hypothesis((*base.hypothesis.variants, variant),
+                                       base.hypothesis.numbers)
+        entries = [np.log(value) if parameter.logarithmic else value
+                   for value, parameter in zip(form.starts(), variant.effect.parameters,
+                                               strict=True)]
+        return fitter.evaluate(hypothesis, np.clip(
+            np.concatenate([base.vector, entries]), *hypothesis.bounds))
 
     def _variant(self, form: Form) -> Variant:
         within = dict(self._within)
