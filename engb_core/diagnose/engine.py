@@ -196,7 +196,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     corrected = problem.model if verdict == 'consistent' else _that_helps(
         told, () if findings else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
-    law = None if verdict == 'consistent' else law_for(fitter, told.explanation, told, tell)
+    # Where names and numbers explain all there is, no law is looked for.
+    law = None if unexplained is None else law_for(fitter, told.explanation, told, tell)
     if law is not None:
         # A wrong number was told from a fit without the law.
         findings = [] if law.alone else findings
