@@ -20,7 +20,7 @@ from engb_core.diagnose.selection import CLEAN_EXCESS
 from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time
 from engb_core.laws.judgement import depends_on, find_law, Found, WORTH
-from engb_core.laws.statement import formula_of, line_of, statement_of
+from engb_core.laws.statement import formula_of, said_line, statement_of
 from engb_core.model import Model
 from engb_core.plant import physics_of
 
@@ -139,7 +139,7 @@ def _finding(found: Found) -> LawFinding:
         formula=formula_of(candidate), pattern=candidate.form.formula,
         # To the contract a delay is one, whichever of the two signals is late.
         acts_as=candidate.form.acts_as.replace('position_delay', 'delay'),
-        parameters=found.parameters, line=line_of(found), statement=statement_of(found),
+        parameters=found.parameters, line=said_line(found), statement=statement_of(found),
         alternatives=tuple(f'{entry.form.acts_as}: {formula_of(entry)}'
                            for entry in found.alternatives),
         settled=found.settled, explained=found.explained, picture=_picture(found))

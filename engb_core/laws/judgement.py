@@ -7,6 +7,7 @@ blocks and kinds of motion that the fit has not seen, against an onset as the pl
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 import math
@@ -120,12 +121,15 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> Found | 
     chosen = replace(chosen, fit=finished)
     last = len(finished.hypothesis.variants) - 1
     before, after = search.before.level, chosen.score.level
-    others = [entry for entry in alike if entry.form.kinds != chosen.form.kinds]
+    # What is this law and more is no other law; those that say another thing come first.
+    others = sorted((entry for entry in alike
+                     if not Counter(entry.form.kinds) >= Counter(chosen.form.kinds)),
+                    key=lambda entry: not _differ(chosen, entry))
     return Found(
         fitter, chosen, estimates(finished, fitter, last), _explained(search, chosen), before,
         after,
         tuple(others[:MOST_ALTERNATIVES]),
-        not any(_differ(chosen, entry, fitter) for entry in others),
+        not any(_differ(chosen, entry) for entry in others),
         _contribution(fitter, finished))
 
 
@@ -246,7 +250,7 @@ def _explained(search: Search, law: Candidate) -> float:
     return min(1.0 - max(after, 0.0) / max(before, 1e-9), 1.0) if on_blocks > ELSEWHERE else 0.0
 
 
-def _differ(one: Candidate, other: Candidate, fitter: Fitter) -> bool:
+def _differ(one: Candidate, other: Candidate) -> bool:
     """Whether two laws say different things: other coordinates, or another place to act."""
     return (one.form.acts_as != other.form.acts_as
             or set(depends_on(one)) != set(depends_on(other)))

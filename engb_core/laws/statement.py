@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from engb_core.diagnose.diagnosis import ParameterEstimate
-from engb_core.laws.grammar import (
-    Call,
-    coordinates_of,
-    Expression,
-    Name,
-    parse,
-    printed,
-    with_values,
-)
+from engb_core.laws.grammar import coordinates_of, parse, printed, with_values
 from engb_core.laws.judgement import depends_on, Found
+from engb_core.laws.line import line_of
 from engb_core.laws.search import Candidate
 
-__all__ = ['formula_of', 'line_of', 'statement_of']
+__all__ = ['formula_of', 'said_line', 'statement_of']
 
-_SYMBOLS = {'torque': 'T', 'friction_gain': 'ΔT_C/T_C', 'load_gain': 'ΔT_L/T_L',
-            'effort_gain': 'ΔT_M/effort', 'inertia': 'ΔJ', 'position_shift': 'Δθ',
-            'delay': 'delay', 'position_delay': 'delay'}
 _SAYS = {'torque': 'A torque that', 'friction_gain': 'The friction changes by a part that',
          'load_gain': 'The load torque changes by a part that',
          'effort_gain': 'The torque for a given effort changes by a part that',
@@ -73,52 +60,10 @@ def formula_of(candidate: Candidate, digits: int = 4) -> str:
     return printed(with_values(parse(candidate.form.formula), candidate.values), digits)
 
 
-def line_of(found: Found) -> str:
-    """Return the law as one line with units and standard errors: T = 0.031(2) N·m · |load| …"""
-    names = {name: with_error(entry) for name, entry in found.parameters.items()}
-    expression = parse(found.candidate.form.formula)
-    return f'{_SYMBOLS[found.candidate.form.acts_as]} = {_read(expression, names)}'
-
-
-def with_error(entry: ParameterEstimate) -> str:
-    """Return a number with its standard error in the last digit, and its unit."""
-    unit = '' if entry.unit in ('-', '') else f' {entry.unit}'
-    if not entry.std or not math.isfinite(entry.std) or entry.std >= abs(entry.value):
-        return f'{entry.value:.3g}{unit}'
-    place = math.floor(math.log10(entry.std))
-    error = round(entry.std / 10.0 ** place)
-    if error == 10:
-        place, error = place + 1, 1
-    if place >= 0:
-        return f'{round(entry.value, -place):.0f}({error * 10 ** place}){unit}'
-    if abs(entry.value) >= 1e-3:
-        return f'{entry.value:.{-place}f}({error}){unit}'
-    power = math.floor(math.log10(abs(entry.value)))
-    return f'{entry.value / 10.0 ** power:.{max(power - place, 0)}f}({error})e{power}{unit}'
-
-
-def _read(expression: Expression, names: dict[str, str]) -> str:
-    """Return an expression for reading, not for parsing: · for products, |x| for abs."""
-    if isinstance(expression, Name):
-        return names.get(expression.name, expression.name)
-    if not isinstance(expression, Call):
-        return printed(expression)
-    given = [_read(entry, names) for entry in expression.arguments]
-    if expression.function == '*':
-        return ' · '.join(given)
-    if expression.function == 'abs':
-        return f'|{given[0]}|'
-    if expression.function == 'neg':
-        return f'−{given[0]}'
-    if expression.function in ('+', '-'):
-        return f'({given[0]} {expression.function.replace("-", "−")} {given[1]})'
-    if expression.function == '/':
-        return f'{given[0]}/({given[1]})'
-    if expression.function == '**':
-        return f'{given[0]}^{given[1]}'
-    inner = [entry[1:-1] if entry.startswith('(') and entry.endswith(')') and len(given) == 1
-             else entry for entry in given]
-    return f'{expression.function}({", ".join(inner)})'
+def said_line(found: Found) -> str:
+    """Return the law as one line with units and standard errors."""
+    form = found.candidate.form
+    return line_of(form.acts_as, parse(form.formula), found.parameters)
 
 
 def statement_of(found: Found) -> str:
@@ -131,7 +76,7 @@ def statement_of(found: Found) -> str:
              if name in own or name in ('heat', 'time_at_rest')]
     after = ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
     text = f'{_SAYS[acts]} depends on {after}: ' if names else f'{_SAYS[acts]} acts: '
-    line = line_of(found)
+    line = said_line(found)
     if found.settled:
         text += f'{line}.'
     else:

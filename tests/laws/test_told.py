@@ -13,7 +13,8 @@ from engb_core.diagnose.diagnosis import LawFinding, LawPicture, ParameterEstima
 from engb_core.diagnose.document import to_document, to_json
 from engb_core.effects.catalogue import catalogue
 from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.laws.statement import with_error
+from engb_core.laws.grammar import parse
+from engb_core.laws.line import line_of, LONGEST_LINE, with_error
 from engb_core.laws.units import divided, written
 from engb_core.model import EffectSetting, LoadTorque, Model
 from engb_core.plant import physics_of
@@ -69,6 +70,25 @@ def test_the_report_shows_points_law_and_rest(backend):
 ])
 def test_standard_errors_in_the_last_digit(value, std, unit, wanted):
     assert with_error(ParameterEstimate(value, std, unit)) == wanted
+
+
+def estimated(**values: tuple[float, float, str]) -> dict[str, ParameterEstimate]:
+    return {name: ParameterEstimate(*entry) for name, entry in values.items()}
+
+
+def test_a_law_is_one_short_line():
+    """Sizes with unit and standard error, shapes' numbers with errors where there is room."""
+    assert line_of('torque', parse(PATTERN), estimated(
+        a=(0.031, 0.002, 'N·m'), b=(1.249, 0.001, '1/rad'), c=(3.84, 0.05, 'rad'))) == (
+            'T = 0.031(2) N·m · |load| · sin(1.249(1) θ + 3.84(5))')
+    peak = line_of('torque', parse('a * peak(velocity / b) * step(position - c, d)'), estimated(
+        a=(0.0079, 1e-4, 'N·m'), b=(16.4, 0.3, 'rad/s'), c=(-21.27, 0.02, 'rad'),
+        d=(0.0703, 0.02, 'rad')))
+    assert peak == 'T = 0.0079(1) N·m · peak(ω/16.4) · step(θ + 21.27, 0.0703)'
+    assert len(peak) <= LONGEST_LINE
+    assert line_of('delay', parse('a * (abs(load) + b)'), estimated(
+        a=(0.02, 0.001, 's/N·m'), b=(1.0, 0.1, 'N·m'))) == (
+            'delay = 0.020(1) s/N·m · (|load| + 1.0(1))')
 
 
 def test_units():
