@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: demo check test lint types clean
+.PHONY: demo check test lint types mutants clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -16,11 +16,15 @@ demo: $(VENV)/.ready
 
 test: $(VENV)/.ready lint types
 	$(BIN)/python -m pytest -q -n $(WORKERS) --ignore tests/ros --ignore tests/can_bus tests
-	# Real time: one after another, and once more where a busy machine was late.
-	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -q --reruns 2 tests/ros tests/can_bus
+	# Real time, after the others: two at a time leave each other time enough.
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -q -n 2 tests/ros tests/can_bus
 
 check: $(VENV)/.ready lint types
 	$(BIN)/python -m pytest -q -n $(WORKERS) -m 'not slow' tests
+
+# Mutation testing of what stands between a wrong number and the brake; MODULES='pid clamp' for some.
+mutants: $(VENV)/.mutants
+	$(BIN)/python -m tests.mutants.run --jobs $(WORKERS) $(MODULES)
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .
@@ -34,6 +38,10 @@ $(VENV)/.ready: setup.py requirements.txt
 	@echo 'Installing into $(VENV), 1.1 GB: each package is named as it comes.'
 	$(BIN)/python -m pip install --disable-pip-version-check -r requirements.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
+	touch $@
+
+$(VENV)/.mutants: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[mutants]'
 	touch $@
 
 clean:

@@ -46,6 +46,7 @@ setup(
         'fleet': ['dask[distributed]>=2024.1', 'pandas>=2.1', 'pyarrow>=14'],
         'test': ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'jsonschema',
                  'sympy'],
+        'mutants': ['cosmic-ray>=8.3,<9'],
         # A rival in `engb prove --baselines`.
         'proof': ['pysindy>=2.0'],
     },

@@ -5,11 +5,13 @@
 A bare rclpy node that answers each JointState with a Float64, and the package's controller (PID,
 feedforward, clamp-force estimate, supervision, reference and report topics on; it tracks strokes
 that never rest) run side by side, each in a namespace of its own, each with the events and with
-the single-threaded executor. A source sends joint states to one of them at a time. Set-point
-commands come at a rate of their own and are no part of a cycle; --commands adds them. Rounds are
-short and go through all of them, so a load of the machine that comes and goes meets all alike;
-what is compared is always within a round, and shown is the median over the rounds with its
-quartiles. --write puts the table into that page, in the place of the one that is there.
+the single-threaded executor. A source sends joint states to one of them at a time: of a shaft that
+turns under the torque that came back, so the loop is closed; a controller that does not track
+would do less, and ends the measurement. Set-point commands come at a rate of their own and are no
+part of a cycle; --commands adds them. Rounds are short and go through all of them, so a load of
+the machine that comes and goes meets all alike; what is compared is always within a round, and
+shown is the median over the rounds with its quartiles. --write puts the table into that page, in
+the place of the one that is there.
 
 Counted are the CPU time of the process per cycle (user + system, all its threads), and the round
 trip from sending the sample to receiving the answer.
@@ -66,6 +68,9 @@ WARM = 0.2
 # Between which angles the reference goes [rad].
 STROKE = 1.0
 
+# The shaft that is driven: its inertia [kg·m²], and the torque per speed [N·m·s/rad].
+INERTIA, VISCOSITY = 7e-5, 1e-4
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -114,6 +119,18 @@ class Block:
     answered: float
 
 
+class Shaft:
+    """A rigid shaft under the `torque` [N·m] that came back: `angle` [rad], `speed` [rad/s]."""
+
+    def __init__(self) -> None:
+        self.angle = self.speed = self.torque = 0.0
+
+    def turn(self, dt: float) -> None:
+        """Go on by `dt` [s]."""
+        self.speed += dt * (self.torque - VISCOSITY * self.speed) / INERTIA
+        self.angle += dt * self.speed
+
+
 ECHOES = [Candidate('bare echo', name) for name in ('events', 'single')]
 CONTROLLERS = [Candidate('controller', name) for name in ('events', 'single')]
 CANDIDATES = [candidate for pair in zip(ECHOES, CONTROLLERS, strict=True) for candidate in pair]
@@ -133,13 +150,15 @@ class Source:
         from rclpy.experimental import EventsExecutor
         from rclpy.qos import QoSProfile
         from sensor_msgs.msg import JointState
-        from std_msgs.msg import Float64
+        from std_msgs.msg import Float64, String
         self._context = rclpy.Context()
         self._context.init(domain_id=domain)
         self._node = rclpy.create_node('source', context=self._context)
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._states, self._commands = {}, {}
+        self._shafts = {candidate: Shaft() for candidate in CANDIDATES}
+        self._told: dict[Candidate, str] = {}
         for candidate in CANDIDATES:
             space = candidate.namespace
             self._states[candidate] = self._node.create_publisher(
@@ -148,7 +167,11 @@ class Source:
                 Float64, f'{space}/position_command', QoSProfile(depth=1))
             self._node.create_subscription(
                 Float64, f'{space}/effort_command',
-                lambda message, candidate=candidate: self._on_answer(candidate),
+                lambda message, candidate=candidate: self._on_answer(candidate, message.data),
+                QoSProfile(depth=1))
+            self._node.create_subscription(
+                String, f'{space}/controller_state',
+                lambda message, candidate=candidate: self._told.update({candidate: message.data}),
                 QoSProfile(depth=1))
         self._message = JointState(name=['motor'], position=[0.0], velocity=[0.0], effort=[0.0])
         self._command = Float64()
@@ -168,12 +191,17 @@ class Source:
               seconds: float) -> Block:
         """Drive one process at `rate` [Hz] for `seconds`, after it is warm."""
         every = max(1, round(rate / self._rate)) if self._rate else 0
-        publish = self._states[candidate].publish
+        publish, shaft = self._states[candidate].publish, self._shafts[candidate]
+        shaft.torque = 0.0
+        message = self._message
 
         def tick() -> None:
-            self._message.header.stamp = self._node.get_clock().now().to_msg()
+            shaft.turn(1.0 / rate)
+            message.position[0], message.velocity[0] = shaft.angle, shaft.speed
+            message.effort[0] = shaft.torque
+            message.header.stamp = self._node.get_clock().now().to_msg()
             self._sent = time.perf_counter()
-            publish(self._message)
+            publish(message)
             self._samples += 1
             if every and self._samples % every == 0:
                 # Back and forth: the reference never rests.
@@ -193,6 +221,9 @@ class Source:
         finally:
             self._node.destroy_timer(timer)
             self._driven = None
+        if candidate in CONTROLLERS and self._told.get(candidate) not in ('enabled', 'degraded'):
+            raise RuntimeError(f'{candidate.name} is {self._told.get(candidate)}: it does not '
+                               'track, so it does less than it should')
         return Block(1e6 * spent / max(self._answers, 1), 1e6 * np.array(self._trips),
                      self._samples / passed, self._answers / max(self._samples, 1))
 
@@ -207,9 +238,11 @@ class Source:
             if time.monotonic() > end or process.poll() is not None:
                 raise RuntimeError(f'{candidate.name} does not answer')
 
-    def _on_answer(self, candidate: Candidate) -> None:
+    def _on_answer(self, candidate: Candidate, torque: float) -> None:
         if candidate is not self._driven:
             return
+        if candidate in CONTROLLERS:
+            self._shafts[candidate].torque = torque
         self._answers += 1
         if self._sent:
             self._trips.append(time.perf_counter() - self._sent)

@@ -27,6 +27,9 @@ MOST_OF_RATE = 0.3
 # more samples than these.
 STEP = 2.5e-4
 MOST_SAMPLES = 4_000_000
+# Grid steps between two samples at most: the corner lies below the sampling rate, and nothing
+# turns faster.
+MOST_PARTS = 64
 
 
 def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
@@ -35,7 +38,8 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     recorded = motion_of(recording, BANDWIDTH)
     bandwidth = min(BANDWIDTH, MOST_OF_RATE / recording.interval)
     count = recording.time[-1] / recording.interval
-    parts = int(np.clip(round(recording.interval / step), 1, max(1, MOST_SAMPLES // count)))
+    most = min(MOST_PARTS, max(1, MOST_SAMPLES // count))
+    parts = int(np.clip(round(recording.interval / step), 1, most))
     step = recording.interval / parts
     time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1) * step
     edges = np.interp(time, *without_counts(recording))

@@ -50,8 +50,10 @@ __all__ = ['BrakePlant', 'simulate_closed_loop']
 Array = NDArray[np.float64]
 
 INNER_STEP = 5e-5
-# Of the loop in one run: a day at 1 kHz.
-MOST_CYCLES = 1e8
+# Cycles of the loop in one run, a day at 1 kHz, and inner steps, seven hours of them.
+MOST_CYCLES, MOST_STEPS = 1e8, 5e8
+# Cycles that are computed at a time: a long run takes no more memory than its recording.
+_BLOCK = 1 << 16
 
 
 @compiled
@@ -140,8 +142,7 @@ def _advance_nominal(nominal, cogging, sample, effort, steps):
 
 @kernel
 def _loop(nominal, cogging, functions, bounds, owner, parameters, state, sample, gains, ticks,
-          steps, out):
-    integral = 0.0
+          steps, integral, out):
     for row in range(ticks.shape[0]):
         sample[DISC_SPEED] = ticks[row, 3]
         sample[PAD_TEMPERATURE] = ticks[row, 4]
@@ -156,6 +157,7 @@ def _loop(nominal, cogging, functions, bounds, owner, parameters, state, sample,
         out[row, 1] = sample[VELOCITY]
         _advance(nominal, cogging, functions, bounds, owner, parameters, state, sample, effort,
                  steps)
+    return integral
 
 
 class BrakePlant:
@@ -239,34 +241,56 @@ def simulate_closed_loop(recording: Recording, model: Model) -> tuple[Array, Arr
     if model.controller is None:
         raise InputError('the model has no controller; add its gains to simulate the loop')
     controller: Controller = model.controller
-    cycles = controller.rate * recording.time[-1]
-    if not 2.0 <= cycles <= MOST_CYCLES:
-        raise InputError(f'controller.rate of {controller.rate:g} Hz makes {cycles:.3g} cycles in '
-                         f'the {recording.time[-1]:.3g} s of {recording.name}; check its unit')
     tick = 1.0 / controller.rate
-    time = np.arange(int(math.ceil(recording.time[-1] / tick)) + 1) * tick
+    cycles = controller.rate * recording.time[-1]
+    steps = max(1, math.ceil(min(tick, 1e9) / INNER_STEP - 1e-9))
+    if not 2.0 <= cycles <= min(MOST_CYCLES, MOST_STEPS / steps):
+        raise InputError(f'controller.rate of {controller.rate:g} Hz makes {cycles:.3g} cycles in '
+                         f'the {recording.time[-1]:.3g} s of {recording.name}, which take too '
+                         'long to simulate; check its unit, or give a shorter recording')
+    physics = physics_of(model, inverse=False)
+    state = physics.fresh_state()
+    sample = np.zeros(SAMPLE_SIZE)
+    sample[POSITION] = recording.position[0]
+    sample[TIME_STEP] = tick / steps
+    gains = np.array([controller.proportional, controller.integral, controller.derivative,
+                      min(controller.effort_limit, 1e300), tick])
+    integral, size = 0.0, math.ceil(recording.time[-1] / tick) + 1
+    found = np.empty((2, recording.time.size))
+    for first in range(0, size, _BLOCK):
+        # One cycle beyond the block, which the next one begins with, to interpolate up to.
+        time = np.arange(first, min(first + _BLOCK + 1, size)) * tick
+        ticks = _ticks(recording, time, tick, (size - 1) * tick)
+        out = np.empty((time.size, 2))
+        own = min(_BLOCK, size - first)
+        integral = _loop(physics.nominal, physics.cogging, physics.functions, physics.bounds,
+                         physics.owner, physics.parameters, state, sample, gains, ticks[:own],
+                         steps, integral, out[:own])
+        out[own:] = sample[POSITION], sample[VELOCITY]
+        rows = slice(*np.searchsorted(recording.time, (time[0], time[-1]), side='left'))
+        if first + own >= size:
+            rows = slice(rows.start, None)
+        for column in range(2):
+            found[column, rows] = np.interp(recording.time[rows], time, out[:, column])
+    return found[0], found[1]
+
+
+def _ticks(recording: Recording, time: Array, tick: float, end: float) -> Array:
+    """Return what each cycle at `time` (n,) is given (n, 5): the reference's position, velocity
+    and effort, the disc's speed and the pad's temperature; cycles lie from 0 to `end` [s]."""
     reference = recording.reference
-    position = np.interp(time, reference.time, reference.position)
-    if reference.velocity is not None and np.any(reference.velocity):
-        velocity = np.interp(time, reference.time, reference.velocity)
-    else:
-        velocity = np.gradient(position, tick)
+    assert reference is not None
     ticks = np.zeros((time.size, 5))
-    ticks[:, 0], ticks[:, 1] = position, velocity
+    ticks[:, 0] = np.interp(time, reference.time, reference.position)
+    if reference.velocity is not None and np.any(reference.velocity):
+        ticks[:, 1] = np.interp(time, reference.time, reference.velocity)
+    else:
+        before, after = np.maximum(time - tick, 0.0), np.minimum(time + tick, end)
+        ticks[:, 1] = (np.interp(after, reference.time, reference.position)
+                       - np.interp(before, reference.time, reference.position)) / (after - before)
     if reference.effort is not None:
         ticks[:, 2] = np.interp(time, reference.time, reference.effort)
     for column, name, default in ((3, 'disc_speed', 0.0), (4, 'pad_temperature', 20.0)):
         signal = recording.signals.get(name)
         ticks[:, column] = default if signal is None else signal.at(time)
-    physics = physics_of(model, inverse=False)
-    sample = np.zeros(SAMPLE_SIZE)
-    sample[POSITION] = recording.position[0]
-    steps = max(1, int(math.ceil(tick / INNER_STEP - 1e-9)))
-    sample[TIME_STEP] = tick / steps
-    gains = np.array([controller.proportional, controller.integral, controller.derivative,
-                      min(controller.effort_limit, 1e300), tick])
-    out = np.empty((time.size, 2))
-    _loop(physics.nominal, physics.cogging, physics.functions, physics.bounds,
-                 physics.owner, physics.parameters, physics.fresh_state(), sample, gains, ticks,
-                 steps, out)
-    return (np.interp(recording.time, time, out[:, 0]), np.interp(recording.time, time, out[:, 1]))
+    return ticks

@@ -1,14 +1,29 @@
 """What every test process needs."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+import resource
 import signal
+from typing import Any
 
 import pytest
+
+from tests.machine import Watch
 
 # A shell that starts the tests in the background leaves SIGINT ignored, and what they start in
 # turn would ignore it, too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 # So with SIGHUP where they are started to outlive the terminal.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+BEGIN = pytest.StashKey[float]()
+WATCH = pytest.StashKey[Watch]()
+
+# Nodes and buses as they are, in real time: where a busy machine was late they are run again, and
+# where others took it to the end the outcome is not known.
+REAL_TIME = ('tests/ros/', 'tests/can_bus/')
+RERUNS = 3
 
 # Files and tests that take more than a few seconds of processor time, or real time (nodes, buses);
 # `make check` leaves them out. Found by `pytest --durations=80`.
@@ -28,7 +43,66 @@ SLOW = (
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what is slow."""
+    """Mark what is slow, and what is run again where the machine was busy."""
     for item in items:
         if item.nodeid.startswith(SLOW):
             item.add_marker('slow')
+        if item.nodeid.startswith(REAL_TIME):
+            item.add_marker(pytest.mark.flaky(reruns=RERUNS, condition=_may_be_late(item)))
+
+
+def _may_be_late(item: pytest.Item) -> Callable[[], bool]:
+    return lambda: item.stash[WATCH].may_be_late()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let `--processor-time=25` list what takes most, whatever else the machine does."""
+    parser.addoption('--processor-time', type=int, default=0, metavar='N', help=(
+        'list the N tests that take most processor time, their fixtures and processes included'))
+
+
+def _processor_time() -> float:
+    """Return what this process and its children that have ended have used [s]."""
+    return sum(used.ru_utime + used.ru_stime for used in map(
+        resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Note a test's processor time, its fixtures' included, where the report finds it."""
+    item.stash[BEGIN] = _processor_time()
+    return (yield)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Watch what others take, from each attempt's beginning."""
+    item.stash[WATCH] = Watch()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """Say where a failure in real time proves nothing. Hand the processor time on with the report
+    of the teardown, the last one (also by pytest-xdist)."""
+    report = yield
+    if (report.failed and item.nodeid.startswith(REAL_TIME)
+            and getattr(item, 'execution_count', 1) > RERUNS and item.stash[WATCH].inconclusive()):
+        report.outcome = 'skipped'
+        report.longrepr = (str(item.path), item.location[1] or 0, (
+            f'inconclusive: others took {item.stash[WATCH].used()[0]:.0%} of the machine; it '
+            f'failed {RERUNS + 1} times, last with: {str(report.longrepr)[-300:]}'))
+    if report.when == 'teardown':
+        report.user_properties.append(('processor time', _processor_time() - item.stash[BEGIN]))
+    return report
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Print the list that `--processor-time` asks for."""
+    count = config.getoption('--processor-time')
+    used = [(dict(report.user_properties).get('processor time', 0.0), report.nodeid)
+            for report in terminalreporter.getreports('') if report.when == 'teardown']
+    if not count or not used:
+        return
+    terminalreporter.section(f'processor time, {sum(seconds for seconds, _ in used):.0f} s in all')
+    for seconds, name in sorted(used, reverse=True)[:count]:
+        terminalreporter.write_line(f'{seconds:7.1f} s  {name}')

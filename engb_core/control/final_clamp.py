@@ -54,9 +54,6 @@ class FinalClamp:
         it goes at once, or it would drive the motor off its stroke, with nobody watching.
         """
         settings = self.settings
-        if self.output < 0.0:
-            return self.release()
         step = settings.effort_limit / settings.ramp_time * min(max(dt, 0.0), settings.ramp_time)
-        value = self.output
-        self.output = max(value - step, 0.0)
+        self.output = max(self.output - step, 0.0)
         return self.output

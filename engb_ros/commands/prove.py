@@ -3,15 +3,17 @@
 Draws brakes at random, conceals effects in them, seals the truth and prints its digest; runs
 `engb diagnose` as separate processes on copies that hold only recording and nominal model; opens
 the truth, checks the digest, scores. Writes into DIR: index.html (start here), scores.json,
-cases.jsonl, and results/ with the report of every case. Started again with the same DIR it goes
-on where it stopped. Without --seed the cases come from the operating system's entropy.
+cases.jsonl, column.md, and results/ with the report of every case. Started again with the same
+DIR it goes on where it stopped. Without --seed the cases come from the operating system's entropy.
 
 examples:
   engb prove --cases 100 --jobs 2 --out out/proof
   engb prove --cases 300 --strata clean --out out/null
   engb prove --reuse out/proof --out out/again
+  engb prove --frozen --jobs 2 --out out/frozen
   engb prove --cases-from FOLDER --jobs 2 --out out/other
-  engb prove --real ../shared/real --out out/real
+  engb prove --real FOLDER --out out/real
+  engb prove --table out/proof out/other out/real
   engb prove --open bags/brake_1/truth.sealed --diagnosis result/diagnosis.json
 
 With --cases-from the cases are those of another hand: a folder of case_…, each with train…, test,
@@ -19,6 +21,9 @@ nominal.yaml, truth.json and truth.npz; they are scored by the same tables.
 
 With --real no case is drawn: of the best model of each machine one term at a time is taken out,
 to see whether the tool names just that term; index.html also holds the held-out ladder.
+
+With --table nothing is run: what earlier proofs left in these folders is printed side by side as
+Markdown, a column per folder (column.md in each holds its own).
 
 It needs the source tree, whose tests/proof make and score the cases; --open does not.
 """
@@ -50,7 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--seed', type=int, metavar='S',
                         help='draw these cases again (default: new ones)')
     parser.add_argument('--strata', metavar='NAME=SHARE,…', help='what to draw of clean, strong, '
-                        'subtle, pair, outside, e.g. clean=1,strong=2')
+                        'subtle, pair, triple, described and undescribed (outside the library), '
+                        'e.g. clean=1,strong=2')
     parser.add_argument('--effects', metavar='NAME,…', help='conceal only these')
     parser.add_argument('--jobs', type=int, default=1, metavar='J',
                         help='cases at a time (default: %(default)s)')
@@ -64,8 +70,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='score plain methods on the same cases, too')
     parser.add_argument('--strict', action='store_true', help='end with status 1 after a crash or '
                         'a false alarm on a clean recording')
+    parser.add_argument('--brief', action='store_true',
+                        help='draw short recordings (15 s at 250 or 500 Hz)')
+    parser.add_argument('--frozen', action='store_true', help='draw the frozen list of short '
+                        'cases of continuous integration; status 1 where a rate fell '
+                        'below its bound')
     parser.add_argument('--real', metavar='DIR', help='take one term at a time out of the model '
                         'of a real machine; DIR holds sets of nominal.yaml, train*, holdout*')
+    parser.add_argument('--table', metavar='DIR', nargs='+', help='print the scores of earlier '
+                        'proofs side by side as a table in Markdown')
     parser.add_argument('--open', metavar='FILE.sealed', help='show a sealed truth')
     parser.add_argument('--diagnosis', metavar='diagnosis.json',
                         help='with --open: what the tool said')
@@ -76,6 +89,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     if arguments.open:
         _open(arguments.open, arguments.diagnosis)
+        return 0
+    if arguments.table:
+        print(_proof('readme_table').table([Path(folder) for folder in arguments.table]))
         return 0
     if arguments.diagnosis:
         raise InputError('--diagnosis belongs to --open FILE.sealed')
@@ -88,7 +104,7 @@ def run(arguments: argparse.Namespace) -> int:
         Path(arguments.out), arguments.cases, arguments.seed, arguments.strata,
         arguments.effects, arguments.jobs, Path(arguments.reuse) if arguments.reuse else None,
         arguments.again, arguments.baselines, shlex.join(['engb', *sys.argv[1:]]),
-        arguments.only)
+        arguments.only, arguments.frozen, arguments.brief)
     with Progress(arguments) as progress:
         def say(text: str) -> None:
             progress.done()
@@ -105,6 +121,14 @@ def run(arguments: argparse.Namespace) -> int:
     print(f'{summary["wall_seconds"]:.0f} s in all')
     print(f'scores: {job.out / "index.html"}')
     wrong = proof.strict_failures(summary) if arguments.strict else []
+    if arguments.frozen:
+        wrong += [f'{one["case"]} failed: {one["failure"]}' for one in summary['failures']]
+    for name, rate in summary.get('frozen', {}).items():
+        told = (f'{name}: {rate["hits"]} of {rate["of"]} (measured before {rate["measured"]}, at '
+                f'least {rate["least"]})')
+        print(f'frozen list, {told}')
+        if rate['hits'] < rate['least']:
+            wrong.append(f'the rate fell: {told}')
     for line in wrong:
         print(f'engb: {line}', file=sys.stderr)
     return _NOT_STRICT if wrong else 0
@@ -117,7 +141,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise InputError(f'--cases {arguments.cases}: must lie within 1 and {_MOST_CASES}')
     drawn = {'--cases': arguments.cases, '--seed': arguments.seed, '--strata': arguments.strata,
              '--effects': arguments.effects, '--reuse': arguments.reuse,
-             '--baselines': arguments.baselines or None, '--strict': arguments.strict or None}
+             '--baselines': arguments.baselines or None, '--strict': arguments.strict or None,
+             '--frozen': arguments.frozen or None, '--brief': arguments.brief or None}
     given = [name for name, value in drawn.items() if value is not None]
     for name, value in (('--real', arguments.real), ('--cases-from', arguments.cases_from)):
         allowed = {'--strict'} if name == '--cases-from' else set()
@@ -126,6 +151,11 @@ def _check(arguments: argparse.Namespace) -> None:
             raise InputError(f'{name} draws no case; leave {wrong} away')
     if arguments.real and arguments.cases_from:
         raise InputError('--real and --cases-from: give one of them')
+    if arguments.frozen:
+        own = [name for name in ('--cases', '--seed', '--strata', '--effects', '--reuse')
+               if drawn[name] is not None]
+        if own:
+            raise InputError(f'--frozen is a fixed list of cases; leave {own[0]} away')
     if arguments.only and not arguments.cases_from:
         raise InputError('--only belongs to --cases-from')
     if arguments.cases_from and not Path(arguments.cases_from).is_dir():

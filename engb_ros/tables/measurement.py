@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-import contextlib
-import io
 from pathlib import Path
 from typing import Any
 
@@ -64,10 +62,8 @@ class MdfTable(Table):
             group, index = self._places[place]
             name = self.channels[place].name
             try:
-                # asammdf prints what it knows of a channel that it cannot read.
-                with contextlib.redirect_stdout(io.StringIO()):
-                    signal = self._file.get(group=group, index=index,
-                                            ignore_invalidation_bits=False)
+                signal = self._file.get(group=group, index=index,
+                                        ignore_invalidation_bits=False)
             except Exception as error:      # as above
                 raise InputError(f'{self.path}: {name} cannot be read ({error})') from error
             found[place] = Samples(

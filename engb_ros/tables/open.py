@@ -6,11 +6,12 @@ import os
 from pathlib import Path
 
 from engb_core.errors import InputError
+from engb_ros.tables.apart import TableApart
 from engb_ros.tables.arrays import hdf5_table, mat_table, npz_table
 from engb_ros.tables.table import Table
 from engb_ros.tables.text import TEXT_SUFFIXES, TextTable
 
-__all__ = ['KINDS', 'is_table', 'open_table']
+__all__ = ['KINDS', 'is_table', 'open_here', 'open_table']
 
 # What is read, for messages and help.
 KINDS = ('.csv (.txt, .tsv, .dat), .npz, .mat, .h5, .mf4 (.mdf, .dat of MDF 3), .tdms, .parquet, '
@@ -21,6 +22,8 @@ _SUFFIXES = {'.npz': 'npz', '.mat': 'mat', '.h5': 'hdf5', '.hdf5': 'hdf5', '.hdf
              '.bag': 'ros1', **dict.fromkeys(TEXT_SUFFIXES, 'text')}
 _MAGIC = ((b'MDF     ', 'mdf'), (b'UnFinMF ', 'mdf'), (b'\x89HDF\r\n\x1a\n', 'hdf5'),
           (b'PAR1', 'parquet'), (b'ARROW1', 'arrow'), (b'TDSm', 'tdms'), (b'#ROSBAG V', 'ros1'))
+# Kinds whose readers are other people's, and die of damaged files.
+_APART = ('mat', 'hdf5', 'mdf', 'tdms', 'parquet', 'arrow', 'ros1')
 _SIZE_LIMIT = 8 << 30       # a table is held in memory
 
 
@@ -45,7 +48,10 @@ def open_table(path: str | os.PathLike) -> Table:
             raise InputError(f'{path}: the file is empty')
         if size > _SIZE_LIMIT:
             raise InputError(f'{path}: is larger than {_SIZE_LIMIT >> 30} GiB; split it')
-        return _opened(path, _kind(path))
+        kind = _kind(path)
+        if kind in _APART:
+            return TableApart(path, kind)
+        return open_here(path, kind)
     except OSError as error:
         raise InputError(f'{path}: cannot be read ({error.strerror or error})') from error
 
@@ -62,7 +68,12 @@ def _kind(path: Path) -> str:
     return kind
 
 
-def _opened(path: Path, kind: str) -> Table:
+def open_here(path: Path, kind: str) -> Table:
+    """Open a table of a known kind in this process.
+
+    Raises:
+        InputError: damaged, or its reader is not installed.
+    """
     from engb_ros.tables import measurement
     if kind == 'text':
         return TextTable(path)

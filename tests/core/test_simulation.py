@@ -18,6 +18,7 @@ from engb_core.model import (
     Model,
     Motor,
 )
+from engb_core.recording import Recording, Reference
 from engb_core.simulation import BrakePlant, simulate_closed_loop
 
 from .bench import Bench, strokes
@@ -184,3 +185,19 @@ def test_without_effects_the_short_way_gives_the_same_numbers(model):
                 short.load_torque) == (long.time, long.position, long.velocity,
                                        long.acceleration, long.load_torque)
     assert abs(short.position) > 1.0
+
+
+@pytest.mark.parametrize('velocity', [True, False])
+def test_the_loop_runs_on_over_blocks(monkeypatch, velocity):
+    """A run is computed in blocks, which no number shows."""
+    time = np.arange(0.0, 1.0, 1.3e-3)
+    angle = 20.0 * np.sin(9.0 * time)
+    recording = Recording.from_samples(
+        'run', time, angle, 0.01 * np.sign(angle), reference=Reference(
+            time, angle, 180.0 * np.cos(9.0 * time) if velocity else None, None))
+    model = replace(MODEL, controller=Controller(0.05, 0.2, 0.002, 0.6, 1000.0))
+    whole = simulate_closed_loop(recording, model)
+    for block in (7, 100, 998, 999, 1000):
+        monkeypatch.setattr('engb_core.simulation._BLOCK', block)
+        for values, expected in zip(simulate_closed_loop(recording, model), whole, strict=True):
+            np.testing.assert_allclose(values, expected, atol=1e-9)

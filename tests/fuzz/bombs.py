@@ -296,6 +296,20 @@ def _loop_rate(folder: Path, rng: random.Random) -> list[str]:
     return ['predict', str(folder / 'run'), '--model', str(folder / 'model.yaml')]
 
 
+def _slow(folder: Path, rng: random.Random) -> list[str]:
+    """Samples a second or a minute apart, over hours or days: a fine grid would be endless."""
+    from engb_core.model import Controller
+    Model(controller=Controller(0.05, 0.2, 0.002, 0.6, 1000.0)).write(folder / 'model.yaml')
+    count, step = rng.choice([(1200, 1), (30_000, 1), (3000, 58)])
+    stamp = _TIME + step * 1_000_000_000 * np.arange(count)
+    angle = 20 * np.sin(np.arange(count) / 10)
+    table = JointTable(stamp, angle, None, 0.01 * np.sign(angle))
+    write_bag(folder / 'run', {_JOINT_STATES: table,
+                               '/engb/reference': JointTable(stamp, angle, None, None)})
+    return [rng.choice(['predict', 'diagnose', 'identify']), str(folder / 'run'), '--model',
+            str(folder / 'model.yaml')]
+
+
 # Tables.
 
 def _npz(folder: Path, rng: random.Random) -> list[str]:
@@ -389,5 +403,6 @@ BOMBS: dict[str, Callable[[Path, random.Random], list[str]]] = {
     'mcap index': _mcap_index, 'bad chunks': _mcap_bad_chunks, 'zstd chunk': _zstd_chunk,
     'zstd messages': _zstd_messages, 'zstd file': _zstd_file, 'sqlite': _sqlite,
     'sqlite tree': _sqlite_tree, 'bursts': _bursts, 'yaml aliases': _yaml_aliases,
-    'large model': _large_model, 'loop rate': _loop_rate, 'npz': _npz, 'mat': _mat, 'csv': _csv,
+    'large model': _large_model, 'loop rate': _loop_rate, 'slow samples': _slow, 'npz': _npz,
+    'mat': _mat, 'csv': _csv,
 }

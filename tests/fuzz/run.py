@@ -172,9 +172,11 @@ def _work(pipe: Connection, commands: list[str] | None, keep: Path | None,
     warnings.simplefilter('ignore')
     os.environ['ENGB_TRACEBACK'] = ''
     from engb_ros.fleet import processes
+    from engb_ros.tables import apart
     from fuzz.cases import make_any, warm_up
-    from fuzz.oracle import in_this_process, judge
+    from fuzz.oracle import ForkedReader, in_this_process, judge
     processes.run_processes = in_this_process
+    apart.start_process = ForkedReader
     warm_up()
     while True:
         try:
@@ -195,7 +197,9 @@ def _work(pipe: Connection, commands: list[str] | None, keep: Path | None,
 def _judged(case, folder: Path, judge) -> dict:
     before, since = _peak(), time.process_time()
     wrong, ending = judge(case, folder)
-    memory, used = _peak() - before, time.process_time() - since
+    readers = resource.getrusage(resource.RUSAGE_CHILDREN)
+    memory = max(_peak(), readers.ru_maxrss // 1024) - before
+    used = time.process_time() - since + readers.ru_utime + readers.ru_stime
     if not wrong and memory > MEMORY:
         wrong = f'takes {memory} MB'
     return {'about': case.about, 'wrong': wrong, 'ending': ending, 'memory': memory,

@@ -14,6 +14,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import get_typestore, Stores
 import yaml
 
+from .machines import Machine
 from .nominal import Nominal
 from .references import DiscProfile, Reference
 from .sensors import Recorded
@@ -33,6 +34,7 @@ class Bench:
     namespace: str
     layout: str
     start: int  # ns
+    machine: Machine = Machine('brake')
 
 
 def _joint_template(name: str) -> tuple[bytes, list[int]]:
@@ -73,17 +75,19 @@ def _streams(bench: Bench, recorded: Recorded, run: Run, reference: Reference,
         return 4e-4 + np.minimum(rng.exponential(2.5e-4, count), 5e-3)
 
     joint, number = 'sensor_msgs/msg/JointState', 'std_msgs/msg/Float64'
-    base = bench.namespace
+    base, angle, torque = bench.namespace, bench.machine.angle, bench.machine.torque
     streams = [(f'{base}/joint_states', joint, nanoseconds(recorded.arrival),
                 _joint_rows('motor', nanoseconds(recorded.stamp),
-                            [recorded.position, recorded.velocity, recorded.effort]))]
+                            [recorded.position * angle, recorded.velocity * angle,
+                             recorded.effort * torque]))]
     tick = np.arange(0, run.command.size, 2)
     streams.append((f'{base}/effort_command', number, nanoseconds(tick * 1e-3 + late(tick.size)),
-                    _float_rows(np.round(run.command[tick] * 16384.0) / 16384.0)))
+                    _float_rows(np.round(run.command[tick] * 16384.0) / 16384.0 * torque)))
     tick = np.arange(0, run.command.size, 4)
     forward = model.inertia * reference.acceleration + model.viscous * reference.velocity
     columns = [reference.position[tick], reference.velocity[tick], forward[tick]]
-    columns = [np.round(column * 32768.0) / 32768.0 for column in columns]
+    columns = [np.round(column * 32768.0) / 32768.0 * unit
+               for column, unit in zip(columns, (angle, angle, torque), strict=True)]
     streams.append((f'{base}/reference', joint, nanoseconds(tick * 1e-3 + late(tick.size)),
                     _joint_rows('motor', nanoseconds(tick * 1e-3), columns)))
     if disc is not None:
@@ -166,24 +170,39 @@ def write_recording(folder: Path, name: str, bench: Bench, recorded: Recorded, r
     return target
 
 
-def write_model(path: Path, model: Nominal, plant: np.ndarray) -> None:
-    """Write the nominal model file."""
-    def short(value: float) -> float:
-        return float(f'{value:.6g}')
+def _load_torque(model: Nominal, machine: Machine) -> dict[str, object]:
+    load = np.asarray(model.load) * machine.torque
+    if model.turn:
+        # The angle in the machine's own units is that inside times its unit, which is `turn`.
+        return {'form': 'sinusoid', 'amplitude': _short(float(np.hypot(load[0], load[1]))),
+                'phase': _short(float(np.arctan2(load[1], load[0])))}
+    load = load / machine.angle ** np.arange(4)
+    return {'form': 'polynomial', 'coefficients': [_short(x) for x in load],
+            'contact_angle': None if model.contact is None
+            else _short(model.contact * machine.angle)}
 
-    p = plant[0]
+
+def _short(value: float) -> float:
+    return float(f'{value:.6g}')
+
+
+def write_model(path: Path, model: Nominal, plant: np.ndarray, machine: Machine) -> None:
+    """Write the nominal model file, in the machine's own units."""
+    p, per = plant[0], machine.torque / machine.angle
     content = {
         'format': 'engb-model/1',
-        'motor': {'torque_constant': 0.0174, 'inertia': short(model.inertia),
-                  'viscous_friction': short(model.viscous)},
-        'load_torque': {'form': 'polynomial', 'coefficients': [short(x) for x in model.load],
-                        'contact_angle': None if model.contact is None else short(model.contact)},
-        'friction': {'coulomb': short(model.coulomb), 'load_gain': short(model.gain),
-                     'saturation_velocity': short(model.saturation)},
+        'motor': {'torque_constant': 0.0174, 'inertia': _short(model.inertia * per),
+                  'viscous_friction': _short(model.viscous * per)},
+        'load_torque': _load_torque(model, machine),
+        'friction': {'coulomb': _short(model.coulomb * machine.torque),
+                     'load_gain': _short(model.gain),
+                     'saturation_velocity': _short(model.saturation * machine.angle)},
         'cogging': [],
-        'controller': {'proportional': short(p['kp']), 'integral': short(p['ki']),
-                       'derivative': short(p['kd']), 'effort_limit': short(p['limit']),
-                       'rate': 1000.0},
+        'controller': {'proportional': _short(p['kp'] * per), 'integral': _short(p['ki'] * per),
+                       'derivative': _short(p['kd'] * per),
+                       'effort_limit': _short(p['limit'] * machine.torque), 'rate': 1000.0},
         'effects': [],
     }
+    if machine.kind == 'axis':
+        content['joint'] = {'name': 'motor', 'type': 'prismatic'}
     path.write_text(yaml.safe_dump(content, sort_keys=False), 'utf8')

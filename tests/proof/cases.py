@@ -1,32 +1,58 @@
-"""Draw a case: a base plant, what it hides and how strongly, two runs, a nominal model."""
+"""Draw a case: a machine, what it hides and how strongly, its recordings, a nominal model."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import hide_drive, hide_friction, hide_load, hide_numbers, hide_outside  # noqa: F401
+from . import (  # noqa: F401
+    hide_drive,
+    hide_friction,
+    hide_load,
+    hide_numbers,
+    hide_outside,
+    hide_undescribed,  # noqa: F401
+)
 from .catalogue import Context, Hidden, known
-from .nominal import low_pass, moving, Nominal, refit, residual, rms
-from .plant_record import blank_plant
-from .references import disc_profile, DiscProfile, Reference, rich, routine, short_test
-from .sensors import draw_sensors, record, Recorded, Sensors
+from .held_numbers import apply_errors, bend, calibrated, numbers_of, visible_numbers
+from .machines import draw_machine, Machine, motions
+from .nominal import Nominal, refit, rms
+from .references import disc_profile, DiscProfile, Reference
+from .sensors import draw_sensors, record, Recorded
+from .sizing import Bench, joined, Sizer
 from .truth_plant import Run, simulate
 
-__all__ = ['Case', 'Request', 'Sizer', 'Take', 'TARGETS', 'draw_base', 'draw_case']
+__all__ = ['BEGINS', 'Case', 'draw_case', 'Request', 'SIZES', 'Take']
 
 _TRAINS = ('backlash', 'drivetrain_resonance')
-TARGETS = {'strong': 7.0, 'subtle': 2.0, 'pair': 5.0, 'outside': 5.0, 'clean': 0.0}
+# Sizes over the noise floor, drawn evenly on a logarithmic scale; of several each stands alone.
+SIZES = {'strong': (3.5, 7.0), 'subtle': (1.3, 3.0), 'pair': (3.0, 6.0), 'triple': (3.0, 6.0),
+         'described': (3.0, 7.0), 'undescribed': (3.0, 7.0), 'clean': (1.0, 1.0)}
+# Effects that may begin in mid-recording: what starts to rub, to leak, to be measured wrong.
+BEGINS = ('torque_offset', 'asymmetric_friction', 'nonlinear_viscous_friction', 'cogging_torque',
+          'torque_ripple', 'torque_saturation', 'load_hysteresis', 'self_energizing',
+          'disc_runout')
+_ATTEMPTS = 5
 
 
 @dataclass(frozen=True)
 class Request:
-    """What a case shall be: stratum, effect ids, motion ('rich' or 'routine'), nominal."""
+    """What a case shall be.
+
+    `motion` is rich, routine or brief; `held` names the groups of numbers that the nominal model's
+    refit left alone (held_numbers.GROUPS); `shaped`: the load curve has a form of its own;
+    `recordings`: how many to train on; `begins`: the effect begins in mid-recording, if it may.
+    """
 
     stratum: str
     effects: tuple[str, ...]
     motion: str
     refitted: bool
+    held: tuple[str, ...] = ()
+    machine: str = 'brake'
+    shaped: bool = False
+    recordings: int = 1
+    begins: bool = False
 
 
 @dataclass(frozen=True)
@@ -41,9 +67,10 @@ class Take:
 
 @dataclass(frozen=True)
 class Case:
-    """Everything about one case; only `train`'s and `test`'s records and `nominal` go out."""
+    """Everything about one case; only the recordings and `nominal` go out."""
 
     request: Request
+    machine: Machine
     plant: np.ndarray
     base: Nominal
     lacking: Nominal
@@ -52,37 +79,103 @@ class Case:
     magnitudes: tuple[float, ...]
     ratios: tuple[float, ...]
     parameters: tuple[dict[str, float], ...]
-    sensors: Sensors
-    train: Take
+    calibration: dict[str, float]
+    accepted: tuple[str, ...]
+    shape_ratio: float
+    onset: tuple[int, int] | None
+    bench: Bench
+    trains: tuple[Take, ...]
     test: Take
     disc_recorded: bool
 
 
-def draw_base(rng: np.random.Generator, contact: bool) -> tuple[np.ndarray, Nominal]:
-    """A brake with random numbers and gains, as the plant's record and as a model."""
-    plant = blank_plant()
-    around = rng.uniform(0.7, 1.3, 8)
-    if contact:
-        at = rng.uniform(4.5, 9.5)
-        load = (0.0, 2.9e-3 * around[0], 1.5e-4 * around[1], 2.5e-6 * around[2])
-    else:
-        at = None
-        load = (rng.uniform(0.0, 0.004), 2.3e-3 * around[0], 1.2e-4 * around[1],
-                1.8e-6 * around[2])
-    lazy = rng.uniform(0.3, 2.0) if rng.random() < 0.15 else 0.0
-    wide = rng.random() < 0.15
-    inertia = rng.uniform(3e-5, 1.5e-4) if wide else 6.8e-5 * around[3]
-    # Some brakes truly have no friction that grows with load: a 0 in the model is no sign.
-    gain = 0.0 if rng.random() < 0.15 else rng.uniform(0.06, 0.15)
-    base = Nominal(inertia, 1.15e-3 * around[4], load, at, 0.015 * around[5], gain,
-                   lazy or rng.uniform(0.05, 0.06))
-    plant['inertia'], plant['viscous'], plant['load'] = inertia, base.viscous, load
-    plant['contact'] = -1e9 if at is None else at
-    plant['coulomb'], plant['gain'], plant['saturation'] = base.coulomb, base.gain, lazy
-    scale = np.sqrt(inertia / 6.8e-5)
-    plant['kp'], plant['ki'] = rng.uniform(0.25, 0.5) * scale, rng.uniform(1.0, 2.4) * scale
-    plant['kd'], plant['limit'] = rng.uniform(0.0045, 0.0065) * scale, 0.75
-    return plant, base
+@dataclass(frozen=True)
+class _Attempt:
+    machine: Machine
+    plant: np.ndarray
+    before: np.ndarray
+    base: Nominal
+    lacking: Nominal
+    hidden: tuple[Hidden, ...]
+    magnitudes: tuple[float, ...]
+    ratios: tuple[float, ...]
+    bench: Bench
+    test: tuple[Reference, DiscProfile]
+    recorded: bool
+    shape_ratio: float
+
+
+def draw_case(request: Request, rng: np.random.Generator) -> Case:
+    """Draw a case as requested; draws again where the wanted size cannot be reached."""
+    low, high = np.log(SIZES[request.stratum])
+    target = float(np.exp(rng.uniform(low, high)))
+    best: tuple[float, _Attempt] | None = None
+    for _ in range(_ATTEMPTS if request.effects else 1):
+        drawn = _attempt(request, target, rng)
+        worst = max((abs(np.log(max(r, 1e-3) / target)) for r in drawn.ratios), default=0.0)
+        if best is None or worst < best[0]:
+            best = (worst, drawn)
+        if worst < 0.15:
+            break
+    assert best is not None
+    return _finish(request, best[1], target, rng)
+
+
+def _still(reference: Reference) -> DiscProfile:
+    return DiscProfile(np.zeros(reference.position.size), np.full(reference.position.size, 30.0))
+
+
+def _onset(request: Request, hidden: tuple[Hidden, ...], references: list[Reference],
+           rng: np.random.Generator) -> tuple[int, int] | None:
+    if not request.begins or len(hidden) != 1 or hidden[0].effect not in BEGINS:
+        return None
+    index = int(rng.integers(0, len(references)))
+    return index, int(rng.uniform(0.3, 0.7) * references[index].position.size)
+
+
+def _attempt(request: Request, target: float, rng: np.random.Generator) -> _Attempt:
+    machine, plant, base = draw_machine(rng, request.machine)
+    sensors = draw_sensors(rng, 0.6 if request.stratum == 'clean' else 0.17,
+                           request.motion == 'brief')
+    plant['counts'] = sensors.counts
+    catalogue = known()
+    hidden = tuple(catalogue[name](rng, base, request.motion) for name in request.effects)
+    hidden = tuple(sorted(hidden, key=lambda one: one.effect in _TRAINS))
+    if any(h.effect in ('stribeck_friction', 'presliding_friction') for h in hidden):
+        plant['saturation'], base = 0.0, replace(base, saturation=rng.uniform(0.05, 0.06))
+    references, other = motions(rng, request.machine, request.motion, request.recordings)
+    needs_disc = any(h.needs_disc for h in hidden)
+    recorded = needs_disc or (machine.kind == 'brake' and rng.random() < 0.35)
+    reversing = recorded and rng.random() < 0.25
+    discs = [disc_profile(rng, one, reversing) if recorded else _still(one)
+             for one in (*references, other)]
+    bench = Bench(tuple(references), tuple(discs[:-1]), rng.uniform(0.92, 1.08, 2), sensors,
+                  _onset(request, hidden, references, rng))
+    straight, magnitudes, ratios = plant.copy(), [], []
+    held = numbers_of(request.held) if request.refitted and 'load' in request.held else ()
+    held = tuple(name for name in held if name in ('p0', 'p1', 'p2', 'p3', 'contact'))
+    for one in hidden:
+        size, ratio = Sizer(straight, base, one, bench, held).find(target)
+        magnitudes.append(size)
+        ratios.append(0.0 if np.isnan(ratio) else ratio)
+    shape_ratio = 0.0
+    if request.shaped:
+        shape_ratio = float(rng.uniform(0.15, 0.4) if request.stratum == 'clean'
+                            else rng.uniform(0.6, 3.0))
+        floor = _floor(bench, plant, base)
+        base = bend(plant, base, bench.references, shape_ratio * floor, rng)
+    before, lacking = plant.copy(), base
+    for one, size in zip(hidden, magnitudes, strict=True):
+        one.put(plant, size)
+        lacking = one.lack(lacking, size)
+    return _Attempt(machine, plant, before, base, lacking, hidden, tuple(magnitudes),
+                    tuple(ratios), bench, (other, discs[-1]), recorded, shape_ratio)
+
+
+def _floor(bench: Bench, plant: np.ndarray, base: Nominal) -> float:
+    runs = bench.runs(plant.copy(), plant.copy(), base)
+    return rms(np.array([record(run, bench.sensors, np.random.default_rng(7)).floor(run, base)
+                         for run in runs]))
 
 
 def _later(plant: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -93,140 +186,44 @@ def _later(plant: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return plant
 
 
-def _set_feedforward(plant: np.ndarray, model: Nominal, forward: np.ndarray) -> None:
-    """The controller knows the model, not the truth, and that only nearly."""
-    plant['ff_inertia'] = model.inertia * forward[0]
-    plant['ff_viscous'] = model.viscous * forward[1]
-
-
-def _floor(sensors: Sensors, run: Run, cutoff: float, seed: int) -> float:
-    return record(run, sensors, np.random.default_rng(seed)).floor(cutoff)
-
-
-class Sizer:
-    """Finds the magnitude whose residual, after a refit, stands `target` times over the noise."""
-
-    def __init__(self, plant: np.ndarray, base: Nominal, hidden: Hidden, sensors: Sensors,
-                 reference: Reference, disc: DiscProfile, forward: np.ndarray) -> None:
-        self.forward = forward
-        self.plant, self.base, self.hidden = plant, base, hidden
-        self.sensors, self.reference, self.disc = sensors, reference, disc
-        clean = simulate(plant, reference, disc)
-        self.floor = _floor(sensors, clean, hidden.cutoff, 7)
-
-    def ratio(self, magnitude: float) -> float:
-        """Residual after a refit over the noise floor; infinite where the run failed."""
-        plant = self.plant.copy()
-        self.hidden.put(plant, magnitude)
-        model = self.hidden.lack(self.base, magnitude)
-        _set_feedforward(plant, model, self.forward)
-        run = simulate(plant, self.reference, self.disc)
-        if not run.steady or np.abs(run.position - self.reference.position).max() > 6.0:
-            return np.inf
-        extra = None
-        if self.hidden.beside is not None:
-            extra = self.hidden.beside(Context(plant, self.base, run, self.disc, magnitude))
-        fitted = refit(model, run, run.effort, self.hidden.locked, extra)
-        left = residual(fitted, run, run.effort, self.hidden.cutoff)
-        if extra is not None:
-            left = _beside_removed(left, extra, run, self.hidden.cutoff)
-        return rms(left) / self.floor
-
-    def find(self, target: float) -> tuple[float, float]:
-        """(magnitude, ratio), the ratio as near the target as the bounds allow."""
-        low, high = self.hidden.bounds
-        at = float(np.sqrt(low * high))
-        best = (at, np.nan)
-        for _ in range(12):
-            got = self.ratio(at)
-            if np.isfinite(got) and (np.isnan(best[1])
-                                     or abs(np.log(got / target)) < abs(np.log(best[1] / target))):
-                best = (at, got)
-            if np.isfinite(got) and abs(np.log(got / target)) < 0.08:
-                break
-            if got > target:
-                high = at
-            else:
-                low = at
-            guess = at * (target / got) if np.isfinite(got) and got > 0.05 else 0.0
-            inside = low * 1.001 < guess < high * 0.999
-            at = guess if inside else float(np.sqrt(low * high))
-            if high / low < 1.01:
-                break
-        return best
-
-
-def _beside_removed(left: np.ndarray, extra: np.ndarray, run: Run, cutoff: float) -> np.ndarray:
-    move = moving(run.velocity)
-    side = low_pass(move[:, None] * extra, cutoff=cutoff)[move]
-    return left - side @ np.linalg.lstsq(side, left, rcond=None)[0]
-
-
-def _take(plant: np.ndarray, reference: Reference, disc: DiscProfile, sensors: Sensors,
-          rng: np.random.Generator) -> Take:
-    run = simulate(plant, reference, disc)
-    return Take(reference, disc, run, record(run, sensors, rng))
-
-
-def draw_case(request: Request, rng: np.random.Generator) -> Case:
-    """Draw a case as requested; draws again where the wanted size cannot be reached."""
-    target = TARGETS[request.stratum] * float(np.exp(rng.normal(0.0, 0.08)))
-    best: tuple[float, tuple] | None = None
-    for _ in range(6 if request.effects else 1):
-        drawn = _attempt(request, target, rng)
-        worst = max((abs(np.log(max(r, 1e-3) / target)) for r in drawn[6]), default=0.0)
-        if best is None or worst < best[0]:
-            best = (worst, drawn)
-        if worst < 0.15:
-            break
-    assert best is not None
-    return _finish(request, best[1], rng)
-
-
-def _attempt(request: Request, target: float, rng: np.random.Generator) -> tuple:
-    plant, base = draw_base(rng, rng.random() < 0.5)
-    sensors = draw_sensors(rng)
-    plant['counts'] = sensors.counts
-    catalogue = known()
-    hidden = tuple(catalogue[name](rng, base, request.motion) for name in request.effects)
-    hidden = tuple(sorted(hidden, key=lambda one: one.effect in _TRAINS))
-    if any(h.effect in ('stribeck_friction', 'presliding_friction') for h in hidden):
-        plant['saturation'], base = 0.0, replace(base, saturation=rng.uniform(0.05, 0.06))
-    forward = rng.uniform(0.92, 1.08, 2)
-    reference = rich(rng) if request.motion == 'rich' else routine(rng)
-    needs_disc = any(h.needs_disc for h in hidden)
-    recorded = needs_disc or rng.random() < 0.35
-    reversing = recorded and rng.random() < 0.25
-    disc = (disc_profile(rng, reference, reversing) if recorded else
-            DiscProfile(np.zeros(reference.position.size), np.full(reference.position.size, 30.)))
-    magnitudes, ratios = [], []
-    lacking = base
+def _twins(hidden: tuple[Hidden, ...], held: tuple[str, ...]) -> set[str]:
+    """What no recording tells apart: with a free load curve F(±1 + a) is an offset."""
+    names = {one.effect for one in hidden}
+    found = {'self_energizing'} if 'pad_friction_fade' in names else set()
+    if 'load' in held:
+        return found
     for one in hidden:
-        size, ratio = Sizer(plant, base, one, sensors, reference, disc, forward).find(target)
-        magnitudes.append(size)
-        ratios.append(0.0 if np.isnan(ratio) else ratio)
-    for one, size in zip(hidden, magnitudes, strict=True):
-        one.put(plant, size)
-        lacking = one.lack(lacking, size)
-    _set_feedforward(plant, lacking, forward)
-    return plant, base, lacking, hidden, sensors, magnitudes, ratios, reference, disc, recorded, \
-        reversing
+        if one.formulation in ('unequal parts', 'current sensor'):
+            found |= {'torque_offset', 'asymmetric_friction'}
+    return found
 
 
-def _finish(request: Request, drawn: tuple, rng: np.random.Generator) -> Case:
-    (plant, base, lacking, hidden, sensors, magnitudes, ratios, reference, disc, recorded,
-     reversing) = drawn
-    train = _take(plant, reference, disc, sensors, rng)
-    other = short_test(rng, request.motion == 'routine')
-    size = other.position.size
-    other_disc = (disc_profile(rng, other, reversing) if recorded else
-                  DiscProfile(np.zeros(size), np.full(size, 30.0)))
-    test = _take(_later(plant, rng), other, other_disc, sensors, rng)
-    nominal = lacking
-    locked = tuple(name for one in hidden for name in one.locked)
+def _finish(request: Request, drawn: _Attempt, target: float, rng: np.random.Generator) -> Case:
+    bench, lacking, hidden = drawn.bench, drawn.lacking, drawn.hidden
+    runs = bench.runs(drawn.plant, drawn.before, lacking)
+    trains = tuple(Take(reference, disc, run, record(run, bench.sensors, rng))
+                   for reference, disc, run in zip(bench.references, bench.discs, runs,
+                                                   strict=True))
+    other, disc = drawn.test
+    run = simulate(_later(drawn.plant, rng), other, disc)
+    test = Take(other, disc, run, record(run, bench.sensors, rng))
+    whole = joined(runs)
+    noise = np.concatenate([one.recorded.on_grid(one.run.position.size) for one in trains])
+    floor = rms(np.array([one.recorded.floor(one.run, drawn.base) for one in trains]))
+    spared = tuple(name for one in hidden for name in one.locked)
+    most = 0.3 if request.stratum == 'clean' else max(0.5, 0.25 * target)
+    errors = calibrated(lacking, whole, request.held, spared, most * floor, rng)
+    nominal = apply_errors(lacking, errors)
     if request.refitted:
-        nominal = refit(lacking, train.run, train.run.effort + train.recorded.noise, locked)
-    parameters = tuple(one.describe(Context(plant, base, train.run, disc, size))
-                       for one, size in zip(hidden, magnitudes, strict=True))
-    return Case(request, plant, base, lacking, nominal, hidden, tuple(magnitudes), tuple(ratios),
-                parameters, sensors, train, test, recorded)
+        locked = (*numbers_of(request.held), *spared)
+        nominal = refit(nominal, whole, whole.effort + noise, locked)
+    sayable = visible_numbers(lacking, whole, request.held, errors, floor)
+    joint_disc = DiscProfile(np.concatenate([one.speed for one in bench.discs]),
+                             np.concatenate([one.temperature for one in bench.discs]))
+    parameters = tuple(one.describe(Context(drawn.plant, drawn.base, whole, joint_disc, size))
+                       for one, size in zip(hidden, drawn.magnitudes, strict=True))
+    names = [one.effect for one in hidden]
+    accepted = tuple(sorted({*names, *sayable, *_twins(hidden, request.held)}))
+    return Case(request, drawn.machine, drawn.plant, drawn.base, lacking, nominal, hidden,
+                drawn.magnitudes, drawn.ratios, parameters, errors, accepted, drawn.shape_ratio,
+                bench.onset, bench, trains, test, drawn.recorded)

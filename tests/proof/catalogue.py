@@ -2,7 +2,9 @@
 
 A `Hidden` holds one effect with its formulation and shape drawn; `put` writes it into a plant
 at a magnitude, `lack` gives the model without it, `describe` the contract's parameters, which
-are computed from the formulation where they are not its own numbers.
+are computed from the formulation where they are not its own numbers. For what lies outside the
+library it holds what the mismatch truly depends on (for each variable the names that mean it),
+whether it has memory, and the names of the contract that would be physically fair.
 """
 from __future__ import annotations
 
@@ -44,6 +46,9 @@ class Hidden:
     locked: tuple[str, ...] = ()
     cutoff: float = 20.0
     needs_disc: bool = False
+    depends_on: tuple[tuple[str, ...], ...] = ()
+    memory: bool = False
+    fair: tuple[str, ...] = ()
     beside: Callable[[Context], np.ndarray] | None = None
 
 

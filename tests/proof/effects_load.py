@@ -8,7 +8,7 @@ Runout: 1 a force while in contact, 2 a displacement through the local stiffness
 """
 from __future__ import annotations
 
-from math import exp, pi, sin, sqrt
+from math import cos, exp, pi, sin, sqrt
 
 from numba import njit
 import numpy as np
@@ -21,13 +21,28 @@ _BUILD_UP = 0.08
 
 @njit(cache=True)
 def curve(p, theta):
-    """Static load torque [N·m] at motor angle `theta` [rad]."""
+    """Static load torque [N·m] at motor angle `theta` [rad].
+
+    The bend is what no cubic follows: 1 a stiffer second stage, 2 a ledge, 3 a wave that fades.
+    """
     s = theta
-    if p.contact > -1e8:
-        s = theta - p.contact
-        if s < 0.0:
-            return 0.0
-    return p.load[0] + s * (p.load[1] + s * (p.load[2] + s * p.load[3]))
+    if p.turn != 0.0:
+        load = p.load[0] * sin(p.turn * s) + p.load[1] * cos(p.turn * s)
+    else:
+        if p.contact > -1e8:
+            s = theta - p.contact
+            if s < 0.0:
+                return 0.0
+        load = p.load[0] + s * (p.load[1] + s * (p.load[2] + s * p.load[3]))
+    if p.bend_kind > 0:
+        x = (s - p.bend_at) / p.bend_width
+        if p.bend_kind == 1:
+            load += p.bend * (0.5 * (x + sqrt(x * x + 0.02)))
+        elif p.bend_kind == 2:
+            load += p.bend * x / sqrt(1.0 + x * x)
+        else:
+            load += p.bend * sin(2.0 * x) / (1.0 + 0.1 * x * x)
+    return load
 
 
 @njit(cache=True)

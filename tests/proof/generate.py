@@ -17,54 +17,85 @@ import numpy as np
 
 from .cases import draw_case, Request
 from .catalogue import known
+from .held_numbers import draw_held
+from .hide_outside import DESCRIBED
+from .hide_undescribed import UNDESCRIBED
+from .machines import Machine, MACHINES
 from .sealing import digest_of, open_truth, write_case
 
 __all__ = ['DEFAULT_STRATA', 'generate', 'parse_strata', 'plan']
 
-DEFAULT_STRATA = {'clean': 0.16, 'strong': 0.3, 'subtle': 0.3, 'pair': 0.12, 'outside': 0.12}
-ROUTINE = 0.35
+DEFAULT_STRATA = {'clean': 0.16, 'strong': 0.22, 'subtle': 0.2, 'pair': 0.1, 'triple': 0.06,
+                  'described': 0.08, 'undescribed': 0.18}
+ROUTINE = 0.25
+_MACHINES = (0.7, 0.15, 0.15)
+_SHAPED, _SEVERAL, _BEGINS = 0.25, 0.3, 0.3
 
 
 def _singles() -> list[str]:
     return [name for name, draw in known().items() if not name.startswith('outside_')]
 
 
-def _pairs(rng: np.random.Generator) -> tuple[str, str]:
-    names = _singles()
+def _clash(names: set[str]) -> bool:
+    """Whether these cannot be told apart, or not be in one plant."""
     trains = {'backlash', 'drivetrain_resonance'}
-    numbers = {name for name in names if name.endswith('_error')} | {'contact_shift'}
+    numbers = {name for name in _singles() if name.endswith('_error')} | {'contact_shift'}
+    return bool(names >= trains or names >= {'self_energizing', 'pad_friction_fade'}
+                or len(names & numbers) > 1
+                or (names & trains and 'presliding_friction' in names)
+                or names >= {'torque_offset', 'asymmetric_friction'})
+
+
+def _several(rng: np.random.Generator, count: int, machine: Machine) -> tuple[str, ...]:
+    names = [name for name in _singles() if machine.can_hold(name)]
     while True:
-        a, b = (str(x) for x in rng.choice(names, 2, replace=False))
-        both = {a, b}
-        clash = (both <= trains or both == {'self_energizing', 'pad_friction_fade'}
-                 or both <= numbers
-                 or (both & trains and 'presliding_friction' in both))
-        if not clash:
-            return a, b
+        chosen = tuple(str(x) for x in rng.choice(names, count, replace=False))
+        if not _clash(set(chosen)):
+            return chosen
+
+
+def _from(deck: list[str], names: list[str], machine: Machine, rng: np.random.Generator) -> str:
+    """The next effect of the deck that the machine can hold; the deck is filled where empty."""
+    for _ in range(2):
+        for name in reversed(deck):
+            if machine.can_hold(name):
+                deck.remove(name)
+                return name
+        deck[:0] = [str(x) for x in rng.permutation(names)]
+    raise ValueError(f'a {machine.kind} can hold none of {", ".join(names)}')
 
 
 def plan(count: int, strata: dict[str, float], rng: np.random.Generator,
-         effects: list[str] | None = None) -> list[Request]:
-    """Requests in random order; effects come in turn, so that each is met equally often."""
+         effects: list[str] | None = None, brief: bool = False) -> list[Request]:
+    """Requests in random order; effects come in turn, so that each is met equally often.
+
+    What a refit held, the machine, the load curve's form and the recordings are drawn first,
+    without regard to what will be hidden.
+    """
     shares = np.array(list(strata.values()))
     sizes = np.floor(shares / shares.sum() * count).astype(int)
     sizes[int(np.argmax(sizes))] += count - sizes.sum()
     requests = []
     for stratum, size in zip(strata, sizes, strict=True):
-        names = effects or _singles()
-        if stratum == 'outside':
-            names = [name for name in known() if name.startswith('outside_')]
+        names = {'described': list(DESCRIBED), 'undescribed': list(UNDESCRIBED)}.get(
+            stratum, effects or _singles())
         deck: list[str] = []
         for _ in range(size):
-            if stratum == 'clean':
-                held: tuple[str, ...] = ()
-            elif stratum == 'pair':
-                held = _pairs(rng)
-            else:
-                deck = deck or [str(x) for x in rng.permutation(names)]
-                held = (deck.pop(),)
-            motion = 'routine' if rng.random() < ROUTINE else 'rich'
-            requests.append(Request(stratum, held, motion, bool(rng.random() < 0.6)))
+            refitted = bool(rng.random() < 0.6)
+            held = draw_held(rng, refitted)
+            machine = Machine(str(rng.choice(MACHINES, p=_MACHINES)))
+            if not any(machine.can_hold(name) for name in names):
+                machine = Machine('brake')
+            motion = 'brief' if brief else 'routine' if rng.random() < ROUTINE else 'rich'
+            shaped, begins = bool(rng.random() < _SHAPED), bool(rng.random() < _BEGINS)
+            recordings = int(rng.integers(2, 5)) if rng.random() < _SEVERAL and not brief else 1
+            chosen: tuple[str, ...] = ()
+            if stratum in ('pair', 'triple'):
+                chosen = _several(rng, 2 if stratum == 'pair' else 3, machine)
+            elif stratum != 'clean':
+                chosen = (_from(deck, names, machine, rng),)
+            requests.append(Request(stratum, chosen, motion, refitted, held, machine.kind, shaped,
+                                    recordings, begins))
     return [requests[i] for i in rng.permutation(len(requests))]
 
 
@@ -86,12 +117,12 @@ def _one(job: tuple[int, Request, np.random.SeedSequence, Path, Path]) -> str:
 
 def generate(count: int, seed: int, out: Path, truth: Path, strata: dict[str, float],
              jobs: int = 1, effects: list[str] | None = None, first: int = 1,
-             progress: Callable[[str], None] | None = None) -> str:
+             progress: Callable[[str], None] | None = None, brief: bool = False) -> str:
     """Draw, write and seal; returns the digest of the truth."""
     told = progress or _tell
     root = np.random.SeedSequence(seed)
     planner, *cases = root.spawn(count + 1)
-    requests = plan(count, strata, np.random.default_rng(planner), effects)
+    requests = plan(count, strata, np.random.default_rng(planner), effects, brief)
     out.mkdir(parents=True, exist_ok=True)
     truth.mkdir(parents=True, exist_ok=True)
     work = [(first + i, request, cases[i], out, truth) for i, request in enumerate(requests)]

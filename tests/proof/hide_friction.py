@@ -5,8 +5,7 @@ import numpy as np
 
 from .catalogue import Context, drawer, Hidden
 from .effects_friction import advance_bristle, asymmetry_share, warmth
-from .hide_numbers import LOAD_NUMBERS
-from .nominal import Nominal
+from .nominal import load_of, Nominal
 
 __all__ = ['presliding_distance']
 
@@ -27,14 +26,12 @@ def _asymmetric(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         moves = np.abs(context.run.velocity) > 0.3
         spots = context.run.position[moves]
         acting = np.mean([asymmetry_share(p, v) for v in context.run.velocity[moves][::20]])
-        s = spots if b.contact is None else np.maximum(spots - b.contact, 0.0)
-        load = b.gain * np.abs(np.polynomial.polynomial.polyval(s, b.load)).mean()
+        load = b.gain * np.abs(load_of(b, spots)).mean()
         odd = acting * (b.coulomb * p['asym_coulomb'] + load * p['asym_load'])
         return {'asymmetry': float(odd / (b.coulomb + load))}
 
     name = 'grows with speed' if by_speed else 'unequal parts'
-    return Hidden('asymmetric_friction', name, put, (0.005, 0.7), describe,
-                  locked=LOAD_NUMBERS)
+    return Hidden('asymmetric_friction', name, put, (0.005, 0.7), describe)
 
 
 @drawer('stribeck_friction')

@@ -1,8 +1,7 @@
 """Hidden wrong numbers: no physics is missing, the nominal model holds a false value.
 
-A nominal model that hides such a number was refitted in all numbers but this one. The load curve
-is also left alone where a torque offset (or an asymmetric friction, hide_friction) hides: with a
-free load curve those two are the same recording, since F(±1 + a) is an offset and a scaled load.
+A nominal model that hides such a number was refitted in others, but not in this one. Which others
+a refit held is drawn for every case without regard to what it hides (cases.py).
 """
 from __future__ import annotations
 
@@ -11,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from .catalogue import Context, drawer, Hidden
-from .nominal import Nominal
+from .nominal import load_of, Nominal
 
 __all__ = ['LOAD_NUMBERS']
 
@@ -80,6 +79,9 @@ def _contact(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         shift = sign * m  # truth(θ) = model(θ - shift), so model(θ) = truth(θ + shift)
         if model.contact is not None:
             return replace(model, contact=model.contact - shift)
+        if model.turn:
+            wave = complex(model.load[1], -model.load[0]) * np.exp(1j * model.turn * shift)
+            return replace(model, load=(-wave.imag, wave.real, 0.0, 0.0))
         p = np.polynomial.Polynomial(model.load)
         a, b, c, d = p(np.polynomial.Polynomial([shift, 1.0])).coef
         return replace(model, load=(float(a), float(b), float(c), float(d)))
@@ -98,8 +100,7 @@ def _offset(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
     def describe(context: Context) -> dict[str, float]:
         return {'offset': float(context.plant['offset'][0])}
 
-    return Hidden('torque_offset', 'current sensor', put, (2e-4, 0.04), describe,
-                  locked=LOAD_NUMBERS)
+    return Hidden('torque_offset', 'current sensor', put, (2e-4, 0.04), describe)
 
 
 @drawer('load_dependent_friction')
@@ -117,7 +118,7 @@ def _load_friction(rng: np.random.Generator, base: Nominal, motion: str) -> Hidd
         return replace(model, gain=modelled)
 
     def describe(context: Context) -> dict[str, float]:
-        load = np.abs(_curve(context.base, context.run.position))
+        load = np.abs(load_of(context.base, context.run.position))
         load = load[np.abs(context.run.velocity) > 0.3]
         gain = context.plant['gain'][0]
         level = gain * load / (1.0 + load / knee) if levels else \
@@ -127,9 +128,3 @@ def _load_friction(rng: np.random.Generator, base: Nominal, motion: str) -> Hidd
 
     name = 'levels off with load' if levels else 'power of load'
     return Hidden('load_dependent_friction', name, put, (0.002, 0.35), describe, lack, ('gain',))
-
-
-def _curve(model: Nominal, position: np.ndarray) -> np.ndarray:
-    s = position if model.contact is None else position - model.contact
-    value = np.polynomial.polynomial.polyval(s, model.load)
-    return value if model.contact is None else value * (s >= 0.0)

@@ -1,4 +1,4 @@
-"""Hidden effects that no list names. Their ids begin with `outside_`."""
+"""Mechanisms without a name of which the library has a description (an `unexplained_*` file)."""
 from __future__ import annotations
 
 import numpy as np
@@ -6,7 +6,15 @@ import numpy as np
 from .catalogue import Context, drawer, Hidden
 from .nominal import Nominal
 
-__all__: list[str] = []
+__all__ = ['DESCRIBED']
+
+DESCRIBED = {
+    'outside_dent': 'unexplained_spot', 'outside_passing_fault': 'unexplained_episode',
+    'outside_encoder_eccentricity': 'unexplained_eccentricity',
+    'outside_vibration': 'unexplained_vibration', 'outside_ageing_at_rest': 'unexplained_rest',
+    'outside_load_speed_efficiency': 'unexplained_loss',
+    'outside_position_friction': 'unexplained_surface',
+    'outside_hot_motor': 'unexplained_gain_drift'}
 
 
 def _none(context: Context) -> dict[str, float]:
@@ -25,7 +33,8 @@ def _dent(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         plant['dent_kind'], plant['dent'] = kind, m
         plant['dent_at'], plant['dent_width'] = at * _top(motion), width
 
-    return Hidden('outside_dent', ('bump', 'bump and dip')[kind - 1], put, (5e-4, 0.2), _none)
+    return Hidden('outside_dent', ('bump', 'bump and dip')[kind - 1], put, (5e-4, 0.2), _none,
+                  depends_on=(('position', 'motor_angle', 'screw_angle', 'load'),))
 
 
 @drawer('outside_passing_fault')
@@ -37,7 +46,7 @@ def _fault(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         plant['fault_from'], plant['fault_to'] = start, start + length
 
     return Hidden('outside_passing_fault', ('rubbing', 'extra load')[kind - 1], put,
-                  (1e-3, 0.2), _none)
+                  (1e-3, 0.2), _none, depends_on=(('time',),))
 
 
 @drawer('outside_encoder_eccentricity')
@@ -47,7 +56,8 @@ def _eccentricity(rng: np.random.Generator, base: Nominal, motion: str) -> Hidde
     def put(plant: np.ndarray, m: float) -> None:
         plant['ecc'], plant['ecc_phase'] = m, phase
 
-    return Hidden('outside_encoder_eccentricity', 'once per turn', put, (2e-3, 0.35), _none)
+    return Hidden('outside_encoder_eccentricity', 'once per turn', put, (2e-3, 0.35), _none,
+                  depends_on=(('motor_angle', 'position', 'screw_angle'),))
 
 
 @drawer('outside_vibration')
@@ -59,7 +69,7 @@ def _vibration(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         plant['vibe_hertz'], plant['vibe_phase'] = hertz, phase
 
     return Hidden('outside_vibration', ('steady tone', 'beating tone')[kind - 1], put,
-                  (2e-4, 0.05), _none)
+                  (2e-4, 0.05), _none, depends_on=(('time',),))
 
 
 @drawer('outside_ageing_at_rest')
@@ -69,7 +79,8 @@ def _ageing(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
     def put(plant: np.ndarray, m: float) -> None:
         plant['age'], plant['age_time'], plant['age_slip'] = m, time, slip
 
-    return Hidden('outside_ageing_at_rest', 'logarithmic in rest', put, (0.02, 4.0), _none)
+    return Hidden('outside_ageing_at_rest', 'logarithmic in rest', put, (0.02, 4.0), _none,
+                  depends_on=(('time_at_rest', 'time', 'since_reversal'),), memory=True)
 
 
 @drawer('outside_load_speed_efficiency')
@@ -80,7 +91,8 @@ def _efficiency(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         plant['spur'], plant['spur_speed'] = m, speed
 
     name = 'product' if speed > 1e5 else 'product, levelling off'
-    return Hidden('outside_load_speed_efficiency', name, put, (2e-5, 0.03), _none)
+    return Hidden('outside_load_speed_efficiency', name, put, (2e-5, 0.03), _none,
+                  depends_on=(('load', 'position', 'effort'), ('velocity',)))
 
 
 @drawer('outside_position_friction')
@@ -95,7 +107,8 @@ def _patch(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
 
     bounds = ((0.02, 0.9), (0.02, 4.0))[kind - 1]
     return Hidden('outside_position_friction', ('wave', 'worn zone')[kind - 1], put, bounds,
-                  _none)
+                  _none, depends_on=(('position', 'motor_angle', 'screw_angle'),
+                                     ('direction', 'velocity')))
 
 
 @drawer('outside_hot_motor')
@@ -106,4 +119,4 @@ def _heat(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         plant['heat'], plant['heat_time'] = m, time
 
     return Hidden('outside_hot_motor', 'torque constant over winding heat', put, (0.005, 0.4),
-                  _none)
+                  _none, depends_on=(('heat', 'time'), ('effort', 'load')), memory=True)

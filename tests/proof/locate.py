@@ -7,17 +7,22 @@ chance = true / all samples in motion: what precision naming everything would ha
 
 In the coordinates, a named zone of position or velocity truly holds the share of that energy that
 was added while the shaft was in the zone; beside it stands the share of the time in motion.
+
+Of an effect that begins in mid-recording: whether a rightly claimed effect tells an onset, and how
+far off its time is; of effects that act throughout, whether one is told that does not exist.
 """
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 
 import numpy as np
 
 from .nominal import moving
 
-__all__ = ['in_time', 'in_zones', 'Stretch', 'TimeScore', 'true_samples']
+__all__ = ['in_time', 'in_zones', 'onset_told', 'OnsetScore', 'Stretch', 'TimeScore',
+           'true_samples']
 
 BIN = 0.02  # s: the grain of a sealed truth's energy over time
 _SHARE = 0.8
@@ -40,6 +45,18 @@ class TimeScore:
     precision: float
     recall: float
     chance: float
+
+
+@dataclass(frozen=True)
+class OnsetScore:
+    """Whether the effect begins in mid-recording, whether an onset is told, its error [s].
+
+    The error is None where no onset is told, none is true, or it is told in another recording.
+    """
+
+    begins: bool
+    told: bool
+    error: float | None
 
 
 def true_samples(energy: np.ndarray, share: float = _SHARE) -> np.ndarray:
@@ -76,6 +93,27 @@ def in_time(diagnosis: dict, stretches: Sequence[Stretch]) -> TimeScore | None:
     return TimeScore(float((named & true).sum() / named.sum()) if named.any() else 0.0,
                      float((named & true).sum() / true.sum()),
                      float(true.sum() / judged.sum()))
+
+
+def onset_told(claims: Sequence[dict], onset: tuple[str, float] | None, recordings: int
+               ) -> OnsetScore | None:
+    """Score the onset told by `claims`, which are right; `onset`: recording and time [s].
+
+    None where nothing was rightly claimed and nothing begins in mid-recording.
+    """
+    if onset is None and not claims:
+        return None
+    told = [one['onset'] for one in claims if isinstance(one.get('onset'), dict)]
+    if onset is None or not told:
+        return OnsetScore(onset is not None, bool(told), None)
+    errors = []
+    for one in told:
+        where = str(one.get('recording', '')).partition('.')[0]
+        time = one.get('time')
+        if (recordings == 1 or where == onset[0]) and isinstance(time, int | float) \
+                and math.isfinite(time):
+            errors.append(abs(float(time) - onset[1]))
+    return OnsetScore(True, True, min(errors) if errors else None)
 
 
 def in_zones(diagnosis: dict, arrays: dict[str, np.ndarray]

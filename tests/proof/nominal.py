@@ -11,8 +11,8 @@ from typing import Protocol
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-__all__ = ['FIT_NAMES', 'Moving', 'Nominal', 'STANDSTILL', 'low_pass', 'moving', 'refit',
-           'residual', 'rms', 'torque_of']
+__all__ = ['FIT_NAMES', 'load_of', 'Moving', 'Nominal', 'STANDSTILL', 'low_pass', 'moving',
+           'refit', 'residual', 'rms', 'torque_of']
 
 STANDSTILL = 0.3
 FIT_NAMES = ('inertia', 'viscous', 'p0', 'p1', 'p2', 'p3', 'contact', 'coulomb', 'gain',
@@ -29,7 +29,10 @@ class Moving(Protocol):
 
 @dataclass(frozen=True)
 class Nominal:
-    """The numbers of a model file; `contact` None means the polynomial holds everywhere."""
+    """The numbers of a model file; `contact` None means the polynomial holds everywhere.
+
+    Where `turn` is not 0 the load is load[0]·sin(turn·θ) + load[1]·cos(turn·θ): a pendulum.
+    """
 
     inertia: float
     viscous: float
@@ -38,6 +41,7 @@ class Nominal:
     coulomb: float
     gain: float
     saturation: float
+    turn: float = 0.0
 
     def vector(self) -> np.ndarray:
         """The numbers in the order of FIT_NAMES (contact 0 where there is none)."""
@@ -68,32 +72,38 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values ** 2))) if values.size else 0.0
 
 
-def _load(model: Nominal, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _columns(model: Nominal, position: np.ndarray) -> np.ndarray:
+    """What the load's numbers multiply: (4, samples)."""
+    if model.turn:
+        angle, none = model.turn * position, np.zeros_like(position)
+        return np.stack([np.sin(angle), np.cos(angle), none, none])
     s = position if model.contact is None else np.maximum(position - model.contact, 0.0)
     touch = np.ones_like(s) if model.contact is None else (position >= model.contact) * 1.0
-    p = model.load
-    return s, touch * (p[0] + s * (p[1] + s * (p[2] + s * p[3])))
+    return touch * np.stack([np.ones_like(s), s, s ** 2, s ** 3])
+
+
+def load_of(model: Nominal, position: np.ndarray) -> np.ndarray:
+    """Load torque [N·m] of the model's curve."""
+    return np.asarray(model.load) @ _columns(model, position)
 
 
 def torque_of(model: Nominal, run: Moving) -> np.ndarray:
     """Torque [N·m] that the model says the run's motion needs."""
-    _, load = _load(model, run.position)
+    load = load_of(model, run.position)
     slip = np.clip(run.velocity / model.saturation, -1.0, 1.0)
     return (model.inertia * run.acceleration + model.viscous * run.velocity + load
             + (model.coulomb + model.gain * np.abs(load)) * slip)
 
 
 def _jacobian(model: Nominal, run: Moving) -> np.ndarray:
-    s, load = _load(model, run.position)
+    columns, load = _columns(model, run.position), load_of(model, run.position)
     slip = np.clip(run.velocity / model.saturation, -1.0, 1.0)
     lever = 1.0 + model.gain * np.sign(load) * slip
-    touch = np.ones_like(s) if model.contact is None else (s > 0.0) * 1.0
-    p = model.load
-    slope = touch * (p[1] + s * (2.0 * p[2] + s * 3.0 * p[3]))
+    p, (one, s, square, _) = model.load, columns
+    slope = one * p[1] + s * 2.0 * p[2] + square * 3.0 * p[3]
     size = model.coulomb + model.gain * np.abs(load)
     inside = np.abs(run.velocity) < model.saturation
-    rows = [run.acceleration, run.velocity, touch * lever, touch * s * lever,
-            touch * s ** 2 * lever, touch * s ** 3 * lever, -slope * lever, slip,
+    rows = [run.acceleration, run.velocity, *(columns * lever), -slope * lever, slip,
             np.abs(load) * slip, -size * slip / model.saturation * inside]
     return np.stack(rows, axis=1)
 
@@ -111,10 +121,10 @@ def refit(model: Nominal, run: Moving, effort: np.ndarray, locked: tuple[str, ..
     `extra` columns (samples, n) are fitted beside them (projected out) and dropped.
     """
     free = [i for i, name in enumerate(FIT_NAMES) if name not in locked]
-    if model.contact is None and 6 in free:
-        free.remove(6)
-    if model.contact is not None and 2 in free:
-        free.remove(2)
+    fixed = (4, 5, 6) if model.turn else (6,) if model.contact is None else (2,)
+    free = [i for i in free if i not in fixed]
+    if not free:
+        return model
     move = moving(run.velocity)
     keep = np.flatnonzero(move)[::8]
     aside = np.zeros((keep.size, 1))

@@ -3,11 +3,11 @@
 A set is a folder of `case_…`, each with `train` (or `train_1`, `train_2`, …) and `test` as
 recordings, `nominal.yaml`, `truth.json` and `truth.npz`. In truth.json: `kind` (single, two,
 three, oov: outside the library, consistent), `size`, `effects` with their parameters, `oov`,
-`accepted`, `fair`, `tags`, `fs` [Hz], `noise_floor`, `depends_on`, `memory`. In truth.npz, on a
-grid of 1 ms: of every training recording its time (first, last, count), what the effect adds and
-where that counts; of `test` the noise-free effort, the position as it was measured, and either
-the torque without the effect (`test_base`) or, in truth.json, `true_base`. Torques are stored in
-noise floors.
+`accepted`, `fair`, `tags`, `fs` [Hz], `noise_floor`, `depends_on`, `memory`, and `onset` [s] where
+the effect begins within the one recording. In truth.npz, on a grid of 1 ms: of every training
+recording its time (first, last, count), what the effect adds and where that counts; of `test` the
+noise-free effort, the position as it was measured, and either the torque without the effect
+(`test_base`) or, in truth.json, `true_base`. Torques are stored in noise floors.
 """
 from __future__ import annotations
 
@@ -162,4 +162,6 @@ def _truth(case: Path, facts: dict, arrays: dict[str, np.ndarray]) -> CaseTruth:
         depends_on=tuple(tuple(group) for group in facts.get('depends_on', ())),
         memory=bool(facts.get('memory')),
         other_load_shape=facts.get('shape_ratio', 0.0) > 0.5,
-        held_out_scored=bool(facts['heldout_scored']))
+        held_out_scored=bool(facts['heldout_scored']),
+        onset=None if facts.get('onset') is None or len(names) > 1
+        else (names[0], float(facts['onset'])))

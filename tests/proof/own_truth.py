@@ -40,6 +40,7 @@ def truth_of(name: str, path: Path) -> CaseTruth:
     if len(names) == 1:
         zones = {key: arrays[key] for key in ('train_energy', 'train_position', 'train_velocity')
                  if key in arrays} | {'unit': np.array(unit)}
+    onset = facts.get('onset')
     parameters = tuple((one['effect'], key, value, ()) for one in facts['effects']
                        for key, value in one['parameters'].items())
     return CaseTruth(
@@ -51,4 +52,5 @@ def truth_of(name: str, path: Path) -> CaseTruth:
         depends_on=tuple(tuple(group) for group in facts.get('depends_on', ())),
         memory=facts.get('memory', False),
         other_load_shape=facts.get('other_load_shape', False),
-        held_out_scored=bool(facts['effects']), band=facts['cutoff'], zones=zones)
+        held_out_scored=bool(facts['effects']), band=facts['cutoff'], zones=zones,
+        onset=onset and (onset['recording'], float(onset['time'])))

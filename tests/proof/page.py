@@ -255,6 +255,13 @@ def _held_out(page: Page, summary: dict, scores: Sequence[CaseScore]) -> None:
     if where['recall'] is not None:
         page.text(f'Where in time the mismatch lies: precision {where["precision"]:.2f} (chance '
                   f'{where["chance"]:.2f}), recall {where["recall"]:.2f}.')
+    begun = summary['onset']
+    if begun['begins']:
+        off = '' if begun['median_error'] is None else (
+            f', off by {begun["median_error"]:.2f} s (median)')
+        page.text(f'Onsets in mid-recording: told in {begun["told"]} of {begun["begins"]} cases'
+                  f'{off}; told where the effect acts throughout in {begun["invented"]} of '
+                  f'{begun["throughout"]}.')
     zones = where['zones']
     if zones['count']:
         page.text(f'Where in position and velocity: the {zones["count"]} named zones hold '

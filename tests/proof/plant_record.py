@@ -12,7 +12,8 @@ _F, _I = np.float64, np.int64
 
 PLANT = np.dtype([
     # base plant
-    ('inertia', _F), ('viscous', _F), ('load', _F, 4), ('contact', _F),
+    ('inertia', _F), ('viscous', _F), ('load', _F, 4), ('contact', _F), ('turn', _F),
+    ('bend_kind', _I), ('bend', _F), ('bend_at', _F), ('bend_width', _F),
     ('coulomb', _F), ('gain', _F), ('gain_power', _F), ('gain_scale', _F), ('gain_knee', _F),
     ('saturation', _F),
     # friction
@@ -42,10 +43,13 @@ PLANT = np.dtype([
     # outside the library
     ('dent_kind', _I), ('dent', _F), ('dent_at', _F), ('dent_width', _F),
     ('fault_kind', _I), ('fault', _F), ('fault_from', _F), ('fault_to', _F),
-    ('ecc', _F), ('ecc_phase', _F), ('vibe_kind', _I), ('vibe', _F), ('vibe_hertz', _F),
+    ('ecc', _F), ('ecc_phase', _F), ('ecc_order', _F),
+    ('vibe_kind', _I), ('vibe', _F), ('vibe_hertz', _F),
     ('vibe_phase', _F), ('age', _F), ('age_time', _F), ('age_slip', _F), ('spur', _F),
     ('spur_speed', _F), ('patch_kind', _I), ('patch', _F), ('patch_at', _F),
     ('patch_length', _F), ('heat', _F), ('heat_time', _F),
+    # one of these at a time: effects_outside.py says which, and what a and b mean
+    ('odd_kind', _I), ('odd', _F), ('odd_a', _F), ('odd_b', _F),
     # controller
     ('kp', _F), ('ki', _F), ('kd', _F), ('limit', _F), ('ff_inertia', _F), ('ff_viscous', _F),
     ('counts', _F), ('filter_pole', _F),
@@ -59,7 +63,7 @@ def blank_plant() -> np.ndarray:
                  'bristle_length', 'slip_length', 'drag_shape', 'drift_time', 'weak_at',
                  'hyst_length', 'hyst_shape', 'hyst_peak', 'creep_time', 'self_speed',
                  'dent_width', 'age_time', 'age_slip', 'spur_speed', 'patch_length',
-                 'heat_time', 'fade_to'):
+                 'heat_time', 'fade_to', 'ecc_order', 'bend_width', 'odd_a', 'odd_b'):
         plant[name] = 1.0
     plant['contact'] = -1e9
     plant['filter_pole'] = 0.588

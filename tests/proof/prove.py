@@ -1,13 +1,14 @@
 """One proof from the draw to the page; `engb prove` calls this.
 
 DIR holds cases/, truth/, results/ (one folder per case), proof.json (what was drawn, its digest),
-and in the end scores.json, cases.jsonl and index.html. Cases of another hand stay where they are.
+and in the end scores.json, cases.jsonl, column.md (its column of the README's table) and
+index.html. Cases of another hand stay where they are.
 """
 from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import as_completed, Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, UTC
 import json
 from pathlib import Path
@@ -20,11 +21,13 @@ from engb_core.errors import InputError
 
 from .baselines import BASELINES, NAMING, ORACLE, run_baseline, run_oracle
 from .catalogue import known
-from .generate import generate, parse_strata
+from .frozen import FROZEN, frozen_rates
+from .generate import DEFAULT_STRATA, generate, parse_strata
 from .other_hand import cases_in, other_truth
 from .own_truth import truth_of
 from .page import proof_page
-from .run import run_tool, score_all
+from .readme_table import as_markdown, column_of
+from .run import commits_in, run_tool, score_all
 from .score import CaseScore, CaseTruth
 from .sealing import digest_of
 from .sparse import thresholding_by
@@ -33,7 +36,7 @@ from .totals import summarise
 
 __all__ = ['Proof', 'prove', 'prove_other', 'strict_failures']
 
-_STRATA = ('clean', 'strong', 'subtle', 'pair', 'outside')
+_STRATA = tuple(DEFAULT_STRATA)
 # A run that was stopped (Ctrl-C reaches it, too) is done again by the next start.
 _STOPPED = re.compile(r'exit (130|143|-2|-15)\b')
 
@@ -53,6 +56,8 @@ class Proof:
     baselines: bool = False
     command: str = ''
     only: str | None = None
+    frozen: bool = False
+    brief: bool = False
 
 
 def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], None]) -> dict:
@@ -92,6 +97,8 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
     if names:
         summary['baselines'] = _baselines(names, truths, proof.out)
         summary['thresholding'] = thresholding_by()
+    if plan.get('frozen'):
+        summary['frozen'] = frozen_rates(scores)
     _write(proof.out, summary, scores)
     return summary
 
@@ -141,7 +148,8 @@ def prove_other(proof: Proof, folder: Path, progress: Callable[[str], None],
 
 def _told(proof: Proof, begin: float) -> dict:
     return {'date': datetime.now(UTC).isoformat(timespec='seconds'), 'command': proof.command,
-            'wall_seconds': time.monotonic() - begin}
+            'wall_seconds': time.monotonic() - begin,
+            'commits': commits_in(proof.out / 'results')}
 
 
 def strict_failures(summary: dict) -> list[str]:
@@ -171,9 +179,13 @@ def _planned(proof: Proof, home: Path) -> dict:
                 'strata': None, 'effects': None, 'digest': digest_of(home / 'truth')}
     if home.exists() and any(home.iterdir()):
         raise InputError(f'--out {home}: holds something else; name a new folder')
+    if proof.frozen:
+        proof = replace(proof, **FROZEN)
     seed = secrets.randbits(64) if proof.seed is None else proof.seed
-    plan = {'cases': proof.cases or 100, 'seed': seed, 'strata': _checked(proof.strata or ''),
-            'effects': _known(proof.effects or ''), 'digest': None}
+    plan = {'brief': proof.frozen or proof.brief, 'frozen': proof.frozen,
+            'cases': proof.cases or 100, 'seed': seed,
+            'strata': _checked(proof.strata or ''), 'effects': _known(proof.effects or ''),
+            'digest': None}
     home.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(plan, indent=1), 'utf8')
     return plan
@@ -217,7 +229,8 @@ def _drawn(plan: dict, home: Path, jobs: int, progress: Callable[[str], None]
         effects = plan['effects'].split(',') if plan['effects'] else None
         plan['digest'] = generate(plan['cases'], plan['seed'], cases, truth,
                                   parse_strata(plan['strata']), jobs, effects,
-                                  progress=lambda text: progress(f'drawing {text}'))
+                                  progress=lambda text: progress(f'drawing {text}'),
+                                  brief=plan.get('brief', False))
         (home / 'proof.json').write_text(json.dumps(plan, indent=1), 'utf8')
     sealed = digest_of(truth)
     if sealed != plan['digest']:
@@ -269,4 +282,5 @@ def _write(out: Path, summary: dict, scores: list[CaseScore]) -> None:
     rows = [json.dumps(asdict(score)) for score in scores]
     (out / 'cases.jsonl').write_text('\n'.join(rows) + '\n', 'utf8')
     (out / 'scores.txt').write_text(as_text(summary) + '\n', 'utf8')
+    (out / 'column.md').write_text(as_markdown([column_of(summary)]) + '\n', 'utf8')
     proof_page(summary, scores).write(out / 'index.html')

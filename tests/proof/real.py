@@ -23,11 +23,12 @@ import yaml
 
 from engb_core.errors import InputError
 
-from .real_ladder import force_error, plain_rungs, position_error, Prediction
+from .readme_table import as_markdown, column_of
+from .real_ladder import CORRECTED, force_error, plain_rungs, position_error, Prediction
 from .real_page import real_page
 from .real_sets import RealSet, sets_in, with_loop
 from .real_terms import hidden_by_refit, Term, terms_of, without_descriptions
-from .run import call
+from .run import call, commit, commits_in
 from .signals import read_signals
 
 __all__ = ['as_text', 'judged', 'prove_real']
@@ -61,7 +62,9 @@ def prove_real(folder: Path, out: Path, jobs: int, again: bool, command: str, pr
     result = {'date': datetime.now(UTC).isoformat(timespec='seconds'), 'command': command,
               'sets': [_prove_set(one, out / 'real' / one.name, jobs, progress) for one in found]}
     result['wall_seconds'] = time.monotonic() - begin
+    result['commits'] = commits_in(out / 'real')
     (out / 'real.json').write_text(json.dumps(result, indent=1), 'utf8')
+    (out / 'column.md').write_text(as_markdown([column_of(result)]) + '\n', 'utf8')
     real_page(result).write(out / 'index.html')
     return result
 
@@ -159,7 +162,8 @@ def _diagnosed(one: RealSet, model: dict, at: Path) -> _Diagnosis:
                         '--out', _absolute(at)])
         if failure is not None:
             raise InputError(f'{one.name}: {failure}')
-        (at / 'run.json').write_text(json.dumps({'seconds': time.monotonic() - start}), 'utf8')
+        (at / 'run.json').write_text(json.dumps(
+            {'seconds': time.monotonic() - start, 'commit': commit()}), 'utf8')
     content = json.loads((at / 'diagnosis.json').read_text('utf8'))
     seconds = json.loads((at / 'run.json').read_text('utf8'))['seconds']
     claims = sorted(content['effects'], key=lambda claim: -claim['share'])
@@ -196,7 +200,7 @@ def _ladder(one: RealSet, first: _Diagnosis, jobs: int) -> list[dict]:
         parts['train'] = one.train
     models = [('nominal', one.nominal),
               ('named effects only', without_descriptions(first.model)),
-              ('the tool\'s corrected model', first.model)]
+              (CORRECTED, first.model)]
     tool = [_rung(label, parts, {part: _predicted(one, model, parts[part], jobs)
                                  for part in parts}) for label, model in models]
     parts['train'] = one.train

@@ -17,8 +17,9 @@ from .flexible import random_features
 from .nominal import low_pass
 from .signals import RATE, read_samples, read_signals, Signals
 
-__all__ = ['force_error', 'Prediction', 'plain_rungs', 'position_error']
+__all__ = ['CORRECTED', 'force_error', 'Prediction', 'plain_rungs', 'position_error']
 
+CORRECTED = 'the tool\'s corrected model'
 _CUT = 50
 _PENALTY = 0.03
 _SPEED = 0.02

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ['DiscProfile', 'Reference', 'disc_profile', 'rich', 'routine', 'short_test']
+__all__ = ['axis_motion', 'disc_profile', 'DiscProfile', 'joint_motion', 'Reference', 'rich',
+           'routine', 'section', 'short_test']
 
 
 @dataclass(frozen=True)
@@ -146,12 +147,67 @@ def routine(rng: np.random.Generator, rate: float = 1000.0) -> Reference:
     return path.done()
 
 
-def short_test(rng: np.random.Generator, plain: bool, rate: float = 1000.0) -> Reference:
-    """Another reference of 24 to 30 s to judge the corrected model on."""
+def section(rng: np.random.Generator, count: int, seconds: float, mixed: bool = False,
+            rate: float = 1000.0) -> list[Reference]:
+    """`count` recordings of different manoeuvres, one kind each (`mixed`: all kinds in turn)."""
+    kinds = ['slow_stroke', 'fast_strokes', 'middle_strokes', 'small_waves', 'stairs',
+             'clearance_chirp', 'creep_at_load']
+    rng.shuffle(kinds)
+    found = []
+    for number in range(count):
+        path, turn = _Path(rate, rng.uniform(600, 1100)), number
+        path.hold(0.6)
+        top = rng.uniform(30, 40)
+        while path.seconds() < seconds - 1.5:
+            _section(path, rng, kinds[turn % len(kinds)], top)
+            turn += 1 if mixed else 0
+        found.append(path.to(0.0, 25.0).hold(0.5).done())
+    return found
+
+
+def joint_motion(rng: np.random.Generator, seconds: float, rate: float = 1000.0) -> Reference:
+    """A joint that swings to both sides: from pose to pose, small waves, slow sweeps."""
+    path = _Path(rate, rng.uniform(250, 500))
+    path.hold(0.5)
+    while path.seconds() < seconds - 2.0:
+        kind = rng.integers(0, 3)
+        if kind == 0:
+            for target in rng.uniform(-30, 30, 3):
+                path.to(target, rng.uniform(20, 58)).hold(rng.uniform(0.1, 0.5))
+        elif kind == 1:
+            path.wave(rng.uniform(1.5, 6.0), list(rng.uniform(4.0, 25.0, 2)), 0.05)
+        else:
+            path.to(rng.uniform(10, 28), rng.uniform(8, 16)).to(-rng.uniform(10, 28), 12.0)
+    return path.to(0.0, 25.0).hold(0.4).done()
+
+
+def axis_motion(rng: np.random.Generator, seconds: float, rate: float = 1000.0) -> Reference:
+    """A linear axis: full strokes to and fro, jerky steps, slow travel, dither about a place."""
+    path = _Path(rate, rng.uniform(350, 700))
+    path.hold(0.5)
+    top = rng.uniform(28, 40)
+    while path.seconds() < seconds - 2.0:
+        kind = rng.integers(0, 4)
+        if kind == 0:
+            speed = rng.uniform(35, 60)
+            path.to(top, speed).hold(0.2).to(0.0, speed).hold(0.2)
+        elif kind == 1:
+            for target in np.sort(rng.uniform(0, top, 4)):
+                path.to(target, rng.uniform(30, 55)).hold(rng.uniform(0.05, 0.3))
+        elif kind == 2:
+            path.to(path.at + (10.0 if path.at < top / 2 else -10.0), rng.uniform(3.0, 9.0))
+        else:
+            path.wave(rng.uniform(0.8, 3.0), list(rng.uniform(4.0, 20.0, 2)), 0.05)
+    return path.to(0.0, 40.0).hold(0.4).done()
+
+
+def short_test(rng: np.random.Generator, plain: bool, rate: float = 1000.0,
+               length: float | None = None) -> Reference:
+    """Another reference of 24 to 30 s (or `length`) to judge the corrected model on."""
     path = _Path(rate, rng.uniform(500, 1000))
     path.hold(0.6)
     reach = (20, 25) if plain else (30, 39)
-    length = rng.uniform(23.0, 27.5)
+    length = rng.uniform(23.0, 27.5) if length is None else length
     while path.seconds() < length:
         path.to(rng.uniform(0.3, 1.0) * rng.uniform(*reach), float(np.exp(rng.uniform(2, 4))))
         path.hold(rng.uniform(0.4, 1.3))

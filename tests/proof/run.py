@@ -12,11 +12,31 @@ import time
 
 from .score import CaseScore, CaseTruth, score
 
-__all__ = ['call', 'recordings_of', 'run_tool', 'score_all', 'TOOL']
+__all__ = ['call', 'commit', 'commits_in', 'recordings_of', 'run_tool', 'score_all', 'TOOL']
 
 TOOL = [sys.executable, '-m', 'engb_ros.commands.main']
 _TIMEOUT = 600.0
 _ROOT = Path(__file__).resolve().parents[2]
+
+
+def commit() -> str | None:
+    """The commit of the source tree, with a + where files were changed; None outside of git."""
+    def git(*arguments: str) -> str:
+        return subprocess.run(['git', '-C', str(_ROOT), *arguments], capture_output=True,
+                              text=True, check=True).stdout.strip()
+
+    try:
+        changed = git('status', '--porcelain', '--untracked-files=no')
+        return git('rev-parse', '--short=7', 'HEAD') + ('+' if changed else '')
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def commits_in(folder: Path) -> list[str]:
+    """The commits at which the runs below `folder` were made, as far as they tell."""
+    told = (json.loads(path.read_text('utf8')).get('commit')
+            for path in folder.glob('**/run.json'))
+    return sorted({one for one in told if one})
 
 
 def recordings_of(folder: Path, name: str) -> list[Path]:
@@ -74,7 +94,8 @@ def run_tool(case: Path, results: Path, tool: list[str] = TOOL) -> str | None:
                      asked / 'corrected.npz', asked / 'nominal.npz'):
             if path.exists():
                 shutil.copy(path, results / path.name)
-    (results / 'run.json').write_text(json.dumps({'seconds': seconds, 'failure': failure}), 'utf8')
+    (results / 'run.json').write_text(json.dumps(
+        {'seconds': seconds, 'failure': failure, 'commit': commit()}), 'utf8')
     return failure
 
 

@@ -21,7 +21,8 @@ Definitions (all over the cases whose tool run ended; others count as silent and
   `deviation` is the same, but for ratios whose neutral value is 1 over |truth - 1|;
   coverage: the share with |value - truth| ≤ 2·std.
 - localisation: precision and recall in time, beside the precision that chance would have; in the
-  coordinates what share of the mismatch the named zones truly hold (locate.py).
+  coordinates what share of the mismatch the named zones truly hold; the time of an onset in
+  mid-recording (locate.py).
 - held-out error removed: e the error on `test` of prediction minus the noise-free effort,
   low-passed, where the motion determines it: (e²(nominal) - e²(corrected)) / (e²(nominal) -
   e²(oracle)), clipped to ±1; the oracle is the true torque of the recorded motion. Over cases
@@ -40,7 +41,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .locate import in_time, in_zones, Stretch
+from .locate import in_time, in_zones, onset_told, OnsetScore, Stretch
 from .vocabulary import TABLE_4
 
 __all__ = ['CaseScore', 'CaseTruth', 'OUTSIDE', 'read_prediction', 'score']
@@ -69,6 +70,7 @@ class CaseTruth:
         floor: noise floor [N·m]; band: in which the effects are judged [Hz].
         stretches: energy of the mismatch over time, a `Stretch` per training recording.
         zones: energy, position and velocity for the scores of zones (None: not known).
+        onset: recording and time [s] in which the effect begins (None: it acts throughout).
     """
 
     name: str
@@ -92,6 +94,7 @@ class CaseTruth:
     held_out_scored: bool = True
     band: float = 20.0
     zones: dict[str, np.ndarray] = field(default_factory=dict)
+    onset: tuple[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,7 @@ class CaseScore:
     recall: float | None
     chance: float | None
     zones: tuple[tuple[str, float, float, float], ...]
+    onset: OnsetScore | None
     variables: tuple[float, int, bool] | None
     removed: float | None
     harm: bool | None
@@ -242,6 +246,8 @@ def score(truth: CaseTruth, results: Path) -> CaseScore:
         truth.formulations, truth.accepted, truth.fair, named, own_names,
         diagnosis.get('verdict'), _parameters(claims, truth),
         where and where.precision, where and where.recall, where and where.chance,
-        in_zones(diagnosis, truth.zones) if truth.hidden else (), _variables(diagnosis, truth),
+        in_zones(diagnosis, truth.zones) if truth.hidden else (),
+        onset_told([one for one in claims if one['effect'] in truth.hidden], truth.onset,
+                   len(truth.stretches)), _variables(diagnosis, truth),
         removed, harm, truth.before, truth.oracle, own_before, after, truth.floor, truth.band,
         run.get('seconds'), run.get('failure'))

@@ -1,7 +1,7 @@
 """Recordings and nominal models as the plain methods read them: with nothing of the tool."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -12,7 +12,8 @@ import yaml
 
 from .nominal import low_pass, Nominal
 
-__all__ = ['RATE', 'read_nominal', 'read_samples', 'read_signals', 'Samples', 'Signals']
+__all__ = ['at_full_speed', 'in_units', 'model_in_units', 'RATE', 'read_nominal', 'read_samples',
+           'read_signals', 'Samples', 'Signals']
 
 RATE = 500.0
 
@@ -86,7 +87,32 @@ def read_nominal(path: Path) -> Nominal:
     """The numbers of a nominal model file."""
     content = yaml.safe_load(path.read_text('utf8'))
     motor, load, friction = content['motor'], content['load_torque'], content['friction']
-    coefficients = (*load['coefficients'], 0.0, 0.0, 0.0, 0.0)[:4]
-    return Nominal(motor['inertia'], motor['viscous_friction'], tuple(coefficients),
-                   load['contact_angle'], friction['coulomb'], friction['load_gain'],
-                   friction['saturation_velocity'])
+    turn, contact = 0.0, load.get('contact_angle')
+    if load.get('form') == 'sinusoid':
+        size, phase, turn = load['amplitude'], load['phase'], 1.0
+        coefficients = (size * float(np.cos(phase)), size * float(np.sin(phase)), 0.0, 0.0)
+    else:
+        coefficients = (*load['coefficients'], 0.0, 0.0, 0.0, 0.0)[:4]
+    return Nominal(motor['inertia'], motor['viscous_friction'], tuple(coefficients), contact,
+                   friction['coulomb'], friction['load_gain'], friction['saturation_velocity'],
+                   turn)
+
+
+def at_full_speed(run: Signals) -> float:
+    """The unit of angle in which a recording's full speed is 60: what counts as standing."""
+    return float(np.abs(run.velocity).max()) / 60.0
+
+
+def in_units(run: Signals, unit: float) -> Signals:
+    """The recording with its angles in this unit."""
+    return replace(run, position=run.position / unit, velocity=run.velocity / unit,
+                   acceleration=run.acceleration / unit)
+
+
+def model_in_units(model: Nominal, unit: float) -> Nominal:
+    """The model for angles in this unit; torques stay."""
+    load = model.load if model.turn else tuple(
+        p * unit ** k for k, p in enumerate(model.load))
+    return replace(model, inertia=model.inertia * unit, viscous=model.viscous * unit, load=load,
+                   contact=None if model.contact is None else model.contact / unit,
+                   saturation=model.saturation / unit, turn=model.turn * unit)

@@ -48,6 +48,12 @@ def _fit(summary: dict) -> list[str]:
         lines.append(f'zones named: {zones["count"]}, with {_percent(zones["energy"]).strip()} of '
                      f'the mismatch in {_percent(zones["time"]).strip()} of the time in motion; '
                      f'said and true share differ by {_percent(zones["said_error"]).strip()}')
+    begun = summary['onset']
+    if begun['begins'] or begun['invented']:
+        lines.append(f'onset in mid-recording: told in {begun["told"]} of {begun["begins"]}, off '
+                     f'by {_number(begun["median_error"], 2)} s (median) and '
+                     f'{_number(begun["most_error"], 2)} s (most); told where the effect acts '
+                     f'throughout: {begun["invented"]} of {begun["throughout"]}')
     lines.append(f'parameters: {fit["numbers"]} found, median error '
                  f'{_percent(fit["median_error"]).strip()} (deviation '
                  f'{_percent(fit["median_deviation"]).strip()}), truth inside 2 std '

@@ -6,15 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.proof import cases
+from tests.proof import cases  # noqa: F401  registers all drawers
 from tests.proof.catalogue import Hidden, known
 from tests.proof.effects_drive import wave
 from tests.proof.effects_friction import stribeck_excess
 from tests.proof.hide_friction import presliding_distance
 from tests.proof.hide_load import creep_time, hysteresis_ratio
+from tests.proof.hide_numbers import LOAD_NUMBERS
+from tests.proof.hide_outside import DESCRIBED
+from tests.proof.hide_undescribed import UNDESCRIBED
+from tests.proof.machines import draw_machine
 from tests.proof.plant_record import blank_plant
 from tests.proof.references import disc_profile, DiscProfile, Reference, short_test
 from tests.proof.sensors import Sensors
+from tests.proof.sizing import Bench, Sizer
 
 TARGET = 2.5
 TABLE_4 = {
@@ -38,13 +43,15 @@ def test_catalogue_is_table_4_and_more() -> None:
     names = set(known())
     outside = {name for name in names if name.startswith('outside_')}
     assert names - outside == TABLE_4
-    assert len(outside) >= 6
+    assert outside == set(DESCRIBED) | set(UNDESCRIBED)
+    assert len(outside) >= 24
+    assert len(UNDESCRIBED) >= 14
 
 
 def formulations(name: str, draws: int = 40) -> dict[str, Hidden]:
     """One effect of each formulation that comes up."""
     rng = np.random.default_rng(0)
-    _, base = cases.draw_base(rng, contact=False)
+    _, _, base = draw_machine(rng, 'brake')
     drawn = [known()[name](rng, base, 'rich') for _ in range(draws)]
     return {hidden.formulation: hidden for hidden in drawn}
 
@@ -75,12 +82,15 @@ def test_curves_are_not_those_of_the_library() -> None:
 def test_size_comes_out_as_asked(name: str, scene: tuple) -> None:
     reference, disc, sensors = scene
     rng = np.random.default_rng(5)
-    plant, base = cases.draw_base(rng, contact=name == 'backlash')
+    _, plant, base = draw_machine(rng, 'brake')
+    while (base.contact is None) == (name in ('backlash', 'torque_offset')):
+        _, plant, base = draw_machine(rng, 'brake')
     plant['saturation'], plant['counts'] = 0.0, 8192.0
     base = replace(base, saturation=0.05)
     hidden = known()[name](rng, base, 'rich')
-    sizer = cases.Sizer(plant, base, hidden, sensors, reference, disc, np.ones(2))
-    magnitude, ratio = sizer.find(TARGET)
+    bench = Bench((reference,), (disc,), np.ones(2), sensors)
+    held = LOAD_NUMBERS if name in ('asymmetric_friction', 'torque_offset') else ()
+    magnitude, ratio = Sizer(plant, base, hidden, bench, held).find(TARGET)
     assert hidden.bounds[0] < magnitude < hidden.bounds[1]
     assert ratio == pytest.approx(TARGET, rel=0.12)
 

@@ -7,7 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.proof.locate import BIN, in_time, in_zones, Stretch, true_samples
+from tests.proof.locate import (
+    BIN,
+    in_time,
+    in_zones,
+    onset_told,
+    OnsetScore,
+    Stretch,
+    true_samples,
+)
 from tests.proof.own_truth import truth_of
 from tests.proof.score import CaseScore, score
 from tests.proof.summary import as_text
@@ -48,6 +56,7 @@ def test_zones_hold_what_was_added_in_them() -> None:
 def write_truth(folder: Path) -> list[str]:
     """One sealed case per stratum; returns their names."""
     names = []
+    folder.mkdir(parents=True, exist_ok=True)
     for number, (stratum, effects) in enumerate(HIDDEN.items()):
         name = f'case_{number:04d}'
         facts = {'stratum': stratum, 'motion': 'rich', 'refitted': True, 'test_floor': FLOOR,
@@ -216,3 +225,47 @@ def test_a_span_counts_in_its_own_recording() -> None:
     assert own.recall == 1.0
     assert (other.precision, other.recall) == (0.0, 0.0)
     assert own.chance == pytest.approx(0.04, abs=0.01)
+
+
+@pytest.mark.parametrize(('told', 'expected'), [
+    ([{'onset': {'recording': 'train_2.mcap', 'time': 12.5}}], OnsetScore(True, True, 0.5)),
+    ([{'onset': {'recording': 'train_1', 'time': 12.0}}], OnsetScore(True, True, None)),
+    ([{'onset': {'recording': 'train_2', 'time': None}}], OnsetScore(True, True, None)),
+    ([{'onset': None}], OnsetScore(True, False, None)),
+    ([{}], OnsetScore(True, False, None)),
+    ([], OnsetScore(True, False, None)),
+])
+def test_an_onset_is_judged_by_its_time_in_its_recording(told: list[dict], expected: OnsetScore
+                                                         ) -> None:
+    assert onset_told(told, ('train_2', 12.0), 3) == expected
+
+
+def test_an_onset_where_the_effect_acts_throughout_is_invented() -> None:
+    assert onset_told([{'onset': {'recording': 'train', 'time': 3.0}}], None, 1) == OnsetScore(
+        False, True, None)
+    assert onset_told([{}], None, 1) == OnsetScore(False, False, None)
+    assert onset_told([], None, 1) is None
+
+
+def test_an_onset_is_summed_up_and_told(tmp_path: Path) -> None:
+    write_truth(tmp_path)
+    scores = []
+    for name, time in (('case_0001', 9.0), ('case_0002', 4.2)):
+        path = tmp_path / f'{name}.npz'
+        with np.load(path) as data:
+            facts = json.loads(str(data['truth']))
+            arrays = {key: data[key] for key in data.files if key != 'truth'}
+        facts['onset'] = {'recording': 'train', 'time': 4.0}
+        np.savez(path, truth=np.array(json.dumps(facts)), **arrays)
+        out = tmp_path / 'out' / name
+        write_answer(out, 'strong', perfect=True)
+        text = json.loads((out / 'diagnosis.json').read_text('utf8'))
+        text['effects'] = [{**claim(facts['effects'][0]['effect']),
+                            'onset': {'recording': 'train', 'time': time}}]
+        (out / 'diagnosis.json').write_text(json.dumps(text), 'utf8')
+        scores.append(scored(name, tmp_path, out))
+    summary = summarise(scores)
+    assert summary['onset']['begins'] == summary['onset']['told'] == 2
+    assert summary['onset']['most_error'] == pytest.approx(5.0)
+    assert summary['onset']['median_error'] == pytest.approx(2.6)
+    assert 'onset in mid-recording: told in 2 of 2, off by 2.60 s' in as_text(summary)

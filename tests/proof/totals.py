@@ -124,6 +124,18 @@ def _variables(cases: list[CaseScore]) -> dict[str, object] | None:
             'memory': _mean([memory for _, _, memory in rows])}
 
 
+def _onset(cases: list[CaseScore]) -> dict[str, object]:
+    """Onsets in mid-recording: of how many one is told, its error [s]; and told where none is."""
+    rows = [c.onset for c in cases if c.onset is not None]
+    begins = [one for one in rows if one.begins]
+    errors = [one.error for one in begins if one.error is not None]
+    through = [one for one in rows if not one.begins]
+    return {'begins': len(begins), 'told': sum(one.told for one in begins),
+            'median_error': float(np.median(errors)) if errors else None,
+            'most_error': max(errors, default=None),
+            'throughout': len(through), 'invented': sum(one.told for one in through)}
+
+
 def _confusion(cases: list[CaseScore]) -> dict[str, dict[str, int]]:
     confusion: dict[str, dict[str, int]] = {}
     for case in cases:
@@ -181,6 +193,7 @@ def summarise(cases: list[CaseScore]) -> dict[str, object]:
             'recall': _mean([c.recall for c in hidden]),
             'chance': _mean([c.chance for c in hidden]),
             'zones': _zones(hidden)},
+        'onset': _onset(hidden),
         'held_out_removed': {
             **{s: _mean([c.removed for c in kind]) for s, kind in kinds.items() if kind},
             'all': _mean([c.removed for c in cases]),

@@ -15,6 +15,7 @@ import numpy as np
 from .effects_drive import cogging_torque, delivered, RING
 from .effects_friction import advance_bristle, capacity, drag_torque
 from .effects_load import curve, load_torque
+from .effects_outside import odd_drag, odd_drive, odd_friction, odd_inertia, odd_shift, STATES
 from .effects_train import shaft_torque
 from .references import DiscProfile, Reference
 
@@ -64,7 +65,7 @@ def _implicit(free, limit, soft):
 
 
 @njit(cache=True)
-def _loop(plant, ref_p, ref_v, ref_a, disc, temperature, substeps, tick):
+def _loop(plant, switch, ref_p, ref_v, ref_a, disc, temperature, substeps, tick):
     p = plant[0]
     n = ref_p.size
     dt = tick / substeps
@@ -73,17 +74,21 @@ def _loop(plant, ref_p, ref_v, ref_a, disc, temperature, substeps, tick):
     work = np.zeros(6)
     bristle, far_bristle = np.zeros(6), np.zeros(6)
     hyst, creep, face, lag = np.zeros(5), np.zeros(6), np.zeros(1), np.zeros(2)
-    ring = np.zeros(RING)
+    ring, odd = np.zeros(RING), np.zeros(STATES)
+    load = changing = 0.0
     creep[5] = curve(p, 0.0)
     theta = omega = far_theta = far_omega = angle = 0.0
     previous = rested = slipped = heated = 0.0
     quantum = 2.0 * np.pi / p.counts
-    last_count = filtered = integral = 0.0
+    last_count = filtered = 0.0
+    integral = curve(p, 0.0) / max(p.ki, 1e-9)   # it held the load before the recording began
     two = p.train_kind > 0
     motor_inertia = p.inertia - p.far_inertia if two else p.inertia
     index = 0
     for k in range(n):
-        seen = theta + p.ecc * sin(theta + p.ecc_phase)
+        if k == switch:
+            p = plant[1]
+        seen = theta + p.ecc * sin(p.ecc_order * theta + p.ecc_phase)
         count = floor(seen / quantum + 0.5) * quantum
         filtered += (1.0 - p.filter_pole) * ((count - last_count) / tick - filtered)
         last_count = count
@@ -99,29 +104,44 @@ def _loop(plant, ref_p, ref_v, ref_a, disc, temperature, substeps, tick):
         current = command - p.offset
         for i in range(substeps):
             if 2 * i == substeps:
-                half[0, k] = theta + p.ecc * sin(theta + p.ecc_phase)
-                half[1, k] = omega * (1.0 + p.ecc * np.cos(theta + p.ecc_phase))
+                turn = p.ecc_order * theta + p.ecc_phase
+                half[0, k] = theta + p.ecc * sin(turn)
+                half[1, k] = omega * (1.0 + p.ecc * p.ecc_order * np.cos(turn))
             t = k * tick + i * dt
             angle += disc[k] * dt
             drive = delivered(p, lag, ring, index, current, theta, heated, dt)
+            drive = odd_drive(p, odd, drive, omega, t, dt)
             index += 1
             heated += ((current / 0.2) ** 2 - heated) * dt / p.heat_time
             spot = far_theta if two else theta
+            if p.odd_kind > 14:
+                spot -= odd_shift(p, odd, load, omega, temperature[k], dt)
             load = load_torque(p, hyst, creep, face, spot, previous, t, disc[k], angle,
                                temperature[k], dt)
             previous = spot
             other = drag_torque(p, omega) + cogging_torque(p, theta, t)
+            inertia = motor_inertia
+            if p.odd_kind == 12 or p.odd_kind == 13:
+                slope = (curve(p, theta + 0.01) - curve(p, theta - 0.01)) / 0.02
+                other += odd_drag(p, odd, omega, slope, dt)
+            elif p.odd_kind == 14:
+                share, bend = odd_inertia(p, theta)
+                inertia = motor_inertia * share
+                other += motor_inertia * bend * omega * omega
             shaft = shaft_torque(p, theta - far_theta, omega - far_omega) if two else load
-            free = omega + dt * (drive - p.viscous * omega - other - shaft) / motor_inertia
+            free = omega + dt * (drive - p.viscous * omega - other - shaft) / inertia
             sign = 1.0 if free > 0.0 else -1.0
             gain = p.gain - p.far_gain if two else p.gain
             coulomb = p.coulomb - p.far_coulomb if two else p.coulomb
             level = capacity(p, coulomb, gain, load, theta, omega, sign, t, rested, slipped)
+            if p.odd_kind > 6:
+                level = odd_friction(p, odd, level, omega, changing, load, disc[k], dt)
             if p.bristle_kind > 0:
-                after = free - dt * level * advance_bristle(p, bristle, omega, dt) / motor_inertia
+                after = free - dt * level * advance_bristle(p, bristle, omega, dt) / inertia
             else:
-                after = _implicit(free, dt * level / motor_inertia, p.saturation)
-            rub = (free - after) * motor_inertia / dt
+                after = _implicit(free, dt * level / inertia, p.saturation)
+            rub = (free - after) * inertia / dt
+            changing = (after - omega) / dt
             middle = 0.5 * (omega + after)
             work[0] += drive * middle * dt
             work[1] += p.viscous * omega * middle * dt
@@ -167,12 +187,15 @@ def _loop(plant, ref_p, ref_v, ref_a, disc, temperature, substeps, tick):
 
 
 def simulate(plant: np.ndarray, reference: Reference, disc: DiscProfile | None = None,
-             substeps: int = _SUBSTEPS) -> Run:
-    """Run the plant along a reference sampled at 1 kHz; the disc stands where none is given."""
+             substeps: int = _SUBSTEPS, switch: int = -1) -> Run:
+    """Run the plant along a reference sampled at 1 kHz; the disc stands where none is given.
+
+    From tick `switch` on, the second record of `plant` holds (an effect that begins).
+    """
     if disc is None:
         still = np.zeros(reference.position.size)
         disc = DiscProfile(still, still + 25.0)
-    out, work = _loop(plant, reference.position, reference.velocity, reference.acceleration,
-                      disc.speed, disc.temperature, substeps, TICK)
+    out, work = _loop(plant, switch, reference.position, reference.velocity,
+                      reference.acceleration, disc.speed, disc.temperature, substeps, TICK)
     return Run(position=out[0], velocity=out[4], acceleration=out[5], effort=out[3],
                command=out[1], disc_angle=out[2], work=work)

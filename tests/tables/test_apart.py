@@ -1,0 +1,114 @@
+"""A damaged file of somebody's format may end its reader, never the program."""
+
+import os
+from pathlib import Path
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+from fuzz.cases import make_any
+import numpy as np
+import pytest
+
+from engb_core.errors import InputError
+from engb_ros.commands.main import main
+from engb_ros.tables.open import open_table
+from engb_ros.tables.table import Table
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# A reader that does what a damaged file once made one do.
+READERS = {
+    'crash': 'import os; os.abort()',
+    'memory': 'import numpy; numpy.ones(1 << 28)',
+    'hidden': 'import numpy\n        try: numpy.ones(1 << 28)\n'
+              '        except Exception as error: raise InputError("x") from error',
+    'endless': 'while True: pass',
+    'print': 'print("words")\n        raise InputError(f"{path}: told")',
+}
+
+
+@pytest.fixture
+def reader(tmp_path, monkeypatch):
+    """Put a broken asammdf, which is imported by the reader's process, in front of any other."""
+    def make(kind):
+        (tmp_path / 'asammdf.py').write_text(
+            'from engb_core.errors import InputError\nclass MDF:\n    def __init__(self, path):\n'
+            f'        {READERS[kind]}\n')
+        (tmp_path / 'a.mf4').write_bytes(b'MDF     4.10    ')
+        monkeypatch.syspath_prepend(tmp_path)
+        return tmp_path / 'a.mf4'
+    return make
+
+
+@pytest.mark.parametrize(('kind', 'words'), [
+    ('crash', 'Abort'), ('memory', 'more memory'), ('hidden', 'more memory'), ('print', 'told')])
+def test_the_end_of_a_reader_is_one_line(reader, capfd, kind, words):
+    path = reader(kind)
+    assert main(['import', '--list', str(path)]) == 2
+    out, err = capfd.readouterr()
+    assert (out, err.count('\n')) == ('', 1)
+    assert words in err
+    assert str(path) in err
+
+
+def test_a_reader_without_end_is_ended(reader, monkeypatch):
+    path = reader('endless')
+    monkeypatch.setattr('engb_ros.tables.apart._SECONDS', 1.0)
+    with pytest.raises(InputError, match='not read within'):
+        open_table(path)
+
+
+def test_a_reader_that_is_killed_later(tmp_path):
+    path = tmp_path / 'a.mat'
+    from scipy.io import savemat
+    savemat(path, {'t': np.arange(9.0), 'q': np.arange(9.0)})
+    table = open_table(path)
+    table._process.kill()
+    with pytest.raises(InputError, match='Killed'):
+        table.read([0])
+
+
+def test_a_signal_ends_the_reader_too(reader, tmp_path):
+    path = reader('endless')
+    code = ('import sys; sys.path.insert(0, sys.argv[1]); sys.argv[1:] = sys.argv[2:]\n'
+            'from engb_ros.commands.main import main\nsys.exit(main())')
+    process = subprocess.Popen(
+        [sys.executable, '-c', code, str(tmp_path), 'import', '--list', str(path)], cwd=ROOT,
+        stderr=subprocess.PIPE, text=True)
+    children = Path(f'/proc/{process.pid}/task/{process.pid}/children')
+    deadline = time.monotonic() + 30
+    while not children.read_text().split():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    child = int(children.read_text().split()[0])
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=10) == 128 + signal.SIGTERM
+    assert process.stderr.read() == 'engb: terminated\n'
+    with pytest.raises(ProcessLookupError):
+        os.kill(child, 0)
+
+
+@pytest.mark.parametrize('seed', [1005177, 1006048])
+def test_what_was_found_once(tmp_path, seed, capfd):
+    """asammdf crashed in malloc, and took 3.7 GB."""
+    pytest.importorskip('asammdf')
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    case = make_any(seed, tmp_path)
+    assert main(case.arguments) == 2
+    assert capfd.readouterr().err.count('\n') == 1
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < max(before, 1_000_000)
+
+
+def test_only_numbers_come_back(tmp_path):
+    path = tmp_path / 'a.mat'
+    from scipy.io import savemat
+    savemat(path, {'t': np.arange(9.0), 'q': np.arange(9, dtype=np.int16)})
+    table = open_table(path)
+    assert isinstance(table, Table)
+    read = table.read([1, 0, 1])
+    assert set(read) == {0, 1}
+    np.testing.assert_array_equal(read[1].value, np.arange(9.0))
+    assert table.kind == 'MATLAB'
