@@ -197,7 +197,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         told, () if findings else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
     # Where names and numbers explain all there is, no law is looked for.
-    law = None if unexplained is None else law_for(fitter, told.explanation, told, tell)
+    law = None if unexplained is None else law_for(
+        fitter, told.explanation, told, any(entry.probability >= 0.5 for entry in findings), tell)
     if law is not None:
         # A wrong number was told from a fit without the law.
         findings = [] if law.alone else findings

@@ -19,7 +19,7 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.selection import CLEAN_EXCESS
 from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time
-from engb_core.laws.judgement import depends_on, find_law, Found, WORTH
+from engb_core.laws.judgement import depends_on, EXPLAINED, find_law, Found, WORTH
 from engb_core.laws.statement import formula_of, said_line, statement_of
 from engb_core.model import Model
 from engb_core.plant import physics_of
@@ -66,7 +66,7 @@ class Won:
             statement=self.finding.statement, law=self.finding)
 
 
-def law_for(fitter: Fitter, explanation: Explanation, told: Sharpened,
+def law_for(fitter: Fitter, explanation: Explanation, told: Sharpened, likely: bool,
             tell: Callable[[str], None]) -> Won | None:
     """Return the law that wins, None where none does.
 
@@ -75,21 +75,23 @@ def law_for(fitter: Fitter, explanation: Explanation, told: Sharpened,
         explanation: what the library says; tables and descriptions in it compete with the law,
             names stay free beside it, or fall where a law alone predicts clearly better.
         told: the same with its models.
+        likely: whether a name in it is likelier right than wrong.
         tell: is told what is being done.
     """
-    base = fitter.finish(fitter.refine(fitter.base()))
     named = _named(fitter, explanation.fit)
-    if not named.hypothesis.variants:
-        if level(base, fitter) - 1.0 <= CLEAN_EXCESS:
-            return None
-        return _won(fitter, find_law(fitter, base, tell), told, alone=True)
-    if level(named, fitter) - 1.0 <= CLEAN_EXCESS:
+    left = level(named, fitter) - 1.0
+    if left <= CLEAN_EXCESS:
         return None
-    alone = find_law(fitter, base, tell)
-    if alone is not None and _beats(fitter, alone, named):
-        won = _won(fitter, alone, told, alone=True)
-        if won is not None:
-            return won
+    if not named.hypothesis.variants:
+        return _won(fitter, find_law(fitter, named, tell), told, alone=True)
+    base = fitter.finish(fitter.refine(fitter.base()))
+    # Names that explain as much as a law must, and are likelier than not, stand.
+    if not likely or left > (1.0 - EXPLAINED) * (level(base, fitter) - 1.0):
+        alone = find_law(fitter, base, tell)
+        if alone is not None and _beats(fitter, alone, named):
+            won = _won(fitter, alone, told, alone=True)
+            if won is not None:
+                return won
     return _won(fitter, find_law(fitter, named, tell), told, alone=False)
 
 
