@@ -84,7 +84,10 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = with_resonance(problem, resonance.setting, threads)
-        outcome = _beside(resonance, _judged(beyond, tell, threads, outcome.fitter))
+        outcome = _beside(resonance, _with_law(
+            _judged(beyond, tell, threads, outcome.fitter), tell))
+    else:
+        outcome = _with_law(outcome, tell)
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), problem.split(outcome.mismatch)
     if resonance is not None and all(
@@ -152,7 +155,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
 @dataclass(frozen=True)
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
-    this makes up, and the corrected model."""
+    this makes up, the corrected model, and what the library says with its models."""
 
     fitter: Fitter
     selection: Selection
@@ -162,6 +165,7 @@ class _Outcome:
     verdict: str
     unexplained: Unexplained | None
     corrected: Model
+    told: Sharpened
 
 
 def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
@@ -196,19 +200,27 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     corrected = problem.model if verdict == 'consistent' else _that_helps(
         told, () if findings else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
-    # Where names and numbers explain all there is, no law is looked for.
-    law = None if unexplained is None else law_for(
-        fitter, told.explanation, told, any(entry.probability >= 0.5 for entry in findings), tell)
-    if law is not None:
-        # A wrong number was told from a fit without the law.
-        findings = [] if law.alone else findings
-        left = max(0.0, 1.0 - sum(finding.share for finding in findings))
-        return _Outcome(fitter, selection, law.explanation, findings,
-                        mismatch + law.contribution if findings else law.contribution,
-                        'partly_explained' if findings else 'unexplained',
-                        law.told(unexplained, left), law.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
-                    unexplained, corrected)
+                    unexplained, corrected, told)
+
+
+def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
+    """Return the outcome with a law for what names and numbers leave, where one is believed."""
+    if outcome.unexplained is None:
+        return outcome
+    # A name that is likelier right than wrong stands beside a law.
+    law = law_for(outcome.fitter, outcome.told,
+                  any(entry.probability >= 0.5 for entry in outcome.findings), tell)
+    if law is None:
+        return outcome
+    # A wrong number was told from a fit without the law.
+    findings = [] if law.alone else outcome.findings
+    left = max(0.0, 1.0 - sum(finding.share for finding in findings))
+    return replace(
+        outcome, explanation=law.explanation, findings=findings,
+        mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
+        verdict='partly_explained' if findings else 'unexplained',
+        unexplained=law.told(outcome.unexplained, left), corrected=law.model)
 
 
 def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:

@@ -19,7 +19,7 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.selection import CLEAN_EXCESS
 from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time
-from engb_core.laws.judgement import depends_on, EXPLAINED, find_law, Found, WORTH
+from engb_core.laws.judgement import depends_on, find_law, Found, WORTH
 from engb_core.laws.statement import formula_of, said_line, statement_of
 from engb_core.model import Model
 from engb_core.plant import physics_of
@@ -66,27 +66,26 @@ class Won:
             statement=self.finding.statement, law=self.finding)
 
 
-def law_for(fitter: Fitter, explanation: Explanation, told: Sharpened, likely: bool,
-            tell: Callable[[str], None]) -> Won | None:
+def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str], None],
+            ) -> Won | None:
     """Return the law that wins, None where none does.
 
     Args:
         fitter: of the problem.
-        explanation: what the library says; tables and descriptions in it compete with the law,
-            names stay free beside it, or fall where a law alone predicts clearly better.
-        told: the same with its models.
+        told: what the library says, with its models; tables and descriptions in it compete with
+            the law, names stay free beside it; where none is likely, they fall to a law that
+            alone predicts clearly better.
         likely: whether a name in it is likelier right than wrong.
         tell: is told what is being done.
     """
-    named = _named(fitter, explanation.fit)
+    named = _named(fitter, told.explanation.fit)
     left = level(named, fitter) - 1.0
     if left <= CLEAN_EXCESS:
         return None
     if not named.hypothesis.variants:
         return _won(fitter, find_law(fitter, named, tell), told, alone=True)
-    base = fitter.finish(fitter.refine(fitter.base()))
-    # Names that explain as much as a law must, and are likelier than not, stand.
-    if not likely or left > (1.0 - EXPLAINED) * (level(base, fitter) - 1.0):
+    if not likely:
+        base = fitter.finish(fitter.refine(fitter.base()))
         alone = find_law(fitter, base, tell)
         if alone is not None and _beats(fitter, alone, named):
             won = _won(fitter, alone, told, alone=True)

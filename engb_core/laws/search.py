@@ -43,6 +43,9 @@ MOST_FACTORS = 3
 # Leading laws whose memory is tried against its limit.
 LIMITED = 6
 ROUNDS = 8
+# Part of the excess that the best of the first forms must explain for changed ones to be tried:
+# half of what a law must.
+PROMISING = 0.4
 # Part of its size at which a form begins that is worse than none at all of it.
 NEARER = 0.3
 CHUNK = 400
@@ -120,6 +123,8 @@ class _Searching:
             atom.slots[0].start for entry in first[:60] for atom in entry.form.factors
             if 'wave' in atom.kind))[:4]
         self._polish(_of_each_kind(first, POLISHED))
+        if not self._promising(before):
+            return Search(self._fitter, self._base, before, tuple(self._leading()), None)
         for generation in range(GENERATIONS):
             leading = self._leading()[:MUTATED]
             if not leading or leading[0].score.level < NOTHING_LEFT:
@@ -138,6 +143,12 @@ class _Searching:
         onsets = self._screened(onset_forms(self._scales))
         onset = self._polished(onsets[0]) if onsets and self._hopeful(onsets[0]) else None
         return Search(self._fitter, self._base, before, tuple(self._leading()), onset)
+
+    def _promising(self, before: Score) -> bool:
+        """Whether a factor more may make the best law one that is believed."""
+        leading = self._leading()
+        return bool(leading) and (before.level - leading[0].score.level
+                                  > PROMISING * (before.level - 1.0))
 
     def _hopeful(self, onset: Screened) -> bool:
         """Whether an onset may come near the best law once it is fitted."""
