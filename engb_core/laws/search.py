@@ -43,8 +43,8 @@ MOST_FACTORS = 3
 # Leading laws whose memory is tried against its limit.
 LIMITED = 6
 ROUNDS = 8
-# Part of the excess that the best of the first forms must explain for changed ones to be tried:
-# half of what a law must.
+# Part of the excess that the best form must explain for more of its kind to be fitted: half of
+# what a law must.
 PROMISING = 0.4
 # Part of its size at which a form begins that is worse than none at all of it.
 NEARER = 0.3
@@ -123,8 +123,6 @@ class _Searching:
             atom.slots[0].start for entry in first[:60] for atom in entry.form.factors
             if 'wave' in atom.kind))[:4]
         self._polish(_of_each_kind(first, POLISHED))
-        if not self._promising(before):
-            return Search(self._fitter, self._base, before, tuple(self._leading()), None)
         for generation in range(GENERATIONS):
             leading = self._leading()[:MUTATED]
             if not leading or leading[0].score.level < NOTHING_LEFT:
@@ -133,10 +131,13 @@ class _Searching:
             found = self._screened(self._mutations(leading, waves))
             worth = [entry for entry in found if entry.form.kinds not in self._seen
                      and entry.score.level < leading[-1].score.level]
-            if not worth:
+            if not worth or not self._promising(worth[0], before):
                 break
             self._polish(_of_each_kind(worth, POLISHED_AFTER))
-        limits = {form.kinds: form for entry in self._leading()[:LIMITED]
+        leading = self._leading()
+        if not leading or not self._promising(leading[0], before):
+            return Search(self._fitter, self._base, before, tuple(leading), None)
+        limits = {form.kinds: form for entry in leading[:LIMITED]
                   for form in (*limits_of(entry.form), *mirrors_of(entry.form))
                   if form.kinds not in self._seen}
         self._polish(self._screened(limits.values()))
@@ -144,11 +145,9 @@ class _Searching:
         onset = self._polished(onsets[0]) if onsets and self._hopeful(onsets[0]) else None
         return Search(self._fitter, self._base, before, tuple(self._leading()), onset)
 
-    def _promising(self, before: Score) -> bool:
-        """Whether a factor more may make the best law one that is believed."""
-        leading = self._leading()
-        return bool(leading) and (before.level - leading[0].score.level
-                                  > PROMISING * (before.level - 1.0))
+    def _promising(self, best: Screened | Candidate, before: Score) -> bool:
+        """Whether a form is near enough to a law that is believed for more to be fitted."""
+        return before.level - best.score.level > PROMISING * (before.level - 1.0)
 
     def _hopeful(self, onset: Screened) -> bool:
         """Whether an onset may come near the best law once it is fitted."""
