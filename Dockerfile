@@ -5,6 +5,8 @@ SHELL ["/bin/bash", "-c"]
 ENV DEBIAN_FRONTEND=noninteractive
 
 # Debian packages of the needs that have one; only cantools and rosbags come from PyPI.
+# Not pinned (hadolint DL3008): ROS's apt repository keeps the newest version of a package only.
+# hadolint ignore=DL3008
 RUN apt-get update && apt-get install -y --no-install-recommends python3-venv python3-pip \
     python3-colcon-common-extensions && rm -rf /var/lib/apt/lists/*
 

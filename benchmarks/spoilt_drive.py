@@ -56,8 +56,8 @@ class SpoiltDriveNode(PlantNode):
             if self._spoil(message):
                 send(message)
 
-        def given(torque: float) -> None:
-            command(self._torque(torque))
+        def given(torque: float) -> bool:
+            return command(self._torque(torque))
 
         def told(message: Float64) -> None:
             if self.values['fault'] != 'no_disc':

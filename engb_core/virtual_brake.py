@@ -17,6 +17,10 @@ from engb_core.simulation import BrakePlant
 __all__ = ['DriveSettings', 'Measurement', 'Profile', 'VirtualBrake', 'parse_effects']
 
 
+# A demand of more than so many times the drive's limit comes from somebody else.
+_MEANT = 10.0
+
+
 class Measurement(NamedTuple):
     """What the drive reports at `time` [s]: position [rad], velocity [rad/s], effort [N·m], and
     what the vehicle does: disc speed [rad/s], pad temperature [°C]."""
@@ -109,14 +113,16 @@ class VirtualBrake:
         """The brake itself, whose true state no drive would show."""
         return self._plant
 
-    def command(self, torque: float) -> None:
-        """Demand `torque` [N·m]; what is not finite is dropped, what is too much is cut."""
-        if not math.isfinite(torque):
-            self.rejected += 1
-            return
+    def command(self, torque: float) -> bool:
+        """Demand `torque` [N·m]; what is too much is cut. What is not finite, or beyond all that a
+        controller of this drive would ask for, is dropped: return False then."""
         limit = self.drive.effort_limit
+        if not abs(torque) <= _MEANT * limit:   # NaN too
+            self.rejected += 1
+            return False
         self.torque = min(max(float(torque), -limit), limit)
         self._command_age = 0.0
+        return True
 
     def advance(self) -> Measurement:
         """Go on by one sample and return what the drive reports then."""

@@ -172,12 +172,12 @@ def recording_output(path: str | os.PathLike, replace: bool = False,
             a recording, an empty folder, or nothing.
     """
     told = told or os.fspath(path)
+    target = _real(path)
     try:
-        str(path).encode()
+        target.name.encode()
     except UnicodeEncodeError:
         raise InputError(f'{told}: a byte of this name is no UTF-8, which a bag\'s metadata '
                          'cannot hold; choose another name') from None
-    target = _real(path)
     _refuse_inputs(told, target.parent, [target.name], [os.fspath(path) for path in inputs])
     _refuse_replacing(told, target, replace)
     with _scratch(told, target, inside=False) as scratch:

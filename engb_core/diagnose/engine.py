@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from engb_core.data_faults import cleaned, DataFault
+from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
 from engb_core.diagnose.evidence import (
@@ -194,6 +195,11 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     if findings and not _carries_over(told, problem.model):
         told = _without_names(fitter, explanation, findings)
         explanation, findings, mismatch = told.explanation, [], nominal.residual
+    absent = absent_load(fitter, nominal)
+    if absent is not None and absent.is_plainer(fitter, explanation):
+        told = _without_names(fitter, explanation, findings)
+        return _Outcome(fitter, selection, told.explanation, [], absent.residual, 'unexplained',
+                        absent.unexplained(fitter), absent.corrected(problem.model, fitter))
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)

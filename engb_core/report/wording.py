@@ -23,6 +23,9 @@ HYPHENS = {'load dependent': 'load-dependent', 'self energizing': 'self-energizi
 # Names longer than this are shortened in their middle.
 LONGEST = 56
 
+# A name that is more likely wrong than right is told as one.
+EVEN = 0.5
+
 PROPER = ('stribeck', 'coulomb', 'dahl', 'hertz', 'masing')
 
 COORDINATES = {
@@ -192,6 +195,9 @@ def headline(diagnosis: Diagnosis) -> str:
     if rivals and len(effects) == 1:
         names = f'{names}, or possibly {effect_name(rivals[0])},'
     start = f'Most likely {names}' if rivals else capital(names)
+    if min(entry.probability for entry in effects) < EVEN:
+        verb = f'might {verb.removesuffix("s")}'
+        start = start.replace('Most likely', 'Perhaps') if rivals else capital(names)
     if diagnosis.verdict == 'explained':
         return f'{start} {verb} the mismatch'
     share = min(sum(entry.share for entry in effects), 1.0)

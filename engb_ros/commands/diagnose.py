@@ -55,10 +55,15 @@ REPORT, DOCUMENT, MODEL, EXPERIMENT = FILES = (
 
 FIRST = ('first_model.yaml', 'first_model.html')
 
+# A name that is more likely wrong than right is told as one.
+EVEN = 0.5
+# What is left may be as many noise floors and be called one.
+NEAR_FLOOR = 1.3
+
 VERDICTS = {
     'consistent': 'consistent: nothing above the noise floor; the model describes these '
                   'recordings',
-    'explained': 'explained: the effects below bring the held-out residual to the noise floor',
+    'explained': 'explained: what is below takes the mismatch away',
     'partly_explained': 'partly explained: effects were found, and structure remains',
     'unexplained': 'unexplained: there is structure that no known effect accounts for',
 }
@@ -139,9 +144,10 @@ def write_experiment(path: Path, proposal: NextExperiment) -> None:
 
 def summary(diagnosis: Diagnosis) -> str:
     """Return the diagnosis in a few lines of text."""
-    lines = [VERDICTS.get(diagnosis.verdict, diagnosis.verdict)]
+    lines = [VERDICTS.get(diagnosis.verdict, diagnosis.verdict) + _of_the_floor(diagnosis)]
     for number, finding in enumerate(diagnosis.effects, 1):
-        lines.append(f'{number}. {finding.effect} (probability {finding.probability:.2f}, '
+        doubt = ', rather not' if finding.probability < EVEN else ''
+        lines.append(f'{number}. {finding.effect} (probability {finding.probability:.2f}{doubt}, '
                      f'{finding.share:.0%} of the mismatch)')
         lines.extend(_wrapped(finding.statement))
         rivals = ', '.join(f'{name} {probability:.2f}'
@@ -162,6 +168,19 @@ def summary(diagnosis: Diagnosis) -> str:
     if diagnosis.next_experiment is not None:
         lines.extend(_wrapped(f'next: {diagnosis.next_experiment.reason}', ''))
     return '\n'.join(printable(line) for line in lines)
+
+
+def _of_the_floor(diagnosis: Diagnosis) -> str:
+    """Return how many noise floors of effort are left where an explanation was given."""
+    rows = [entry for entry in diagnosis.held_out
+            if entry.quantity == 'effort' and entry.noise_floor]
+    if diagnosis.verdict != 'explained' or not rows:
+        return ''
+    floors = (sum(entry.rms_after ** 2 for entry in rows)
+              / sum((entry.noise_floor or 0.0) ** 2 for entry in rows)) ** 0.5
+    if floors <= NEAR_FLOOR:
+        return ', down to the noise floor'
+    return f', down to {floors:.1f} noise floors'
 
 
 def _wrapped(text: str, indent: str = '   ') -> list[str]:

@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
 from engb_ros.commands.tables import add_table_options, request_of
 from engb_ros.outputs import recording_output
 
@@ -93,10 +94,11 @@ def _listing(path: str) -> str:
     taken |= {place: f'{role}?' for role, places in roles.unclear.items() for place in places}
     rows = [('no.', 'name', 'unit', 'samples', 'taken for')]
     for place, channel in enumerate(table.channels):
-        rows.append((str(place), channel.name or '(no title)', channel.unit or '–',
+        rows.append((str(place), printable(channel.name) or '(no title)',
+                     printable(channel.unit) or '–',
                      '–' if channel.size is None else str(channel.size), taken.get(place, '')))
     widths = [max(len(row[column]) for row in rows) for column in range(5)]
-    return f'{path}: {table.kind}, {len(table.channels)} columns\n' + '\n'.join(
+    return f'{printable(path)}: {table.kind}, {len(table.channels)} columns\n' + '\n'.join(
         '  '.join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows)
 

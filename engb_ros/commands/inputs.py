@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
 from engb_ros.commands.common import read_recordings
 from engb_ros.commands.tables import add_table_options, request_of
 
@@ -67,7 +68,7 @@ def read_inputs(paths: Sequence[str], model: Model | None, namespace: str | None
         measured, request = measured_of(path, request)
         tables[f'{Path(path).stem}.mcap'] = measured
         kinds.add(measured.joint_type)
-        told += [f'{Path(path).name}: {text}' for text in measured.told]
+        told += [f'{printable(Path(path).name)}: {text}' for text in measured.told]
         recordings.append(measured.recording(model.joint.name if model else 'motor'))
     if model is not None and kinds and kinds != {model.joint.type}:
         raise InputError(f'{paths[0]}: position is that of a {kinds.pop()} axis, the model\'s of '

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
 from engb_ros.commands.common import (
     add_model,
     add_progress,
@@ -168,4 +169,4 @@ def _summary(entries: list[Entry], resumed: int) -> str:
     reasons = Counter(entry.result['status'] for entry in entries if not entry.good)
     for status, count in reasons.items():
         lines.append(f'   {count} {status}: see survey.csv')
-    return '\n'.join(lines)
+    return '\n'.join(map(printable, lines))

@@ -9,6 +9,7 @@ import sys
 from typing import Any, TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
 from engb_ros.tables.request import Question, Request
 
 if TYPE_CHECKING:
@@ -113,5 +114,6 @@ def _numbers(entries: Sequence[str], option: str) -> dict[str, float]:
 def _ask(question: Question) -> str:
     choices = f' ({", ".join(question.choices[:8])})' if question.choices else ''
     default = f' [{question.default}]' if question.default else ''
-    print(f'What is {question.subject}?{choices}{default}: ', end='', file=sys.stderr, flush=True)
+    print(printable(f'What is {question.subject}?{choices}{default}: '), end='', file=sys.stderr,
+          flush=True)
     return sys.stdin.readline()

@@ -102,7 +102,10 @@ class PlantNode(ManagedNode):
     def _on_command(self, torque: float) -> None:
         if not self.active:
             return
-        self._brake.command(torque)
+        if not self._brake.command(torque):
+            self.get_logger().warning(
+                f'{torque:g} N·m is no command of this drive\'s controller; not taken. Is someone '
+                'else on the topic?', throttle_duration_sec=10.0)
         self._answered = True
         if self._lockstep and self._due() >= 1.0:
             self._sample()

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
 from engb_core.recording import Recording, Reference, Signal
 from engb_ros.tables.open import open_table
 from engb_ros.tables.request import Question, Request, settled
@@ -307,7 +308,7 @@ def _last(name: str) -> str:
 
 def _sentence(table: Table, role: str, place: int, unit: Unit, request: Request) -> str:
     channel = table.channels[place]
-    text = f'{role}: column {channel.name or place}'
+    text = f'{role}: column {printable(channel.name) or place}'
     if unit is _SI:
         factor = request.scale.get(role)
         return text + (f', times {factor:g}' if factor else ', as it is')
@@ -315,7 +316,7 @@ def _sentence(table: Table, role: str, place: int, unit: Unit, request: Request)
     if not written:
         text += f', taken as {_spelt(unit)}'
     elif written not in channel.name:
-        text += f' [{written}]'
+        text += f' [{printable(written)}]'
     if unit.quantity == 'current':
         text += f', times {request.torque_constant:g} N·m/A' if request.torque_constant != 1.0 \
             else ', told in ampere: where N·m is written, read A'

