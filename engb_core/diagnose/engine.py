@@ -39,6 +39,7 @@ from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.errors import InputError
+from engb_core.laws.competition import law_for
 from engb_core.model import Model
 from engb_core.plant import physics_of
 from engb_core.plausibility import refuse_implausible
@@ -88,9 +89,11 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         beyond = with_resonance(problem, resonance.setting, threads)
         beside = _judged(beyond, tell, threads, outcome.fitter)
         if _explains_as_much(beside, outcome):
-            outcome = _beside(resonance, beside)
+            outcome = _beside(resonance, _with_law(beside, tell))
         else:
             resonance = None
+    if resonance is None:
+        outcome = _with_law(outcome, tell)
     problem = outcome.judged_on(problem)
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), problem.split(outcome.mismatch)
@@ -159,7 +162,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
 @dataclass(frozen=True)
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
-    this makes up, and the corrected model."""
+    this makes up, the corrected model, and what the library says with its models."""
 
     fitter: Fitter
     selection: Selection
@@ -169,6 +172,7 @@ class _Outcome:
     verdict: str
     unexplained: Unexplained | None
     corrected: Model
+    told: Sharpened
 
     def judged_on(self, problem: Problem) -> Problem:
         """Return the problem with the onsets of what the corrected model holds."""
@@ -217,7 +221,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     if absent is not None and absent.is_plainer(fitter, explanation):
         told = _without_names(fitter, explanation, findings)
         return _Outcome(fitter, selection, told.explanation, [], absent.residual, 'unexplained',
-                        absent.unexplained(fitter), absent.corrected(problem.model, fitter))
+                        absent.unexplained(fitter), absent.corrected(problem.model, fitter),
+                        told)
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
@@ -225,7 +230,26 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         told, () if findings else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
-                    unexplained, corrected)
+                    unexplained, corrected, told)
+
+
+def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
+    """Return the outcome with a law for what names and numbers leave, where one is believed."""
+    if outcome.unexplained is None:
+        return outcome
+    # A name that is likelier right than wrong stands beside a law.
+    law = law_for(outcome.fitter, outcome.told,
+                  any(entry.probability >= 0.5 for entry in outcome.findings), tell)
+    if law is None:
+        return outcome
+    # A wrong number was told from a fit without the law.
+    findings = [] if law.alone else outcome.findings
+    left = max(0.0, 1.0 - sum(finding.share for finding in findings))
+    return replace(
+        outcome, explanation=law.explanation, findings=findings,
+        mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
+        verdict='partly_explained' if findings else 'unexplained',
+        unexplained=law.told(outcome.unexplained, left), corrected=law.model)
 
 
 def _explains_as_much(outcome: _Outcome, other: _Outcome) -> bool:
