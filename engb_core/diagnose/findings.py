@@ -46,8 +46,15 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     where nothing is named, what the nominal model leaves.
     """
     chosen = explanation.fit
-    findings = _physics(fitter, explanation, selection)
-    findings += _numbers(fitter, nominal, explanation, numbers)
+    physics = _physics(fitter, explanation, selection)
+    changed = _numbers(fitter, nominal, explanation, numbers)
+    findings = [finding for finding, _ in (*physics, *changed)]
+    if physics and changed:
+        # What effects and numbers explain together, each by what is lost without it.
+        left = excess(chosen, fitter) / max(excess(nominal, fitter), 1e-9)
+        total = sum(matters for _, matters in (*physics, *changed))
+        findings = [replace(finding, share=max(1.0 - left, 0.0) * matters / total)
+                    for finding, matters in (*physics, *changed)]
     findings = in_order(findings)
     if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):
         return findings, nominal.residual
@@ -72,7 +79,8 @@ def in_order(findings: list[EffectFinding]) -> list[EffectFinding]:
 
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
-             ) -> list[EffectFinding]:
+             ) -> list[tuple[EffectFinding, float]]:
+    """Return the named effects, and by how much the level rises without each."""
     chosen = explanation.fit
     variants = chosen.hypothesis.variants
     if not any(not variant.effect.unnamed for variant in variants):
@@ -112,11 +120,12 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
             (_other(fit, chosen), believed * weight)
             for fit, weight in zip(rivals, weights[1:], strict=True) if believed * weight > TOLD)
         onset = _onset(fitter, variant)
-        findings.append(EffectFinding(
+        finding = EffectFinding(
             effect=variant.effect.id, probability=believed * weights[0],
             parameters=parameters,
             share=share * matters[index] / total, alternatives=alternatives,
-            statement=_said(variant.effect.statement(values), onset), onset=onset))
+            statement=_said(variant.effect.statement(values), onset), onset=onset)
+        findings.append((finding, matters[index]))
     return findings
 
 
@@ -173,9 +182,8 @@ def _other(rival: Fit, chosen: Fit) -> str:
 
 
 def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
-             numbers: list[NumberFinding]) -> list[EffectFinding]:
-    if not numbers:
-        return []
+             numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
+    """Return the wrong numbers, and by how much the level rises with each as the file has it."""
     chosen = explanation.fit
     before = max(level(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
@@ -184,21 +192,19 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     known = something_known(taken, after, before)
     if _something_left(explanation):
         known *= NUMBER_BESIDE
-    if chosen.hypothesis.variants:
-        taken *= min(1.0, total / (total + before))
     findings = []
     for finding in numbers:
         effect = get_effect(finding.effect)
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
-        findings.append(EffectFinding(
+        findings.append((EffectFinding(
             effect=effect.id, probability=known * (1.0 - others),
             parameters=parameters,
             share=min(1.0, taken * finding.matters / total),
             alternatives=tuple((other, known * weight) for other, weight in finding.rivals),
             statement=effect.statement({
                 **finding.fit.hypothesis.given(effect.id),
-                **{name: entry.value for name, entry in parameters.items()}})))
+                **{name: entry.value for name, entry in parameters.items()}})), finding.matters))
     return findings
 
 

@@ -235,13 +235,15 @@ class Fitter:
         return descended(self, begin, shared, rounds, tolerance, hopeless)
 
     def refit(self, fit: Fit, numbers: tuple[NominalNumber, ...], rounds: int = 6) -> Fit:
-        """Fit the same effects with other numbers free; the rest stand as in the model file."""
+        """Fit the same effects with other numbers free, begun where the fit has them, or the model
+        file; the rest stand as in that."""
         self.base(numbers)
         hypothesis = self.hypothesis(fit.hypothesis.variants, numbers)
         kept = dict(zip((number.name for number in fit.hypothesis.numbers), fit.vector,
                         strict=False))
-        vector = np.concatenate([[kept[number.name] for number in numbers],
-                                 fit.vector[len(fit.hypothesis.numbers):]])
+        begun = [kept.get(number.name, start) for number, start in zip(
+            numbers, hypothesis.start_of_numbers(), strict=True)]
+        vector = np.concatenate([begun, fit.vector[len(fit.hypothesis.numbers):]])
         return self.iterate(self.evaluate(hypothesis, vector), rounds)
 
     def refine(self, fit: Fit, rounds: int = 6) -> Fit:

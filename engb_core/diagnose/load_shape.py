@@ -11,7 +11,7 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
-from engb_core.diagnose.nominal import SHAPE_NUMBERS
+from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
 from engb_core.diagnose.numbers import INSISTED, level, NumberFinding
 from engb_core.diagnose.selection import CLEAN_EXCESS, Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
@@ -70,8 +70,12 @@ def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
     if not fitter.load_shape:
         return None
     numbers = explained.hypothesis.numbers
-    held = fitter.refit(explained, tuple(number for number in numbers
-                                         if number.name not in SHAPE_NUMBERS))
+    others = [number for number in numbers if number.name not in SHAPE_NUMBERS]
+    names = {number.name for number in others}
+    # Against the file's own form, refitted.
+    others += [number for number in nominal_numbers(fitter.problem.model, fitter.problem.scene)
+               if number.name not in names]
+    held = fitter.refit(explained, tuple(others))
     rise = level(held, fitter) - level(explained, fitter)
     if rise < INSISTED:
         return None
