@@ -19,7 +19,7 @@ from engb_core.diagnose.ranking import excess
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
 from engb_core.effects.base import Effect, NUMBER_OFF
-from engb_core.effects.catalogue import get_effect
+from engb_core.effects.catalogue import catalogue, get_effect
 
 __all__ = ['findings_of', 'in_order']
 
@@ -70,12 +70,23 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
 
 def in_order(findings: list[EffectFinding]) -> list[EffectFinding]:
     """Return the findings in order of share. What is doubtful may well be a makeshift for details
-    of what is sure: it gets no more than half of the least of that."""
-    most = 0.5 * min((finding.share for finding in findings if finding.probability >= SURE),
-                     default=2.0)
-    return sorted((finding if finding.probability >= SURE
-                   else replace(finding, share=min(finding.share, most)) for finding in findings),
-                  key=lambda finding: -finding.share)
+    of what is sure, and a number that is off may have moved with the file's refit to make up for
+    physics that is missing: they get no more than half of the least of that."""
+    sure = [finding for finding in findings if finding.probability >= SURE]
+    physics = [finding for finding in sure if not _is_number(finding)]
+    most = 0.5 * min((finding.share for finding in physics or sure), default=2.0)
+
+    def leads(finding: EffectFinding) -> bool:
+        return finding in physics if physics else finding in sure
+
+    return sorted((finding if leads(finding) else replace(finding, share=min(finding.share, most))
+                   for finding in findings), key=lambda finding: -finding.share)
+
+
+def _is_number(finding: EffectFinding) -> bool:
+    """Whether a finding is a number of the file that is off, and no missing physics."""
+    effect = catalogue().get(finding.effect)
+    return effect is not None and effect.number_only and finding.onset is None
 
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
