@@ -52,7 +52,8 @@ def test_three_columns_stand_side_by_side(tmp_path: Path, capsys: pytest.Capture
         '1 of 1 / 1 of 1', '1 of 1 / 1 of 1', 'axis 1 of 2']
     assert cells['something said on a clean recording (real: nothing taken out)'] == [
         '0 of 1', '0 of 1', 'axis backlash 0.30']
-    assert cells['harm: held-out error 5 % and 0.2 floors larger (real: 5 %), all cases'] == ['0 of 5', '0 of 5', 'axis 1 of 4']
+    assert cells['harm: held-out error 5 % and 0.2 floors larger (real: 5 %), all cases'] == [
+        '0 of 5', '0 of 5', 'axis 1 of 4']
     assert cells['truth inside two deviations'] == ['100 %', '100 %', 'axis 1 of 2']
     assert cells['held-out force error, model file → corrected model'] == [
         '–', '–', 'axis 8.0 % → 3.0 %']
