@@ -5,7 +5,7 @@ import os
 import time
 
 import pytest
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, UInt64
 
@@ -251,6 +251,16 @@ def test_a_driver_that_offers_best_effort_only_is_heard(runner, probe):
     runner.start('controller', parameters={'state_timeout': STATE_TIMEOUT})
     runner.wait_until(lambda: states and efforts and estimates, 'all to hear the driver',
                       pause=probe.spin)
+    runner.stop()
+
+
+def test_who_asks_for_more_than_is_offered_is_told_in_words(runner, probe):
+    process = runner.start('plant')
+    probe.node.create_subscription(JointState, 'joint_states', lambda message: None, QoSProfile(
+        depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    runner.wait_until(lambda: 'asks for more durability' in process.output, 'the word',
+                      pause=probe.spin)
+    assert 'volatile' in process.output
     runner.stop()
 
 
