@@ -18,6 +18,7 @@ from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import filtered, Motion, motion_of
 from engb_core.plant import physics_of
+from engb_core.position_error import effort_of_recording
 from engb_core.recording import Recording
 from engb_core.sharp_motion import sharp_motion_of
 
@@ -54,7 +55,7 @@ def _effort(recording: Recording, motion: Motion, model: Model) -> Array:
     half a sample after: late torque turns within less."""
     moving = np.abs(motion.velocity) >= slowest_speed(
         [motion], model.friction.saturation_velocity, motion.speed)
-    effort = effort_of_motion(motion.samples(), motion.step, physics_of(model), moving)
+    effort = effort_of_recording(recording, motion, motion.samples(), physics_of(model), moving)
     parts = max(1, round(recording.interval / motion.step))
     window = np.convolve(np.full(parts, 1.0 / parts), [0.5, 0.5]) if parts > 1 else np.ones(1)
     return np.interp(recording.time, motion.time, filtered(effort, window))
