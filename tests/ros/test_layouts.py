@@ -39,7 +39,8 @@ def test_the_nodes_publish_what_the_layouts_show(runner, probe, bus):
         return all(topic in known and (node.count_publishers(topic) or topic.endswith('_command')
                                        and node.count_subscribers(topic)) for topic, _ in shown)
 
-    runner.wait_until(there, 'all topics of the layouts', pause=probe.spin)
+    runner.wait_until(there, 'all topics of the layouts', timeout=90.0,
+                      pause=probe.spin)
     known = dict(node.get_topic_names_and_types())
     for topic, field in shown:
         fields = message_class(known[topic][0]).get_fields_and_field_types()
