@@ -206,6 +206,16 @@ def test_watchdogs_cannot_be_switched_off_while_it_runs(runner, probe):
     runner.stop()
 
 
+def test_a_live_parameter_makes_nobody_read_a_file_again(runner, probe, tmp_path):
+    mechanism = tmp_path / 'mechanism.yaml'
+    mechanism.write_text(config_file('mechanism.yaml').read_text(encoding='utf-8'))
+    loop = closed_loop(runner, probe, model=str(TRUE_BRAKE), mechanism=str(mechanism))
+    mechanism.unlink()   # a slow or broken file system would stop the loop
+    loop.set_parameter('controller', 'p', 0.5)
+    loop.go(10.0)
+    runner.stop()
+
+
 def test_no_model_file_stops_the_loop(runner, probe, tmp_path):
     loop = closed_loop(runner, probe, model=str(TRUE_BRAKE),
                        mechanism=str(config_file('mechanism.yaml')), state_timeout=STATE_TIMEOUT)
