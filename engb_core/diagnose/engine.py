@@ -37,6 +37,7 @@ from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.errors import InputError
+from engb_core.laws.competition import law_for
 from engb_core.model import Model
 from engb_core.plant import physics_of
 from engb_core.plausibility import refuse_implausible
@@ -84,7 +85,10 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = with_resonance(problem, resonance.setting, threads)
-        outcome = _beside(resonance, _judged(beyond, tell, threads, outcome.fitter))
+        outcome = _beside(resonance, _with_law(
+            _judged(beyond, tell, threads, outcome.fitter), tell))
+    else:
+        outcome = _with_law(outcome, tell)
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), problem.split(outcome.mismatch)
     if resonance is not None and all(
@@ -152,7 +156,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
 @dataclass(frozen=True)
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
-    this makes up, and the corrected model."""
+    this makes up, the corrected model, and what the library says with its models."""
 
     fitter: Fitter
     selection: Selection
@@ -162,6 +166,7 @@ class _Outcome:
     verdict: str
     unexplained: Unexplained | None
     corrected: Model
+    told: Sharpened
 
 
 def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
@@ -202,7 +207,26 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         told, () if findings else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
-                    unexplained, corrected)
+                    unexplained, corrected, told)
+
+
+def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
+    """Return the outcome with a law for what names and numbers leave, where one is believed."""
+    if outcome.unexplained is None:
+        return outcome
+    # A name that is likelier right than wrong stands beside a law.
+    law = law_for(outcome.fitter, outcome.told,
+                  any(entry.probability >= 0.5 for entry in outcome.findings), tell)
+    if law is None:
+        return outcome
+    # A wrong number was told from a fit without the law.
+    findings = [] if law.alone else outcome.findings
+    left = max(0.0, 1.0 - sum(finding.share for finding in findings))
+    return replace(
+        outcome, explanation=law.explanation, findings=findings,
+        mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
+        verdict='partly_explained' if findings else 'unexplained',
+        unexplained=law.told(outcome.unexplained, left), corrected=law.model)
 
 
 def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:

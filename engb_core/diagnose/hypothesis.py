@@ -63,7 +63,9 @@ LEAST_STROKE = 4.0      # rad
 
 def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
     """Return the effect's variants for what was recorded."""
-    effect = _scaled(effect, scene)
+    if effect.written is None:
+        # An adopted law starts where it was found.
+        effect = _scaled(effect, scene)
     found = []
     for fixed in effect.variants:
         if fixed.get('by_temperature') and scene.temperature_range is None:
@@ -211,7 +213,8 @@ class Hypothesis:
             values = self.named(vector, index, run)
             if 'phase' in values:
                 values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)
-            settings.append(EffectSetting(variant.effect.id, values))
+            settings.append(EffectSetting(variant.effect.id, values)
+                            if variant.effect.written is None else variant.effect.written(values))
         return replace(with_numbers(self.model, numbers),
                        effects=(*given, *settings))
 

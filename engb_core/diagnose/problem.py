@@ -25,6 +25,7 @@ from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
 from engb_core.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
 from engb_core.plant import load_torques, nominal_vector, Physics, physics_of
+from engb_core.position_error import effort_of_recording
 from engb_core.recording import Recording
 from engb_core.sharp_motion import sharp_motion_of
 
@@ -83,7 +84,8 @@ class Run:
 
     def predicted(self, physics: Physics) -> Array:
         """Return the filtered effort (m,) that `physics` says this motion needs."""
-        return self.comparison(effort_of_motion(self.samples, self.motion.step, physics))
+        return self.comparison(effort_of_recording(self.recording, self.motion, self.samples,
+                                                   physics))
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from engb_core.compiled import EffectFunction
+from engb_core.model import EffectSetting
 
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
            'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'PAD_TEMPERATURE', 'POSITION', 'SAMPLE_SIZE',
@@ -132,6 +133,14 @@ class Effect:
             an effect that other causes imitate.
         rugged: the cost has many narrow minima in its parameters; fits move at random first.
         statement: (values) → a sentence for a brake engineer.
+        warp: (parameters, state, sample) → by how much torque comes late [s] at each sample;
+            inverse dynamics reads effort so much earlier, exactly.
+        correction: (parameters, state, sample) → what is to be added to the measured position at
+            each recorded sample; inverse dynamics corrects the motion instead of the stages.
+        late_position: whether `correction` says how late the position is [s] instead.
+        made_of: (setting) → the effect and its values, where the setting itself says what it is
+            (a law's formula).
+        written: (values) → the setting of the model file, where it is more than numbers.
     """
 
     id: str
@@ -159,6 +168,11 @@ class Effect:
     apart: tuple[str, ...] = ()
     rugged: bool = False
     credence: Callable[[Mapping[str, float]], float] | None = None
+    warp: EffectFunction | None = None
+    correction: EffectFunction | None = None
+    late_position: bool = False
+    made_of: Callable[[EffectSetting], tuple[Effect, list[float]]] | None = None
+    written: Callable[[Mapping[str, float]], EffectSetting] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

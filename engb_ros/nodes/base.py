@@ -58,6 +58,7 @@ class ManagedNode(LifecycleNode):
         self.specs = (AUTOSTART, *self.parameters)
         self.values = declare(self, self.specs)
         self.sim_time = bool(self.get_parameter('use_sim_time').value)
+        self._guard_services()
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
 
@@ -170,6 +171,24 @@ class ManagedNode(LifecycleNode):
         return made
 
     # Transitions.
+
+    def _guard_services(self) -> None:
+        """Refuse what rclpy's own services cannot answer (a transition that the state has not, a
+        parameter of a type that is none): rclpy would end the node."""
+        for service in self.services:
+            service.callback = self._guarded(service.callback, service.srv_name)
+
+    def _guarded(self, callback: Callable[[Any, Any], Any],
+                 name: str) -> Callable[[Any, Any], Any]:
+        def answer(request: Any, response: Any) -> Any:
+            try:
+                return callback(request, response)
+            except Exception as error:   # whatever was asked, the node goes on
+                self.get_logger().warning(
+                    f'{name}: a request is refused: {" ".join(str(error).split())}')
+                return type(response)()
+
+        return answer
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Configure; on failure stay unconfigured, keep nothing, and say why in one line."""

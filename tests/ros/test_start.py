@@ -1,5 +1,6 @@
 """Nodes start, stop by signal with status 0, and refuse bad parameters in one line."""
 
+import math
 import os
 from pathlib import Path
 import shutil
@@ -121,6 +122,7 @@ def test_parameters_are_described_and_checked_while_running(runner, probe):
 
     assert change('p', 0.6).successful
     assert not change('p', -0.6).successful
+    assert not change('p', math.nan).successful   # no range holds it off, and it takes all torque
     assert not change('antiwindup_strategy', 'magic').successful
     assert not change('reference', 'strokes').successful   # read only
     runner.stop()
