@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from engb_core.data_faults import cleaned
 from engb_core.effects.catalogue import get_effect
 from engb_core.filtering import comparison_of, slowest_speed
 from engb_core.inverse_dynamics import effort_of_motion
@@ -39,14 +40,16 @@ _TRIED = 16
 def predict_effort(recording: Recording, model: Model) -> Array:
     """Return the effort (n,) [N·m] that the model says the recorded motion needs.
 
-    Phases that no recording carries over to the next (the disc's, for runout) are first found
+    Samples that cannot be true (a position that jumps away and back) tell no motion and are left
+    out. Phases that no recording carries over to the next (the disc's, for runout) are first found
     in this recording.
     """
-    model = find_phases(motion_of(recording), model)
+    clean, _ = cleaned(recording, model)
+    model = find_phases(motion_of(clean), model)
     if any(BEHIND in setting.parameters for setting in model.effects):
-        motions = [motion_of(recording, bandwidth) for bandwidth in BANDWIDTHS]
+        motions = [motion_of(clean, bandwidth) for bandwidth in BANDWIDTHS]
     else:
-        motions = [sharp_motion_of(recording)]
+        motions = [sharp_motion_of(clean)]
     return np.median([_effort(recording, motion, model) for motion in motions], axis=0)
 
 

@@ -39,6 +39,7 @@ SLOW = (
     'tests/proof/test_effects.py::test_size_comes_out_as_asked',
     'tests/proof/test_prove.py::test_no_crash', 'tests/proof/test_prove.py::test_scores_and_page',
     'tests/proof/test_prove.py::test_second_start', 'tests/proof/test_prove.py::test_baselines',
+    'tests/proof/test_prove.py::test_a_part',
     'tests/reproduce/',
 )
 
