@@ -73,8 +73,8 @@ def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str],
     Args:
         fitter: of the problem.
         told: what the library says, with its models; tables and descriptions in it compete with
-            the law, names stay free beside it; where none is likely, they fall to a law that
-            alone predicts clearly better.
+            the law; likely names stay free beside it, others fall to a law that alone predicts
+            clearly better.
         likely: whether a name in it is likelier right than wrong.
         tell: is told what is being done.
     """
@@ -82,16 +82,13 @@ def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str],
     left = level(named, fitter) - 1.0
     if left <= CLEAN_EXCESS:
         return None
-    if not named.hypothesis.variants:
-        return _won(fitter, find_law(fitter, named, tell), told, alone=True)
-    if not likely:
-        base = fitter.finish(fitter.refine(fitter.base()))
-        alone = find_law(fitter, base, tell)
-        if alone is not None and _beats(fitter, alone, named):
-            won = _won(fitter, alone, told, alone=True)
-            if won is not None:
-                return won
-    return _won(fitter, find_law(fitter, named, tell), told, alone=False)
+    if likely or not named.hypothesis.variants:
+        return _won(fitter, find_law(fitter, named, tell), told,
+                    alone=not named.hypothesis.variants)
+    law = find_law(fitter, fitter.finish(fitter.refine(fitter.base())), tell)
+    if law is None or not _beats(fitter, law, named):
+        return None
+    return _won(fitter, law, told, alone=True)
 
 
 def _named(fitter: Fitter, fit: Fit) -> Fit:

@@ -13,12 +13,17 @@ from typing import Any, ClassVar
 from rcl_interfaces.msg import SetParametersResult
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import ROSInterruptException
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import (
+    HistoryPolicy,
+    qos_policy_name_from_kind,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 from rclpy.signals import SignalHandlerOptions
 
 from engb_core.errors import InputError
@@ -108,7 +113,9 @@ class ManagedNode(LifecycleNode):
     def advertise(self, topic: Topic) -> Any:
         """Return a managed publisher of `topic`."""
         publisher = self.create_lifecycle_publisher(
-            message_class(topic.type), topic.name, publisher_qos(topic))
+            message_class(topic.type), topic.name, publisher_qos(topic),
+            event_callbacks=PublisherEventCallbacks(
+                incompatible_qos=lambda event: self._tell_who_asks_for_more(topic, event)))
         self._owned.append((self.destroy_lifecycle_publisher, publisher))
         return publisher
 
@@ -127,6 +134,14 @@ class ManagedNode(LifecycleNode):
                                                 event_callbacks=events)
         self._owned.append((self.destroy_subscription, subscription))
         return subscription
+
+    def _tell_who_asks_for_more(self, topic: Topic, event: Any) -> None:
+        policy = qos_policy_name_from_kind(event.last_policy_kind)
+        self.get_logger().warning(
+            f'somebody subscribes to {topic.name} and hears nothing: its QoS asks for more '
+            f'{policy.lower()} than {topic.name} has; let it ask for '
+            + ('reliable or best effort, transient local or volatile' if topic.kind == 'status'
+               else 'reliable or best effort, volatile, and no deadline or liveliness'))
 
     def settle_for_less(self) -> None:
         """Read best effort what somebody offers no better; called between two callbacks."""

@@ -93,7 +93,7 @@ def test_a_stamp_that_stands_is_no_new_sample(feed):
     (-5.0, 0.03125, 0.03125),        # it was set back
     (-0.001, 0.03125, 0.03125),
     (50.0, 0.03125, 0.03125),        # it was set forward
-    (0.5, 0.25, 0.25),
+    (0.5, 0.25, 0.25), (0.5, 0.0625, 0.0625),
     (0.25, 0.5, 0.5),                # it stood
     (-5.0, 0.0, 1e-6), (-5.0, -1.0, 1e-6)])
 def test_a_clock_that_was_set_is_told_and_the_steady_clock_goes_on(feed, passed, waited, time):
@@ -153,6 +153,13 @@ def test_one_wild_angle_is_left_out(feed, sign):
     # … and no further.
     assert not feed(sign * 4.0 * REACH + sign * 0.01)
     assert not feed(sign * 500.0)
+
+
+def test_a_wild_angle_amid_good_ones_is_left_out(steady):
+    for _ in range(3):
+        assert not steady(100.0)
+        assert steady(0.0)
+        assert steady(1.0)
 
 
 def test_what_went_by_before_a_jump_gives_no_reach(feed):

@@ -112,6 +112,21 @@ def test_a_diagnosis_tells_the_law_and_holds_it():
     assert after < 0.15 * before
 
 
+def test_a_likely_name_stands_beside_a_law():
+    """What the library knows keeps its name; the law is for what is left."""
+    diagnosis = diagnose([recorded(
+        EffectSetting('cogging_torque', {'order': 6.0, 'amplitude': 0.02, 'phase': 1.0}),
+        law('a * peak(velocity / 6) * step(position - 13, 0.2)', 'torque', a=0.02))], MODEL,
+        threads=1)
+    names = [entry.effect for entry in diagnosis.effects if entry.probability >= 0.5]
+    assert names == ['cogging_torque']
+    assert diagnosis.verdict == 'partly_explained'
+    assert diagnosis.unexplained is not None and diagnosis.unexplained.law is not None
+    assert {'position', 'velocity'} <= set(diagnosis.unexplained.depends_on)
+    assert [setting.effect for setting in diagnosis.model.effects][-1] == 'law'
+    assert 'cogging_torque' in [setting.effect for setting in diagnosis.model.effects]
+
+
 def test_a_search_where_the_free_numbers_were_never_fitted_before():
     """A law that is a delay is looked for once more on another problem, whose fitter has not seen
     the numbers that names left free."""
