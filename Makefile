@@ -1,5 +1,5 @@
 # Two commands do everything: `make demo` and `make test`. `make check` is for every day: lint, types
-# and the quick tests. Each makes the .venv it needs.
+# and the quick tests. Each makes the .venv it needs. tests/README.md says more.
 # Python 3.11 or 3.12; PYTHON=… on the command line names another one of these.
 PYTHON ?= $(shell for p in python3.12 python3.11 python3; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))' 2>/dev/null \
@@ -15,9 +15,9 @@ demo: $(VENV)/.ready
 	$(BIN)/engb demo --out out/demo
 
 test: $(VENV)/.ready lint types
-	$(BIN)/python -m pytest -q -n $(WORKERS) --ignore tests/ros --ignore tests/can_bus tests
+	$(BIN)/python -m pytest -q -n $(WORKERS) -m 'not real_time' tests
 	# Real time, after the others: two at a time leave each other time enough.
-	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -q -n 2 tests/ros tests/can_bus
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -q -n 2 -m real_time tests/ros tests/can_bus
 
 check: $(VENV)/.ready lint types
 	$(BIN)/python -m pytest -q -n $(WORKERS) -m 'not slow' tests

@@ -101,9 +101,17 @@ def main() -> int:
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--rounds', type=int, default=5, help='how often each is injected')
     parser.add_argument('--only', default='', metavar='TEXT', help='faults whose name holds TEXT')
+    parser.add_argument('--list', action='store_true', help='name and count the kinds only')
     parser.add_argument('--write', metavar='PAGE', help='page whose table is replaced')
     options = parser.parse_args()
     chosen = [fault for fault in FAULTS if options.only in fault.name]
+    if options.list:
+        for name, test in [*((fault.name, fault.test) for fault in FAULTS),
+                           *((name, test) for name, *_, test in UNTIMED)]:
+            print(f'{name}: {test}')
+        print(f'{len(FAULTS)} kinds of faults timed over real DDS and CAN, {len(UNTIMED)} that '
+              'have no time of their own')
+        return 0
     texts: dict[Fault, tuple[str, str]] = {}
     for kind in ('plant', 'spoilt', 'can', 'force'):
         of_kind = [fault for fault in chosen if fault.loop == kind]

@@ -45,6 +45,7 @@ SIZES: dict[str, dict[str, float]] = {
     'inertia_error': {'inertia': 1.6 * NOMINAL.motor.inertia},
     'viscous_friction_error': {'viscous_friction': 1.5 * NOMINAL.motor.viscous_friction},
     'coulomb_friction_error': {'coulomb': 0.022}, 'load_stiffness_error': {'scale': 1.25},
+    'load_curve_shape': {'value_08': 0.02, 'value_09': 0.03, 'value_10': 0.02, 'to': 20.0},
     'contact_shift': {'shift': 1.5}, 'torque_offset': {'offset': 0.02},
     'load_dependent_friction': {'load_gain': 0.25}, 'asymmetric_friction': {'asymmetry': 0.3},
     'stribeck_friction': {'breakaway_ratio': 1.9, 'stribeck_velocity': 2.0},

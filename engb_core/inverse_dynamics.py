@@ -6,12 +6,14 @@ runs.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import kernel, row_of
-from engb_core.effects.base import ACCELERATION, EFFORT
-from engb_core.plant import N_DELAY, N_INERTIA, Physics, torque_without_inertia
+from engb_core.compiled import EffectFunction, kernel, row_of
+from engb_core.effects.base import ACCELERATION, EFFORT, INERTIA, POSITION, TORQUE, VELOCITY
+from engb_core.plant import N_DELAY, Physics, torque_without_inertia
 
 __all__ = ['effort_of_motion']
 
@@ -27,8 +29,9 @@ _SLOPES = (0.1, 3.0)
 def _needed(nominal, cogging, functions, bounds, owner, parameters, state, samples, effort):
     for row in range(samples.shape[0]):
         sample = row_of(samples, row)
-        effort[row] = nominal[N_INERTIA] * sample[ACCELERATION] + torque_without_inertia(
-            nominal, cogging, functions, bounds, owner, parameters, state, sample)
+        torque = torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters,
+                                        state, sample)
+        effort[row] = sample[INERTIA] * sample[ACCELERATION] + torque
 
 
 @kernel
@@ -39,6 +42,24 @@ def _later(values, samples, out):
         place = min(max(row + samples, 0.0), float(last))
         whole = min(int(place), last - 1)
         out[row] = values[whole] + (place - whole) * (values[whole + 1] - values[whole])
+
+
+@kernel
+def _warped(values, late, out):
+    """Write into `out` the function that `late` (n,) samples earlier has the values; instants that
+    would pass one another come at once."""
+    place = 0
+    instant = -late[0]
+    following = max(instant, 1.0 - late[min(1, values.size - 1)])
+    for row in range(values.size):
+        while following < row and place < values.size - 2:
+            place += 1
+            instant = following
+            following = max(instant, place + 1 - late[place + 1])
+        way = following - instant
+        along = (row - instant) / way if way > 1e-9 else 1.0
+        along = min(max(along, 0.0), 1.0)
+        out[row] = values[place] + along * (values[place + 1] - values[place])
 
 
 @kernel
@@ -68,10 +89,15 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
     """
     effort = np.empty(samples.shape[0])
     state = physics.fresh_state()
+    if physics.corrections:
+        samples = _corrected(samples, step, physics)
     _needed(physics.nominal, physics.cogging, physics.functions, physics.bounds, physics.owner,
             physics.parameters, state, samples, effort)
     if physics.stages['actuation']:
         effort = _inverse_actuation(samples, physics, state, effort)
+    for function, effect in physics.warps:
+        effort = _undelayed(samples, step, physics.parameters[effect], state[effect], function,
+                            effort, moving)
     delay = physics.delay + physics.nominal[N_DELAY]
     steady = effort
     if moving is not None:
@@ -86,6 +112,42 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
     if delay != 0.0 and effort.size > 1:
         prompt, effort = effort, np.empty_like(effort)
         _later(prompt, delay / step, effort)
+    return effort
+
+
+def _corrected(samples: Array, step: float, physics: Physics) -> Array:
+    """Return the samples of the true motion, as far as this grid tells what the sensor's error
+    does; where there is a recording, position_error.py knows better."""
+    effort_of_motion(samples, step, replace(physics, corrections=()))
+    state = physics.fresh_state()
+    moved = samples.copy()
+    for function, effect, late in physics.corrections:
+        function.loop(physics.parameters[effect], state[effect], samples, TORQUE)
+        error = samples[:, TORQUE].copy()
+        if late:
+            error *= samples[:, VELOCITY]
+        rate = np.gradient(error, step)
+        for column, values in ((POSITION, error), (VELOCITY, rate),
+                               (ACCELERATION, np.gradient(rate, step))):
+            moved[:, column] += values
+    return moved
+
+
+def _undelayed(samples: Array, step: float, parameters: Array, state: Array,
+               function: EffectFunction, torque: Array,
+               moving: NDArray[np.bool_] | None) -> Array:
+    """Return the effort (n,) whose torque comes late by what `function` says at each sample."""
+    if torque.size < 3:
+        return torque
+    samples[:, EFFORT] = torque
+    function.loop(parameters, state, samples, TORQUE)
+    late = np.ascontiguousarray(samples[:, TORQUE]) / step
+    if not np.isfinite(late).all():
+        return torque
+    if moving is not None:
+        _held(torque, moving, int(min(np.ceil(np.abs(late).max()), torque.size)) + 1)
+    effort = np.empty_like(torque)
+    _warped(torque, late, effort)
     return effort
 
 

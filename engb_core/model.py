@@ -95,10 +95,17 @@ class Controller:
 
 @dataclass(frozen=True)
 class EffectSetting:
-    """One effect that a diagnosis added: its id and its parameters (numbers, lists of them)."""
+    """One effect that a diagnosis added: its id and its parameters (numbers, lists of them).
+
+    A law has a `formula`, what it `acts_as`, and the range of each coordinate `within` which it
+    was seen (engb_core/laws).
+    """
 
     effect: str
     parameters: dict[str, Any] = field(default_factory=dict)
+    formula: str = ''
+    acts_as: str = ''
+    within: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -211,8 +218,7 @@ class Model:
         }
         if self.controller is not None:
             data['controller'] = _floats(self.controller)
-        data['effects'] = [{'effect': entry.effect, 'parameters': _plain(entry.parameters)}
-                           for entry in self.effects]
+        data['effects'] = [_effect_mapping(entry) for entry in self.effects]
         return data
 
     def write(self, path: str | os.PathLike) -> None:
@@ -321,7 +327,8 @@ def _load_torque(data: Any) -> LoadTorque:
 def _effect(data: Any, where: str) -> EffectSetting:
     if not isinstance(data, dict) or not isinstance(data.get('effect'), str):
         raise InputError(f'{where} must hold effect: <name> and parameters: {{…}}')
-    _known(data, {'effect', 'parameters'}, where)
+    law = {'formula', 'acts_as', 'within'} if data['effect'] == 'law' else set()
+    _known(data, {'effect', 'parameters'} | law, where)
     parameters = data.get('parameters') or {}
     if not isinstance(parameters, dict):
         raise InputError(f'{where}.parameters must be a mapping')
@@ -332,7 +339,39 @@ def _effect(data: Any, where: str) -> EffectSetting:
             values[str(name)] = [_number(item, here) for item in value]
         else:
             values[str(name)] = _number(value, here)
-    return EffectSetting(data['effect'], values)
+    if not law:
+        return EffectSetting(data['effect'], values)
+    texts = {name: data.get(name, '') for name in ('formula', 'acts_as')}
+    for name, text in texts.items():
+        if not isinstance(text, str):
+            raise InputError(f'{where}.{name} is {text!r}; it must be text')
+    return EffectSetting(data['effect'], values, texts['formula'], texts['acts_as'],
+                         _ranges(data.get('within'), f'{where}.within'))
+
+
+def _ranges(data: Any, where: str) -> dict[str, tuple[float, float]]:
+    if data is None:
+        return {}
+    if not isinstance(data, dict):
+        raise InputError(f'{where} must be a mapping of coordinates to [lowest, highest]')
+    found = {}
+    for name, span in data.items():
+        if not isinstance(span, list) or len(span) != 2:
+            raise InputError(f'{where}.{name} must be [lowest, highest]')
+        low, high = (_number(value, f'{where}.{name}') for value in span)
+        found[str(name)] = (low, high)
+    return found
+
+
+def _effect_mapping(entry: EffectSetting) -> dict[str, Any]:
+    mapping: dict[str, Any] = {'effect': entry.effect}
+    if entry.formula:
+        mapping |= {'formula': entry.formula, 'acts_as': entry.acts_as}
+    mapping['parameters'] = _plain(entry.parameters)
+    if entry.within:
+        mapping['within'] = {name: [float(low), float(high)]
+                             for name, (low, high) in entry.within.items()}
+    return mapping
 
 
 def _floats(section: Any) -> dict[str, float]:

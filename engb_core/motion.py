@@ -42,7 +42,7 @@ class Motion:
 
     Position, its derivatives and effort have passed the same Gaussian of `bandwidth` [Hz].
     `known` is False where the grid falls into a gap of the recording, and at its very ends;
-    `recorded_step` [s] is the recording's own.
+    `recorded_step` [s] is the recording's own; `sharp` tells a motion of sharp_motion.py.
     """
 
     name: str
@@ -61,6 +61,7 @@ class Motion:
     has_temperature: bool
     bandwidth: float
     recorded_step: float
+    sharp: bool = False
 
     @property
     def speed(self) -> float:
@@ -139,15 +140,17 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
         has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine)
 
 
-def without_counts(recording: Recording) -> tuple[Array, Array]:
-    """Return times and positions of the counts' edges: what the encoder says for certain."""
+def without_counts(recording: Recording, values: Array | None = None) -> tuple[Array, Array]:
+    """Return times and positions of the counts' edges: what the encoder says for certain; or what
+    other `values` (n,) at the samples are at these edges."""
     time, position = recording.time, recording.position
+    values = position if values is None else values
     change = np.flatnonzero(np.diff(position))
     if change.size < 2:
-        return time, position
-    beside = _beside_rest(recording, change)
+        return time, values
+    beside = _beside_rest(recording, change, values)
     edge = np.concatenate([0.5 * (time[change] + time[change + 1]), beside[0]])
-    middle = np.concatenate([0.5 * (position[change] + position[change + 1]), beside[1]])
+    middle = np.concatenate([0.5 * (values[change] + values[change + 1]), beside[1]])
     order = np.argsort(edge, kind='stable')
     edge, middle = edge[order], middle[order]
     end = max(time[-1], edge[-1] + 1e-9)
@@ -167,7 +170,8 @@ def _beyond(edge: Array, middle: Array, time: float) -> float:
     return float(middle[0] + (middle[0] - middle[1]) * beyond / between)
 
 
-def _beside_rest(recording: Recording, change: NDArray[np.int64]) -> tuple[Array, Array]:
+def _beside_rest(recording: Recording, change: NDArray[np.int64], values: Array,
+                 ) -> tuple[Array, Array]:
     """Return times and positions of the first and last edges of changes by several counts that a
     rest or lost samples stand beside: a line from the middle of the change to the edge before the
     rest would have the shaft creep all that time."""
@@ -183,7 +187,7 @@ def _beside_rest(recording: Recording, change: NDArray[np.int64]) -> tuple[Array
     share = np.concatenate([half[first], 1.0 - half[last]])
     which = np.concatenate([first, last])
     return (time[change[which]] + share * duration[which],
-            position[change[which]] + share * jump[which])
+            values[change[which]] + share * np.diff(values)[change[which]])
 
 
 def bridged(time: Array, position: Array, recording: Recording) -> Array:

@@ -81,6 +81,10 @@ class Physics:
         leads: (effect, its row in `parameters`) of those by which torque comes late.
         delay, time_constant: [s] by which torque comes after measured effort, for the inverse
             dynamics to undo.
+        warps: (function, its row in `parameters`) of delays that change from sample to sample,
+            for the inverse dynamics to undo.
+        corrections: (function, its row in `parameters`, whether it is a delay [s]) of what the
+            measured position is off by (position_error.py).
     """
 
     nominal: Array
@@ -93,6 +97,8 @@ class Physics:
     leads: tuple[tuple[Effect, int], ...]
     delay: float
     time_constant: float
+    warps: tuple[tuple[EffectFunction, int], ...] = ()
+    corrections: tuple[tuple[EffectFunction, int, bool], ...] = ()
 
     def fresh_state(self) -> Array:
         """Return the effects' states at the start of a run, (effects, STATE_SIZE)."""
@@ -188,7 +194,8 @@ def effects_of(model: Model) -> list[tuple[Effect, list[float]]]:
         InputError: an unknown effect or parameter.
     """
     settings = [(get_effect(entry.effect), entry) for entry in model.effects]
-    return [(effect, setting_values(effect, entry)) for effect, entry in settings]
+    return [(effect, setting_values(effect, entry)) if effect.made_of is None
+            else effect.made_of(entry) for effect, entry in settings]
 
 
 def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] | None = None,
@@ -214,7 +221,9 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
     for stage in STAGES:
         stages[stage] = []
         for index, (effect, _) in enumerate(chosen):
-            if stage in effect.stages and not (stage == 'actuation' and effect.lead and inverse):
+            undone = inverse and (effect.correction is not None or stage == 'actuation'
+                                  and (effect.lead or effect.warp) is not None)
+            if stage in effect.stages and not undone:
                 functions.append(effect.stages[stage])
                 stages[stage].append((effect.stages[stage], index))
                 owner.append(index)
@@ -226,13 +235,20 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
                        float).reshape(-1, 3)
     parameters = np.zeros((max(len(chosen), 1), PARAMETER_SIZE))
     leads = []
+    warps: list[tuple[EffectFunction, int]] = []
+    corrections: list[tuple[EffectFunction, int, bool]] = []
     for index, (effect, values) in enumerate(chosen):
         parameters[index, :len(values)] = values
+        if effect.warp is not None:
+            warps.append((effect.warp, index))
+        if effect.correction is not None and inverse:
+            corrections.append((effect.correction, index, effect.late_position))
         if effect.lead is not None:
             leads.append((effect, index))
     made = Physics(nominal_vector(model), cogging, stages, handles(functions),
                    np.array(bounds, np.int64), np.array(owner, np.int64), parameters,
-                   tuple(leads), 0.0, 0.0)
+                   tuple(leads), 0.0, 0.0, tuple(warps),
+                   tuple(corrections))
     return with_values(made, made.nominal, parameters)
 
 
@@ -278,6 +294,8 @@ def load_torques(nominal: Array, positions: Array) -> Array:
 @compiled
 def torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters, state, sample):
     """Return the torque that the motor must give beside J·ω̇ [N·m]; fills in the sample's stages.
+
+    J is sample[INERTIA] afterwards: an effect may add to the model's.
 
     `sample` comes with time, motion and disc; VELOCITY decides the nominal direction unless
     sample[DIRECTION] is overridden by an effect of that stage.

@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from engb_core.data_faults import cleaned
 from engb_core.effects.catalogue import get_effect
 from engb_core.filtering import comparison_of, slowest_speed
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import filtered, Motion, motion_of
 from engb_core.plant import physics_of
+from engb_core.position_error import effort_of_recording
 from engb_core.recording import Recording
 from engb_core.sharp_motion import sharp_motion_of
 
@@ -38,14 +40,16 @@ _TRIED = 16
 def predict_effort(recording: Recording, model: Model) -> Array:
     """Return the effort (n,) [N·m] that the model says the recorded motion needs.
 
-    Phases that no recording carries over to the next (the disc's, for runout) are first found
+    Samples that cannot be true (a position that jumps away and back) tell no motion and are left
+    out. Phases that no recording carries over to the next (the disc's, for runout) are first found
     in this recording.
     """
-    model = find_phases(motion_of(recording), model)
+    clean, _ = cleaned(recording, model)
+    model = find_phases(motion_of(clean), model)
     if any(BEHIND in setting.parameters for setting in model.effects):
-        motions = [motion_of(recording, bandwidth) for bandwidth in BANDWIDTHS]
+        motions = [motion_of(clean, bandwidth) for bandwidth in BANDWIDTHS]
     else:
-        motions = [sharp_motion_of(recording)]
+        motions = [sharp_motion_of(clean)]
     return np.median([_effort(recording, motion, model) for motion in motions], axis=0)
 
 
@@ -54,7 +58,7 @@ def _effort(recording: Recording, motion: Motion, model: Model) -> Array:
     half a sample after: late torque turns within less."""
     moving = np.abs(motion.velocity) >= slowest_speed(
         [motion], model.friction.saturation_velocity, motion.speed)
-    effort = effort_of_motion(motion.samples(), motion.step, physics_of(model), moving)
+    effort = effort_of_recording(recording, motion, motion.samples(), physics_of(model), moving)
     parts = max(1, round(recording.interval / motion.step))
     window = np.convolve(np.full(parts, 1.0 / parts), [0.5, 0.5]) if parts > 1 else np.ones(1)
     return np.interp(recording.time, motion.time, filtered(effort, window))

@@ -17,7 +17,7 @@ from scipy.signal import butter, sosfiltfilt
 from engb_core.motion import bridged, Motion, motion_of, without_counts
 from engb_core.recording import Recording
 
-__all__ = ['MOST_OF_RATE', 'sharp_motion_of']
+__all__ = ['MOST_OF_RATE', 'ORDER', 'sharp_motion_of']
 
 # Corner [Hz] and order: friction turns within milliseconds.
 BANDWIDTH, ORDER = 150.0, 3
@@ -56,4 +56,4 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
         acceleration=np.gradient(velocity, step), effort=on_grid(recorded.effort),
         disc_speed=on_grid(recorded.disc_speed), disc_angle=on_grid(recorded.disc_angle),
         pad_temperature=on_grid(recorded.pad_temperature),
-        known=on_grid(recorded.known.astype(float)) > 0.5, bandwidth=bandwidth)
+        known=on_grid(recorded.known.astype(float)) > 0.5, bandwidth=bandwidth, sharp=True)

@@ -19,6 +19,7 @@ from engb_core.effects.base import (
     DISC_ANGLE,
     DISC_SPEED,
     EFFORT,
+    INERTIA,
     LEVEL,
     LOAD,
     PAD_TEMPERATURE,
@@ -63,7 +64,6 @@ def _advance(nominal, cogging, functions, bounds, owner, parameters, state, samp
         _advance_nominal(nominal, cogging, sample, effort, steps)
         return
     step = sample[TIME_STEP]
-    inertia = nominal[N_INERTIA]
     saturation = nominal[N_SATURATION]
     for _ in range(steps):
         torque = effort
@@ -72,6 +72,7 @@ def _advance(nominal, cogging, functions, bounds, owner, parameters, state, samp
             torque = call_effect(functions, index, parameters, owner[index], state, sample)
         rest = torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters,
                                       state, sample)
+        inertia = sample[INERTIA]
         velocity = sample[VELOCITY]
         if bounds[4] > bounds[3]:
             fresh = velocity + step * (torque - rest) / inertia

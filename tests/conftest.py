@@ -22,21 +22,24 @@ WATCH = pytest.StashKey[Watch]()
 
 # Nodes and buses as they are, in real time: where a busy machine was late they are run again, and
 # where others took it to the end the outcome is not known.
-REAL_TIME = ('tests/ros/', 'tests/can_bus/')
+REAL_TIME = ('tests/ros/', 'tests/can_bus/test_bus.py',
+             'tests/can_bus/test_four_drives.py::test_four_drives_over_a_real_bus')
 RERUNS = 3
 
 # Files and tests that take more than a few seconds of processor time, or real time (nodes, buses);
 # `make check` leaves them out. Found by `pytest --durations=80`.
 SLOW = (
-    'tests/ros/', 'tests/can_bus/', 'tests/fleet/test_survey.py', 'tests/fleet/test_dask.py',
+    *REAL_TIME, 'tests/fleet/test_survey.py', 'tests/fleet/test_dask.py',
     'tests/core/test_code_cache.py', 'tests/diagnose/test_side_by_side.py',
     'tests/diagnose/test_load_cause.py', 'tests/diagnose/test_unseen.py',
     'tests/diagnose/test_beyond_the_search.py', 'tests/diagnose/test_curved_friction.py',
     'tests/diagnose/test_experiment.py::test_the_experiment_settles',
     'tests/diagnose/test_findings.py::test_a_wave_is_one_that_repeats',
-    'tests/fuzz/test_fuzz.py', 'tests/proof/test_effects.py::test_size_comes_out_as_asked',
+    'tests/fuzz/test_fuzz.py', 'tests/laws/test_find_law.py',
+    'tests/proof/test_effects.py::test_size_comes_out_as_asked',
     'tests/proof/test_prove.py::test_no_crash', 'tests/proof/test_prove.py::test_scores_and_page',
     'tests/proof/test_prove.py::test_second_start', 'tests/proof/test_prove.py::test_baselines',
+    'tests/proof/test_prove.py::test_a_part',
     'tests/reproduce/',
 )
 
@@ -47,6 +50,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if item.nodeid.startswith(SLOW):
             item.add_marker('slow')
         if item.nodeid.startswith(REAL_TIME):
+            item.add_marker('real_time')
             item.add_marker(pytest.mark.flaky(reruns=RERUNS, condition=_may_be_late(item)))
 
 

@@ -82,8 +82,7 @@ class TorqueWatch:
         self._given += (abs(torque) - self._given) * min(4.0 * part, 1.0)
         self.short = lack > tolerance
         lacking = self._lack > tolerance
-        self.off = lacking and self._given <= max(
-            _NONE * (self._given + self._lack), 0.1 * tolerance)
+        self.off = lacking and self._given <= _NONE * (self._given + self._lack)
         self.weak = lacking and not self.off
         self.wrong = self._excess > tolerance
 

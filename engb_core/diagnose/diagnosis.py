@@ -12,8 +12,8 @@ from engb_core.data_faults import DataFault
 from engb_core.model import Model
 
 __all__ = ['ClosedLoop', 'Candidate', 'Diagnosis', 'EffectFinding', 'Evidence', 'Interval',
-           'NextExperiment', 'NominalChange', 'ParameterEstimate', 'QualityOfFit', 'ResidualOver',
-           'Trace', 'Unexplained', 'Zone']
+           'LawFinding', 'LawPicture', 'NextExperiment', 'NominalChange', 'ParameterEstimate',
+           'QualityOfFit', 'ResidualOver', 'Trace', 'Unexplained', 'Zone']
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,11 @@ class ParameterEstimate:
 
 @dataclass(frozen=True)
 class EffectFinding:
-    """One effect that the data call for."""
+    """One effect that the data call for.
+
+    `onset` is the recording, and the time in seconds from its first sample, at which it begins to
+    act; None where it acts throughout.
+    """
 
     effect: str
     probability: float
@@ -37,6 +41,7 @@ class EffectFinding:
     share: float
     alternatives: tuple[tuple[str, float], ...]
     statement: str
+    onset: tuple[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -61,8 +66,41 @@ class Zone:
 
 
 @dataclass(frozen=True)
+class LawPicture:
+    """The remainder over the coordinate that reveals a law: binned means (k,), applying (ω > 0)
+    and releasing; `measured` before the law, `law` what it says, `left` after it."""
+
+    coordinate: str
+    unit: str
+    centre: Array
+    measured: tuple[Array, Array]
+    law: tuple[Array, Array]
+    left: tuple[Array, Array]
+
+
+@dataclass(frozen=True)
+class LawFinding:
+    """A law for what has no name.
+
+    `formula` has numbers in it, `pattern` the names of `parameters`; `alternatives` are formulas
+    that do about as well; `explained` is the part of the excess over the noise that it explains.
+    """
+
+    formula: str
+    pattern: str
+    acts_as: str
+    parameters: dict[str, ParameterEstimate]
+    line: str
+    statement: str
+    alternatives: tuple[str, ...]
+    settled: bool
+    explained: float
+    picture: LawPicture | None = None
+
+
+@dataclass(frozen=True)
 class Unexplained:
-    """What is left after the named effects."""
+    """What is left after the named effects, and the law for it where one was found."""
 
     share: float
     depends_on: tuple[str, ...]
@@ -70,6 +108,7 @@ class Unexplained:
     memory: bool
     where: tuple[Zone, ...]
     statement: str
+    law: LawFinding | None = None
 
 
 @dataclass(frozen=True)

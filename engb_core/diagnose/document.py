@@ -10,7 +10,14 @@ import json
 import math
 from typing import Any
 
-from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, QualityOfFit, Unexplained, Zone
+from engb_core.diagnose.diagnosis import (
+    Diagnosis,
+    EffectFinding,
+    LawFinding,
+    QualityOfFit,
+    Unexplained,
+    Zone,
+)
 
 __all__ = ['FORMAT', 'to_document', 'to_json']
 
@@ -59,7 +66,7 @@ def to_json(diagnosis: Diagnosis) -> str:
 
 
 def _effect(finding: EffectFinding) -> dict[str, Any]:
-    return {
+    entry: dict[str, Any] = {
         'effect': finding.effect,
         'probability': _fraction(finding.probability),
         'parameters': {name: {'value': float(entry.value), 'std': _deviation(entry.std),
@@ -70,16 +77,38 @@ def _effect(finding: EffectFinding) -> dict[str, Any]:
                          for name, probability in finding.alternatives],
         'statement': finding.statement,
     }
+    if finding.onset is not None and _finite(finding.onset[1]):
+        recording, time = finding.onset
+        entry['onset'] = {'recording': recording, 'time': float(time)}
+    return entry
 
 
 def _unexplained(rest: Unexplained) -> dict[str, Any]:
-    return {
+    found = {
         'share': _fraction(rest.share),
         'depends_on': list(rest.depends_on),
         'parity_in_velocity': rest.parity_in_velocity,
         'memory': bool(rest.memory),
         'where': _zones(rest.where),
         'statement': rest.statement,
+    }
+    if rest.law is not None:
+        found['law'] = _law(rest.law)
+    return found
+
+
+def _law(law: LawFinding) -> dict[str, Any]:
+    return {
+        'formula': law.formula,
+        'acts_as': law.acts_as,
+        'pattern': law.pattern,
+        'parameters': {name: {'value': float(entry.value), 'std': _deviation(entry.std),
+                              'unit': entry.unit}
+                       for name, entry in law.parameters.items() if _finite(entry.value)},
+        'statement': law.statement,
+        'alternatives': list(law.alternatives),
+        'settled': law.settled,
+        'explained': _fraction(law.explained),
     }
 
 

@@ -23,20 +23,23 @@ from engb_core.diagnose.evidence import (
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.load_shape import load_shape_finding, with_free_load_curve
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.numbers import level, wrong_numbers
+from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import CLEAN_EXCESS, select, Selection
-from engb_core.diagnose.sharpened import Sharpened, sharpened
+from engb_core.diagnose.sharpened import explained_problem, Sharpened, sharpened
 from engb_core.diagnose.side_by_side import processors, side_by_side
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.errors import InputError
+from engb_core.laws.competition import law_for
 from engb_core.model import Model
 from engb_core.plant import physics_of
 from engb_core.plausibility import refuse_implausible
@@ -80,11 +83,18 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     holdout, further = _cleaned(holdout, model)
     problem, outcome = _without_stops(recordings, model, holdout, tell, threads)
     tell('listening for a resonance above the band')
-    resonance = resonance_beside(problem, outcome.corrected, threads)
+    resonance = resonance_beside(outcome.judged_on(problem), outcome.corrected, threads)
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = with_resonance(problem, resonance.setting, threads)
-        outcome = _beside(resonance, _judged(beyond, tell, threads, outcome.fitter))
+        beside = _judged(beyond, tell, threads, outcome.fitter)
+        if _explains_as_much(beside, outcome):
+            outcome = _beside(resonance, _with_law(beside, tell))
+        else:
+            resonance = None
+    if resonance is None:
+        outcome = _with_law(outcome, tell)
+    problem = outcome.judged_on(problem)
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
     runs, parts = list(problem.runs), problem.split(outcome.mismatch)
     if resonance is not None and all(
@@ -152,7 +162,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
 @dataclass(frozen=True)
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
-    this makes up, and the corrected model."""
+    this makes up, the corrected model, and what the library says with its models."""
 
     fitter: Fitter
     selection: Selection
@@ -162,6 +172,11 @@ class _Outcome:
     verdict: str
     unexplained: Unexplained | None
     corrected: Model
+    told: Sharpened
+
+    def judged_on(self, problem: Problem) -> Problem:
+        """Return the problem with the onsets of what the corrected model holds."""
+        return replace(problem, onsets=self.explanation.fit.hypothesis.onsets)
 
 
 def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
@@ -170,6 +185,15 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     tell('refitting the nominal numbers')
     nominal = fitter.nominal()
     selection = select(search(fitter, tell))
+    if selection.nominal_excess > CLEAN_EXCESS:
+        tell('asking whether the load curve has another form')
+        free = with_free_load_curve(fitter, selection)
+        if free is not None:
+            tell('beginning again with a free load curve')
+            fitter, nominal, selection = free, free.nominal(), select(search(free, tell))
+    if selection.nominal_excess > CLEAN_EXCESS:
+        tell('asking whether an effect begins within the recordings')
+        selection = with_onset(fitter, selection)
     tell('refining')
     chosen = selection.chosen
     if is_rugged(chosen):
@@ -177,11 +201,14 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     chosen = fitter.finish(fitter.refine(chosen))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
-    told = Sharpened(explanation, explanation.models(), problem)
+    told = Sharpened(explanation, explanation.models(),
+                     explained_problem(fitter, explanation.fit))
     numbers = []
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, explanation.fit)
+        shape = load_shape_finding(fitter, explanation.fit)
+        numbers += [] if shape is None else [shape]
         tell('taking the numbers from a sharper motion')
         told = sharpened(fitter, explanation)
     findings, mismatch = findings_of(fitter, nominal, told.explanation, numbers, selection)
@@ -194,7 +221,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     if absent is not None and absent.is_plainer(fitter, explanation):
         told = _without_names(fitter, explanation, findings)
         return _Outcome(fitter, selection, told.explanation, [], absent.residual, 'unexplained',
-                        absent.unexplained(fitter), absent.corrected(problem.model, fitter))
+                        absent.unexplained(fitter), absent.corrected(problem.model, fitter),
+                        told)
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
@@ -202,7 +230,33 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         told, () if findings else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
-                    unexplained, corrected)
+                    unexplained, corrected, told)
+
+
+def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
+    """Return the outcome with a law for what names and numbers leave, where one is believed."""
+    if outcome.unexplained is None:
+        return outcome
+    # A name that is likelier right than wrong stands beside a law.
+    law = law_for(outcome.fitter, outcome.told,
+                  any(entry.probability >= 0.5 for entry in outcome.findings), tell)
+    if law is None:
+        return outcome
+    # A wrong number was told from a fit without the law.
+    findings = [] if law.alone else outcome.findings
+    left = max(0.0, 1.0 - sum(finding.share for finding in findings))
+    return replace(
+        outcome, explanation=law.explanation, findings=findings,
+        mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
+        verdict='partly_explained' if findings else 'unexplained',
+        unexplained=law.told(outcome.unexplained, left), corrected=law.model)
+
+
+def _explains_as_much(outcome: _Outcome, other: _Outcome) -> bool:
+    """Whether an outcome leaves no more than another one of the same recordings, or no more than
+    noise: what takes the place of a gap in the wide band must do as much in the narrow one."""
+    left, best = (level(entry.explanation.fit, other.fitter) for entry in (outcome, other))
+    return left - 1.0 <= max(best - 1.0, CLEAN_EXCESS)
 
 
 def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:

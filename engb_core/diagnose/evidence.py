@@ -27,7 +27,6 @@ from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.model import Model
-from engb_core.plant import physics_of
 from engb_core.prediction import find_phases
 from engb_core.simulation import simulate_closed_loop
 
@@ -45,8 +44,18 @@ def _judged(problem: Problem) -> list[tuple[Run, NDArray[np.bool_]]]:
     return [(run, ~run.fitted) for run in problem.runs]
 
 
-def _predicted(run: Run, model: Model) -> Array:
-    return run.predicted(physics_of(find_phases(run.motion, model)))
+def _predicted(problem: Problem, run: Run, model: Model) -> Array:
+    return problem.predicted(run, find_phases(run.motion, model))
+
+
+def _begun(problem: Problem, run: Run, time: Array) -> NDArray[np.bool_]:
+    """Return at which times (n,) of a run all effects act that begin within the recordings."""
+    begun = np.ones(time.size, bool)
+    for place, own in enumerate(problem.runs):
+        for _, onset in problem.onsets:
+            if own is run:
+                begun &= time >= onset.begins[place]
+    return begun
 
 
 def unseen_errors(problem: Problem, model: Model) -> list[Array]:
@@ -54,7 +63,7 @@ def unseen_errors(problem: Problem, model: Model) -> list[Array]:
     the fit."""
     found = []
     for run in problem.runs:
-        error = run.measured - _predicted(run, model)
+        error = run.measured - _predicted(problem, run, model)
         ends = np.flatnonzero(np.diff(run.fitted)) + 1
         found += [part for part, fitted in zip(np.split(error, ends), np.split(run.fitted, ends),
                                                strict=True) if part.size and not fitted[0]]
@@ -74,7 +83,7 @@ def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLo
     for run, rows in _judged(problem):
         if rows.sum() == 0:
             continue
-        rms = [float(np.sqrt(np.mean((run.measured - _predicted(run, model))[rows] ** 2)))
+        rms = [float(np.sqrt(np.mean((run.measured - _predicted(problem, run, model))[rows] ** 2)))
                for model in (problem.model, corrected)]
         floor = float(np.sqrt(np.mean(run.noise[rows] ** 2)))
         found.append(QualityOfFit(run.recording.name, 'effort', *rms, floor, torque))
@@ -82,6 +91,10 @@ def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLo
         if loop is not None:
             seen = np.interp(loop.time, run.motion.time[run.comparison.grid],
                              rows.astype(float)) > 0.5
+            # The simulated loop has every effect from its begin on.
+            seen &= _begun(problem, run, loop.time)
+            if not seen.any():
+                continue
             errors = [float(np.sqrt(np.mean((values - loop.recorded)[seen] ** 2)))
                       for values in (loop.simulated_before, loop.simulated_after)]
             if np.isfinite(errors).all():
@@ -120,8 +133,8 @@ def evidence_of(problem: Problem, fitter: Fitter, chosen: Fit, selection: Select
         grid = run.comparison.grid
         traces.append(Trace(
             run.recording.name, run.held_out, run.motion.time[grid], run.motion.position[grid],
-            run.motion.velocity[grid], run.measured, _predicted(run, problem.model),
-            _predicted(run, corrected), np.ones(grid.size, bool),
+            run.motion.velocity[grid], run.measured, _predicted(problem, run, problem.model),
+            _predicted(problem, run, corrected), np.ones(grid.size, bool),
             float(np.sqrt(np.mean(run.noise ** 2))),
             channels_of(run, corrected, [finding.effect for finding in findings])))
     return Evidence(
@@ -189,7 +202,7 @@ def _changes(fitter: Fitter, chosen: Fit) -> list[NominalChange]:
     start = chosen.hypothesis.start_of_numbers()
     found = []
     for place, number in enumerate(chosen.hypothesis.numbers):
-        if number.name == DELAY:
+        if number.name == DELAY or number.effect:
             continue
         before, after, std = start[place], chosen.vector[place], deviations[place]
         if number.logarithmic:

@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.load_shape import LOAD_SHAPE, repeats
 from engb_core.diagnose.numbers import level, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
+from engb_core.diagnose.ranking import excess
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
-from engb_core.effects.base import Effect
-from engb_core.effects.catalogue import get_effect
+from engb_core.effects.base import Effect, NUMBER_OFF
+from engb_core.effects.catalogue import catalogue, get_effect
 
 __all__ = ['findings_of', 'in_order']
 
@@ -25,8 +28,6 @@ Array = NDArray[np.float64]
 TOLD = 0.02
 # How sure a named effect can be beside what has no name, where that leads or may be all of it.
 COMPANION = 0.45
-# So often a wave must repeat along the stroke to be told from what stands in some places once.
-REPEATS = 5.0
 # A finding is sure from here on.
 SURE = 2.0 / 3.0
 # An effect is no nearer to none than this many standard deviations of its size.
@@ -45,13 +46,23 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     where nothing is named, what the nominal model leaves.
     """
     chosen = explanation.fit
-    findings = _physics(fitter, explanation, selection)
-    findings += _numbers(fitter, nominal, explanation, numbers)
+    physics = _physics(fitter, explanation, selection)
+    changed = _numbers(fitter, nominal, explanation, numbers)
+    findings = [finding for finding, _ in (*physics, *changed)]
+    if physics and changed:
+        # What effects and numbers explain together, each by what is lost without it.
+        left = excess(chosen, fitter) / max(excess(nominal, fitter), 1e-9)
+        total = sum(matters for _, matters in (*physics, *changed))
+        findings = [replace(finding, share=max(1.0 - left, 0.0) * matters / total)
+                    for finding, matters in (*physics, *changed)]
     findings = in_order(findings)
-    if not chosen.hypothesis.variants and not numbers:
+    if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):
         return findings, nominal.residual
     hypothesis, vector = bare(chosen, set(range(len(chosen.hypothesis.variants))))
     for finding in numbers:
+        if finding.effect == LOAD_SHAPE:
+            # It acts wherever there is load, and would hide where the physics does.
+            continue
         place = number_place(hypothesis.numbers, finding.effect)
         vector[place] = hypothesis.start_of_numbers()[place]
     return findings, chosen.predicted - fitter.predict(hypothesis, vector)
@@ -59,16 +70,28 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
 
 def in_order(findings: list[EffectFinding]) -> list[EffectFinding]:
     """Return the findings in order of share. What is doubtful may well be a makeshift for details
-    of what is sure: it gets no more than half of the least of that."""
-    most = 0.5 * min((finding.share for finding in findings if finding.probability >= SURE),
-                     default=2.0)
-    return sorted((finding if finding.probability >= SURE
-                   else replace(finding, share=min(finding.share, most)) for finding in findings),
-                  key=lambda finding: -finding.share)
+    of what is sure, and a number that is off may have moved with the file's refit to make up for
+    physics that is missing: they get no more than half of the least of that."""
+    sure = [finding for finding in findings if finding.probability >= SURE]
+    physics = [finding for finding in sure if not _is_number(finding)]
+    most = 0.5 * min((finding.share for finding in physics or sure), default=2.0)
+
+    def leads(finding: EffectFinding) -> bool:
+        return finding in physics if physics else finding in sure
+
+    return sorted((finding if leads(finding) else replace(finding, share=min(finding.share, most))
+                   for finding in findings), key=lambda finding: -finding.share)
+
+
+def _is_number(finding: EffectFinding) -> bool:
+    """Whether a finding is a number of the file that is off, and no missing physics."""
+    effect = catalogue().get(finding.effect)
+    return effect is not None and effect.number_only and finding.onset is None
 
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
-             ) -> list[EffectFinding]:
+             ) -> list[tuple[EffectFinding, float]]:
+    """Return the named effects, and by how much the level rises without each."""
     chosen = explanation.fit
     variants = chosen.hypothesis.variants
     if not any(not variant.effect.unnamed for variant in variants):
@@ -76,13 +99,14 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
     before = max(selection.excess_before, selection.nominal_excess)
     share = max(0.0, 1.0 - selection.excess_after / before)
     known = something_known(explanation.adequacy, selection.excess_after, before)
+    # What wrong numbers or another load curve explain says nothing of how nearly right an effect's
+    # formula is: rivals are weighed by what the same numbers leave without any effect.
+    to_explain = excess(fitter.base(chosen.hypothesis.numbers), fitter)
     matters = []
     for index in range(len(variants)):
-        if len(variants) == 1:
-            matters.append(1.0)
-        else:
-            smaller = fitter.without(chosen, index)
-            matters.append(max(level(smaller, fitter) - level(chosen, fitter), 1e-6))
+        smaller = fitter.base(chosen.hypothesis.numbers) if len(variants) == 1 \
+            else fitter.without(chosen, index)
+        matters.append(max(level(smaller, fitter) - level(chosen, fitter), 1e-6))
     total = sum(matters)
     nameless = sum(part for part, variant in zip(matters, variants, strict=True)
                    if variant.effect.unnamed)
@@ -98,33 +122,42 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
         believed = known * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not _stands_out(variant.effect, parameters):
             believed = 0.0
-        elif _something_left(explanation) and not _repeats(fitter, variant.effect, values):
+        elif _something_left(explanation) and not repeats(fitter, variant.effect, values):
             believed *= COMPANION
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
-        weights = rival_weights(chosen, rivals, fitter, before)
+        weights = rival_weights(chosen, rivals, fitter, to_explain)
         alternatives = tuple(
             (_other(fit, chosen), believed * weight)
             for fit, weight in zip(rivals, weights[1:], strict=True) if believed * weight > TOLD)
-        findings.append(EffectFinding(
+        onset = _onset(fitter, variant)
+        finding = EffectFinding(
             effect=variant.effect.id, probability=believed * weights[0],
             parameters=parameters,
             share=share * matters[index] / total, alternatives=alternatives,
-            statement=variant.effect.statement(values)))
+            statement=_said(variant.effect.statement(values), onset), onset=onset)
+        findings.append((finding, matters[index]))
     return findings
+
+
+def _onset(fitter: Fitter, variant: Variant) -> tuple[str, float] | None:
+    if variant.onset is None:
+        return None
+    return fitter.problem.runs[variant.onset.run].recording.name, variant.onset.time
+
+
+def _said(statement: str, onset: tuple[str, float] | None) -> str:
+    """Return the statement with the time from which it holds: a number that changes while the
+    brake is in use is not one that was off."""
+    if onset is None:
+        return statement
+    return f'From {onset[1]:.2f} s into {onset[0]} on: {statement.removeprefix(NUMBER_OFF)}'
 
 
 def _something_left(explanation: Explanation) -> bool:
     """Whether a part of the mismatch has no name."""
     return explanation.table is not None or any(
         variant.effect.unnamed for variant in explanation.fit.hypothesis.variants)
-
-
-def _repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
-    """Whether a wave over the motor angle, if that is what the effect is, comes often enough."""
-    low, high = fitter.problem.scene.position_range
-    return effect.reveals != 'motor_angle' or \
-        values['order'] * (high - low) >= 2.0 * np.pi * REPEATS
 
 
 def _stands_out(effect: Effect, parameters: dict[str, ParameterEstimate]) -> bool:
@@ -160,9 +193,8 @@ def _other(rival: Fit, chosen: Fit) -> str:
 
 
 def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
-             numbers: list[NumberFinding]) -> list[EffectFinding]:
-    if not numbers:
-        return []
+             numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
+    """Return the wrong numbers, and by how much the level rises with each as the file has it."""
     chosen = explanation.fit
     before = max(level(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
@@ -171,19 +203,19 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     known = something_known(taken, after, before)
     if _something_left(explanation):
         known *= NUMBER_BESIDE
-    if chosen.hypothesis.variants:
-        taken *= min(1.0, total / (total + before))
     findings = []
     for finding in numbers:
         effect = get_effect(finding.effect)
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
-        findings.append(EffectFinding(
+        findings.append((EffectFinding(
             effect=effect.id, probability=known * (1.0 - others),
             parameters=parameters,
             share=min(1.0, taken * finding.matters / total),
             alternatives=tuple((other, known * weight) for other, weight in finding.rivals),
-            statement=effect.statement({name: entry.value for name, entry in parameters.items()})))
+            statement=effect.statement({
+                **finding.fit.hypothesis.given(effect.id),
+                **{name: entry.value for name, entry in parameters.items()}})), finding.matters))
     return findings
 
 

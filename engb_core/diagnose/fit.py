@@ -25,6 +25,7 @@ from engb_core.diagnose.nominal import (
     DELAY,
     nominal_numbers,
     NominalNumber,
+    with_load_shape,
     with_reference_load,
 )
 from engb_core.diagnose.problem import Problem
@@ -49,18 +50,23 @@ class Fitter:
     """Fits hypotheses to one problem, independent ones by so many threads.
 
     `earlier` fitted the file itself, before anything was settled: it knows how the file was made.
+    With `load_shape` a table beside the file's load curve is among the nominal numbers.
     """
 
-    def __init__(self, problem: Problem, threads: int = 1, earlier: Fitter | None = None) -> None:
+    def __init__(self, problem: Problem, threads: int = 1, earlier: Fitter | None = None,
+                 load_shape: bool = False) -> None:
         self.problem = problem
+        self.load_shape = load_shape
         self.threads = threads
         self.earlier = earlier
         self.measured = problem.measured
         self.sigma = problem.sigma
         self.spread = self.sigma
         self.fitted = problem.fitted
-        self.numbers = nominal_numbers(problem.model, problem.scene)
         self._model = with_reference_load(problem.model, problem.scene)
+        if load_shape:
+            self._model = with_load_shape(self._model, problem.scene)
+        self.numbers = nominal_numbers(self._model, problem.scene)
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
         self._base: dict[tuple[NominalNumber, ...], Fit] = {}
         self._starts: dict[tuple, list[StartColumns]] = {}
@@ -98,12 +104,17 @@ class Fitter:
                    numbers: tuple[NominalNumber, ...] | None = None) -> Hypothesis:
         """Return a hypothesis of these effects with these free numbers (None: all)."""
         return Hypothesis(self._model, self.numbers if numbers is None else numbers,
-                          variants, len(self.problem.runs))
+                          variants, len(self.problem.runs), self.problem.onsets)
 
     def predict(self, hypothesis: Hypothesis, vector: Array) -> Array:
         """Return the filtered effort of all runs, (m,)."""
-        return np.concatenate([run.predicted(hypothesis.physics(vector, index))
-                               for index, run in enumerate(self.problem.runs)])
+        predicted = np.concatenate([run.predicted(hypothesis.physics(vector, index))
+                                    for index, run in enumerate(self.problem.runs)])
+        for effect, onset in hypothesis.onsets:
+            without, kept = hypothesis.before(effect, onset)
+            predicted = np.where(onset.before(self.problem.times),
+                                 self.predict(without, vector[kept]), predicted)
+        return predicted
 
     def evaluate(self, hypothesis: Hypothesis, vector: Array) -> Fit:
         """Return the hypothesis at `vector`, not fitted."""
@@ -148,7 +159,7 @@ class Fitter:
     def starts(self, variant: Variant, settings: list[dict[str, float]] | None = None,
                ) -> list[StartColumns]:
         """Return what each start of an effect does to the effort, on top of the base fit."""
-        key = (variant.effect.id, variant.constants, str(settings))
+        key = (variant.effect.id, variant.effect.names, variant.constants, str(settings))
         if key not in self._starts:
             base = self.base()
             hypothesis = self.hypothesis((variant,))
@@ -209,6 +220,13 @@ class Fitter:
             fits.append(self.iterate(begun, rounds, hopeless=hopeless))
         return min(fits, key=lambda entry: entry.cost)
 
+    def fit_from(self, start: Fit, variant: Variant, setting: dict[str, float], sizes: Array,
+                 rounds: int) -> Fit:
+        """Fit one more effect on top of `start`, begun at one setting with sizes (1,) or (2,)
+        that linear least squares found."""
+        begun = self._begun(self._one_more(start, variant), start, setting, sizes)
+        return self.iterate(begun, rounds)
+
     def iterate(self, begin: Fit, rounds: int, tolerance: float = 3e-3,
                 shared: Array | None = None, hopeless: float = math.inf) -> Fit:
         """Return the fit after so many rounds at most of joint steps by derivatives; `shared` are
@@ -217,13 +235,15 @@ class Fitter:
         return descended(self, begin, shared, rounds, tolerance, hopeless)
 
     def refit(self, fit: Fit, numbers: tuple[NominalNumber, ...], rounds: int = 6) -> Fit:
-        """Fit the same effects with other numbers free; the rest stand as in the model file."""
+        """Fit the same effects with other numbers free, begun where the fit has them, or the model
+        file; the rest stand as in that."""
         self.base(numbers)
         hypothesis = self.hypothesis(fit.hypothesis.variants, numbers)
         kept = dict(zip((number.name for number in fit.hypothesis.numbers), fit.vector,
                         strict=False))
-        vector = np.concatenate([[kept[number.name] for number in numbers],
-                                 fit.vector[len(fit.hypothesis.numbers):]])
+        begun = [kept.get(number.name, start) for number, start in zip(
+            numbers, hypothesis.start_of_numbers(), strict=True)]
+        vector = np.concatenate([begun, fit.vector[len(fit.hypothesis.numbers):]])
         return self.iterate(self.evaluate(hypothesis, vector), rounds)
 
     def refine(self, fit: Fit, rounds: int = 6) -> Fit:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit_steps import weak_prior
 from engb_core.diagnose.nominal import DELAY, NominalNumber, with_numbers
+from engb_core.diagnose.onset import Onset
 from engb_core.effects.base import Effect, Parameter, Scene
 from engb_core.model import EffectSetting, Model
 from engb_core.plant import effects_of, Physics, physics_of, with_values
@@ -23,10 +24,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Variant:
-    """An effect with its constants fixed: what is fitted are its parameters."""
+    """An effect with its constants fixed: what is fitted are its parameters.
+
+    With an `onset` it begins to act within the recordings.
+    """
 
     effect: Effect
     constants: tuple[float, ...]
+    onset: Onset | None = None
 
     @property
     def sizing(self) -> Parameter:
@@ -36,6 +41,12 @@ class Variant:
     def scalable(self) -> bool:
         """Whether the effect acts in proportion to its size, which least squares can find."""
         return self.sizing.none is not None and not self.sizing.logarithmic
+
+    @property
+    def number_only(self) -> bool:
+        """Whether a number of the model file is wrong, and no physics missing: not where it
+        changes while the brake is in use."""
+        return self.effect.number_only and self.onset is None
 
     def reaches(self, sizes: Array) -> bool:
         """Whether sizes (1,), or (2,) with a phase, found by least squares are on this side of
@@ -63,7 +74,9 @@ LEAST_STROKE = 4.0      # rad
 
 def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
     """Return the effect's variants for what was recorded."""
-    effect = _scaled(effect, scene)
+    if effect.written is None:
+        # An adopted law starts where it was found.
+        effect = _scaled(effect, scene)
     found = []
     for fixed in effect.variants:
         if fixed.get('by_temperature') and scene.temperature_range is None:
@@ -94,13 +107,15 @@ class Hypothesis:
     """Effects and free nominal numbers; its vector holds numbers first, then effect parameters.
 
     Logarithmic parameters stand as logarithms in the vector. A parameter that is to be found per
-    recording stands once for every run.
+    recording stands once for every run. Effects of the model file that begin within the
+    recordings are named in `given_onsets`.
     """
 
     model: Model
     numbers: tuple[NominalNumber, ...]
     variants: tuple[Variant, ...]
     runs: int = 1
+    given_onsets: tuple[tuple[str, Onset], ...] = ()
 
     def __post_init__(self) -> None:
         places: list[tuple[int, int, int]] = []   # variant, parameter, run (−1: all)
@@ -116,6 +131,12 @@ class Hypothesis:
     @property
     def ids(self) -> tuple[str, ...]:
         return tuple(variant.effect.id for variant in self.variants)
+
+    @property
+    def onsets(self) -> tuple[tuple[str, Onset], ...]:
+        """The effects that begin within the recordings, (id, onset) each."""
+        return (*self.given_onsets, *((variant.effect.id, variant.onset)
+                                      for variant in self.variants if variant.onset is not None))
 
     @property
     def size(self) -> int:
@@ -134,8 +155,9 @@ class Hypothesis:
     def start_of_numbers(self) -> Array:
         """Return the model file's numbers, as the vector has them."""
         vector = physics_of(self.model, ()).nominal
-        return np.array([_inward(vector[number.place], number.logarithmic)
-                         for number in self.numbers])
+        given = {effect.id: values for effect, values in self._given}
+        return np.array([_inward((given[number.effect] if number.effect else vector)[number.place],
+                                 number.logarithmic) for number in self.numbers])
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
@@ -168,6 +190,27 @@ class Hypothesis:
         return dict(zip(self.variants[variant].effect.names,
                         self.values(vector, variant, run), strict=True))
 
+    def given(self, effect: str) -> dict[str, float]:
+        """Return what the file holds of an effect, by the names of its values; {} for nothing."""
+        return next((dict(zip(entry.names, values, strict=True))
+                     for entry, values in self._given if entry.id == effect), {})
+
+    def before(self, effect: str, onset: Onset) -> tuple[Hypothesis, NDArray[np.int64]]:
+        """Return the hypothesis without an effect that has not begun yet, and which entries of
+        the vector it keeps."""
+        kept = tuple(index for index, variant in enumerate(self.variants)
+                     if (variant.effect.id, variant.onset) != (effect, onset))
+        entries = [len(self.numbers) + entry for entry, (owner, _, _) in enumerate(self._places)
+                   if owner in kept]
+        model = self.model
+        if (effect, onset) in self.given_onsets:
+            model = replace(model, effects=tuple(
+                entry for entry in model.effects if entry.effect != effect))
+        return (Hypothesis(model, self.numbers, tuple(self.variants[index] for index in kept),
+                           self.runs, tuple(entry for entry in self.given_onsets
+                                            if entry != (effect, onset))),
+                np.array([*range(len(self.numbers)), *entries], int))
+
     @cached_property
     def _made(self) -> Physics:
         """The physics as far as it does not depend on the vector; what the file holds already
@@ -182,13 +225,22 @@ class Hypothesis:
         return np.array([entry.logarithmic for entry in (
             *self.numbers, *map(self.parameter, range(len(self._places))))], bool)
 
+    @cached_property
+    def _rows(self) -> list[int]:
+        """Which of the file's effects each number is a parameter of, −1 for none."""
+        rows = {effect.id: row for row, (effect, _) in enumerate(self._given)}
+        return [rows[number.effect] if number.effect else -1 for number in self.numbers]
+
     def physics(self, vector: Array, run: int) -> Physics:
         """Return the physics of one run at `vector`."""
         values = vector.copy()
         values[self._logarithms] = np.exp(vector[self._logarithms])
         nominal, parameters = self._made.nominal.copy(), self._made.parameters.copy()
-        for number, value in zip(self.numbers, values, strict=False):
-            nominal[number.place] = value
+        for number, row, value in zip(self.numbers, self._rows, values, strict=False):
+            if row < 0:
+                nominal[number.place] = value
+            else:
+                parameters[row, number.place] = value
         for value, (owner, place, which) in zip(values[len(self.numbers):], self._places,
                                                 strict=True):
             if which in (-1, run):
@@ -199,7 +251,8 @@ class Hypothesis:
         """Return the model file with the fitted numbers and effects filled in."""
         numbers = {number.name: float(_outward(vector[place], number.logarithmic))
                    for place, number in enumerate(self.numbers)}
-        given = [entry for entry in self.model.effects if entry.effect != DELAY]
+        model = with_numbers(self.model, numbers)
+        given = [entry for entry in model.effects if entry.effect != DELAY]
         settings = []
         delay = numbers.pop(DELAY, 0.0) + sum(
             entry.parameters['delay'] for entry in self.model.effects if entry.effect == DELAY)
@@ -211,9 +264,9 @@ class Hypothesis:
             values = self.named(vector, index, run)
             if 'phase' in values:
                 values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)
-            settings.append(EffectSetting(variant.effect.id, values))
-        return replace(with_numbers(self.model, numbers),
-                       effects=(*given, *settings))
+            settings.append(EffectSetting(variant.effect.id, values)
+                            if variant.effect.written is None else variant.effect.written(values))
+        return replace(model, effects=(*given, *settings))
 
 
 def _inward(value: float, logarithmic: bool) -> float:

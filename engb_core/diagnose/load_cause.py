@@ -87,7 +87,7 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     if not moved:
         return chosen, rivals
     best = min(moved, key=lambda fit: price(fit, fitter)
-               - NUMBER_BONUS * fit.hypothesis.variants[-1].effect.number_only)
+               - NUMBER_BONUS * fit.hypothesis.variants[-1].number_only)
     lost = min(nominal - before, BESIDE_EFFECTS * before)
     least = KEPT_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
     if rise < least and not _as_it_stands(best, chosen, fitter, rise):

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import math
 
 from engb_core.effects.base import Scene
-from engb_core.model import Model
+from engb_core.effects.load_curve_shape import EFFECT as LOAD_SHAPE
+from engb_core.model import EffectSetting, Model
 from engb_core.plant import (
     N_AMPLITUDE,
     N_CONTACT,
@@ -21,16 +22,18 @@ from engb_core.plant import (
     N_VISCOUS,
 )
 
-__all__ = ['CURVATURE', 'DELAY', 'LOAD_NUMBERS', 'NominalNumber', 'nominal_numbers',
-           'with_numbers', 'with_reference_load']
+__all__ = ['CURVATURE', 'DELAY', 'LOAD_NUMBERS', 'NominalNumber', 'SHAPE_NUMBERS',
+           'nominal_numbers', 'with_load_shape', 'with_numbers', 'with_reference_load']
 
 # Effort and position may be sampled up to a sample apart; fitted along, never claimed.
 DELAY = 'sampling_delay'
 # How friction departs from a straight line over load: no refit of a file knew of it.
 CURVATURE = 'load_curvature'
+# What a table adds to the load curve, knot by knot.
+SHAPE_NUMBERS = tuple(entry.name for entry in LOAD_SHAPE.parameters)
 # Those that make up the load curve.
 LOAD_NUMBERS = frozenset({'contact_angle', 'load_amplitude', 'load_phase',
-                          *(f'p{power}' for power in range(12))})
+                          *(f'p{power}' for power in range(12)), *SHAPE_NUMBERS})
 
 
 @dataclass(frozen=True)
@@ -39,8 +42,8 @@ class NominalNumber:
 
     `spread` is the standard deviation of the model file's value (additive; for logarithmic
     numbers of the logarithm): wide, since files are refitted and parts vary, but finite, so that
-    numbers which a recording can't determine stay where the file has them. `scale` is a step
-    that changes the effort noticeably.
+    numbers which a recording can't determine stay where the file has them. `effect` is the id
+    of the file's effect whose parameter at `place` this is ('': a place in the nominal vector).
     """
 
     name: str
@@ -50,6 +53,7 @@ class NominalNumber:
     low: float
     high: float
     logarithmic: bool = False
+    effect: str = ''
 
 
 def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
@@ -80,6 +84,8 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
         numbers.append(NominalNumber(
             'saturation_velocity', N_SATURATION, f'{angle}/s', 0.5,
             friction.saturation_velocity * 0.02, friction.saturation_velocity * 20.0, True))
+    shape = _shape_numbers(model, scene, torque)
+    numbers += shape
     if load.form == 'sinusoid':
         numbers += [
             NominalNumber('load_amplitude', N_AMPLITUDE, torque,
@@ -93,7 +99,9 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
                                      load.contact_angle - reach, load.contact_angle + reach))
     else:
         reach = max(abs(value) for value in scene.position_range)
-    used = _used_terms(model)
+    # Beside a table the polynomial stands as the file has it: both would make up for each other
+    # where it was recorded, and run away where it was not.
+    used = [] if shape else _used_terms(model)
     for power in used:
         size = max(reach, 1e-9) ** -power * max(scene.largest_load, 0.3 * effort)
         numbers.append(NominalNumber(
@@ -101,6 +109,27 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
             torque if power == 0 else f'{torque}/{angle}' + ('' if power == 1 else f'^{power}'),
             size, -30.0 * size, 30.0 * size))
     return (*numbers, delay)
+
+
+def _shape_numbers(model: Model, scene: Scene, torque: str) -> list[NominalNumber]:
+    """Return the knots of the table that the model adds to its load curve, where it has one."""
+    if not any(entry.effect == LOAD_SHAPE.id for entry in model.effects):
+        return []
+    size = max(scene.largest_load, 0.3 * scene.largest_effort, 1e-9)
+    return [NominalNumber(name, place, torque, size, -30.0 * size, 30.0 * size,
+                          effect=LOAD_SHAPE.id) for place, name in enumerate(SHAPE_NUMBERS)]
+
+
+def with_load_shape(model: Model, scene: Scene) -> Model:
+    """Return the model with a table beside its load curve that is zero yet, along the stroke that
+    was recorded."""
+    if any(entry.effect == LOAD_SHAPE.id for entry in model.effects):
+        return model
+    low, high = scene.position_range
+    setting = EffectSetting(LOAD_SHAPE.id, {**dict.fromkeys(SHAPE_NUMBERS, 0.0),
+                                            'from': float(low), 'to': float(high)})
+    # First of all, so that whatever else acts on the load finds the whole curve.
+    return replace(model, effects=(setting, *model.effects))
 
 
 def _used_terms(model: Model) -> list[int]:
@@ -142,4 +171,8 @@ def with_numbers(model: Model, values: dict[str, float]) -> Model:
                    amplitude=values.get('load_amplitude', load.amplitude),
                    phase=math.remainder(values['load_phase'], 2 * math.pi)
                    if 'load_phase' in values else load.phase)
-    return replace(model, motor=motor, friction=friction, load_torque=load)
+    effects = tuple(
+        replace(entry, parameters={**entry.parameters, **{
+            name: values[name] for name in SHAPE_NUMBERS if name in values}})
+        if entry.effect == LOAD_SHAPE.id else entry for entry in model.effects)
+    return replace(model, motor=motor, friction=friction, load_torque=load, effects=effects)

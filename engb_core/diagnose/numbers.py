@@ -128,8 +128,8 @@ def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[Number
     they matter where it is `told` otherwise which of them is wrong."""
     numbers = explained.hypothesis.numbers
     variants = explained.hypothesis.variants
-    if any(variant.effect.number_only for variant in variants) and not all(
-            variant.effect.number_only for variant in variants):
+    if any(variant.number_only for variant in variants) and not all(
+            variant.number_only for variant in variants):
         return []
     floor = level(explained, fitter)
     asked = [number for number in numbers if number.name in _BY_NUMBER]

@@ -32,7 +32,7 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
     Args:
         chosen, rivals: fits of like size.
         fitter: of the problem.
-        before: excess of the refitted nominal model.
+        before: excess that the chosen fit's numbers leave without effects.
     """
     floor = 1.0 + FORMULA_ERROR + 0.01 * before
     size = chosen.hypothesis.size
@@ -52,8 +52,8 @@ def _prior(fit: Fit, chosen: Fit) -> float:
     """Return how much rarer a rival is beforehand: without a name, physics where one wrong number
     of the chosen fit says it all, or an effect that contains a chosen one and is no better."""
     prior = UNNAMED ** sum(variant.effect.unnamed for variant in fit.hypothesis.variants)
-    number = all(variant.effect.number_only for variant in chosen.hypothesis.variants)
-    if number and not all(variant.effect.number_only for variant in fit.hypothesis.variants):
+    number = all(variant.number_only for variant in chosen.hypothesis.variants)
+    if number and not all(variant.number_only for variant in fit.hypothesis.variants):
         prior *= PHYSICS_FOR_NUMBER
     contained = {entry for variant in fit.hypothesis.variants for entry in variant.effect.contains}
     if contained & set(chosen.hypothesis.ids):

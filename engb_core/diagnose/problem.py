@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.position_noise import position_noise
 from engb_core.diagnose.side_by_side import OwnSamples
 from engb_core.effects.base import Scene
@@ -25,6 +26,7 @@ from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
 from engb_core.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
 from engb_core.plant import load_torques, nominal_vector, Physics, physics_of
+from engb_core.position_error import effort_of_recording
 from engb_core.recording import Recording
 from engb_core.sharp_motion import sharp_motion_of
 
@@ -81,9 +83,15 @@ class Run:
         """The motion's samples (n, SAMPLE_SIZE), this thread's own."""
         return self.own.table
 
+    @property
+    def time(self) -> Array:
+        """When the filtered effort was measured, (m,) [s] from the first sample."""
+        return self.motion.time[self.comparison.grid]
+
     def predicted(self, physics: Physics) -> Array:
         """Return the filtered effort (m,) that `physics` says this motion needs."""
-        return self.comparison(effort_of_motion(self.samples, self.motion.step, physics))
+        return self.comparison(effort_of_recording(self.recording, self.motion, self.samples,
+                                                   physics))
 
 
 @dataclass(frozen=True)
@@ -91,7 +99,8 @@ class Problem:
     """Recordings, the model they are held against, and what they can show.
 
     `bandwidth` [Hz] is the comparison's; `settled` are effects that are decided elsewhere and not
-    looked for; `before_stop` [s] is how long before each stop nothing is judged.
+    looked for; `before_stop` [s] is how long before each stop nothing is judged; `onsets` says
+    which effects of a model begin within the recordings (id, onset).
     """
 
     runs: tuple[Run, ...]
@@ -102,6 +111,12 @@ class Problem:
     bandwidth: float
     before_stop: float = 0.0
     settled: tuple[str, ...] = ()
+    onsets: tuple[tuple[str, Onset], ...] = ()
+
+    @property
+    def times(self) -> list[Array]:
+        """When the filtered effort of each fitted run was measured, [(m_r,)…] [s]."""
+        return [run.time for run in self.runs]
 
     @property
     def measured(self) -> Array:
@@ -112,6 +127,20 @@ class Problem:
     def rate(self) -> Array:
         """How fast the filtered effort changes, (m,) [N·m/s], never negative."""
         return np.concatenate([run.rate for run in self.runs])
+
+    def predicted(self, run: Run, model: Model) -> Array:
+        """Return the filtered effort (m,) that a model says the motion of one run needs. An effect
+        that begins within the recordings acts from there on; all of them in what is held out."""
+        whole = run.predicted(physics_of(model))
+        place = next((index for index, own in enumerate(self.runs) if own is run), None)
+        for effect, onset in self.onsets:
+            if place is None or not any(entry.effect == effect for entry in model.effects):
+                continue
+            without = replace(model, effects=tuple(
+                entry for entry in model.effects if entry.effect != effect))
+            whole = np.where(run.time < onset.begins[place],
+                             replace(self, onsets=()).predicted(run, without), whole)
+        return whole
 
     def split(self, values: Array) -> list[Array]:
         """Return values (m,) of all fitted runs, run by run."""

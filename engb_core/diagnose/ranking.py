@@ -32,7 +32,7 @@ def price(fit: Fit, fitter: Fitter) -> float:
     """Return what fits of like size are ranked by: the plain price, less for wrong numbers and
     more for what has no name."""
     variants = fit.hypothesis.variants
-    number = bool(variants) and all(variant.effect.number_only for variant in variants)
+    number = bool(variants) and all(variant.number_only for variant in variants)
     return plain_price(fit, fitter) - NUMBER_BONUS * number \
         + NAMELESS_PRICE * sum(variant.effect.unnamed for variant in variants)
 

@@ -15,7 +15,8 @@ from engb_core.diagnose.starts import settings_from_residual
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import catalogue
 
-__all__ = ['Search', 'extend', 'physics_effects', 'search', 'with_variant']
+__all__ = ['Search', 'extend', 'physics_effects', 'search', 'variants_and_starts',
+           'with_variant']
 
 # Companions that are fitted for the best singles, best first: of two effects the greater one
 # nearly always fits best alone.
@@ -41,9 +42,9 @@ NOTHING_LEFT = 0.15
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
 # is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
 # without one moves along θ by its own coefficients.
-_NOT_SEARCHED = {'unexplained_surface', 'inertia_error', 'viscous_friction_error',
+_NOT_SEARCHED = {'unexplained_surface', 'law', 'inertia_error', 'viscous_friction_error',
                  'coulomb_friction_error', 'load_stiffness_error', 'load_dependent_friction',
-                 'sampling_delay', 'contact_shift'}
+                 'sampling_delay', 'contact_shift', 'load_curve_shape'}
 
 
 @dataclass
@@ -235,7 +236,7 @@ def _instead_of(effect: Effect) -> tuple[str, ...]:
 
 def _screened(fitter: Fitter, first: Fit, effect: Effect) -> list[_Companion]:
     found = []
-    for variant, starts in _variants_and_starts(fitter, first, effect):
+    for variant, starts in variants_and_starts(fitter, first, effect):
         if variant.effect.rugged:
             promise = fitter.promised(variant, first, starts, RUGGED_COMPANION)[0]
             found.append(_Companion(promise.cost, first, variant, starts))
@@ -250,11 +251,13 @@ def _screened(fitter: Fitter, first: Fit, effect: Effect) -> list[_Companion]:
 
 def _with_effect(fitter: Fitter, start: Fit, effect: Effect) -> list[Fit]:
     return [fitter.fit(variant, start, starts, keep=2)
-            for variant, starts in _variants_and_starts(fitter, start, effect)]
+            for variant, starts in variants_and_starts(fitter, start, effect)]
 
 
-def _variants_and_starts(fitter: Fitter, start: Fit, effect: Effect,
-                         ) -> list[tuple[Variant, list[StartColumns]]]:
+def variants_and_starts(fitter: Fitter, start: Fit, effect: Effect,
+                        ) -> list[tuple[Variant, list[StartColumns]]]:
+    """Return each variant of an effect with where its fit on top of `start` may begin; none that
+    has nowhere to."""
     found = []
     settings = settings_from_residual(fitter, start, effect)
     for variant in variants_of(effect, fitter.problem.scene):

@@ -19,7 +19,7 @@ from engb_core.diagnose.ranking import excess, price, simplest
 from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE
 
-__all__ = ['Selection', 'select']
+__all__ = ['CLEAN_EXCESS', 'Selection', 'select', 'worth_a_further_effect']
 
 # Excess that a clean recording may show through errors of noise level and derivatives.
 CLEAN_EXCESS = 0.30
@@ -190,3 +190,10 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fi
         if not further & set(other.hypothesis.ids))
     return gain > FURTHER_LEAST and gain > FURTHER_PART * old and (
         gain > least * whole or unmistakable)
+
+
+def worth_a_further_effect(old: float, new: float, whole: float) -> bool:
+    """Whether an excess that falls from `old` to `new` is worth one effect more, where the excess
+    without any is `whole`."""
+    gain = max(old, 0.0) - max(new, 0.0)
+    return gain > FURTHER_LEAST and gain > FURTHER_PART * old and gain > FURTHER_OF_WHOLE * whole

@@ -26,7 +26,7 @@ from engb_core.model import Model
 from engb_core.motion import MOTION_BANDWIDTH
 from engb_core.sharp_motion import MOST_OF_RATE
 
-__all__ = ['Sharpened', 'sharpened']
+__all__ = ['Sharpened', 'explained_problem', 'sharpened']
 
 Array = NDArray[np.float64]
 
@@ -68,14 +68,21 @@ def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:
     fit = explanation.fit
     corner = MOST_OF_RATE / fitter.problem.scene.sampling
     if is_rugged(fit) or corner < SHARPER * MOTION_BANDWIDTH:
-        return Sharpened(explanation, explanation.models(), fitter.problem)
-    other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier)
+        return Sharpened(explanation, explanation.models(), explained_problem(fitter, fit))
+    other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier,
+                   fitter.load_shape)
     moved = other.finish(_best_form(other, other.refine(
         other.evaluate(fit.hypothesis, fit.vector), ROUNDS)))
     table = None if explanation.table is None else best_table(other, moved)
     here = fitter.finish(fitter.evaluate(moved.hypothesis, moved.vector))
     return Sharpened(replace(explanation, fit=here),
-                     replace(explanation, fit=moved, table=table).models(), other.problem)
+                     replace(explanation, fit=moved, table=table).models(),
+                     explained_problem(other, moved))
+
+
+def explained_problem(fitter: Fitter, fit: Fit) -> Problem:
+    """Return the problem with the onsets that a fit found: what a model is judged on."""
+    return replace(fitter.problem, onsets=fit.hypothesis.onsets)
 
 
 def _best_form(fitter: Fitter, fit: Fit) -> Fit:
@@ -83,7 +90,7 @@ def _best_form(fitter: Fitter, fit: Fit) -> Fit:
     motion a form is hardly told from the next."""
     best = fit
     for index, variant in enumerate(fit.hypothesis.variants):
-        if variant.effect.unnamed:
+        if variant.effect.unnamed or variant.onset is not None:
             continue
         # Of the effect as its file has it: the variant's own has been scaled to the stroke.
         for form in variants_of(get_effect(variant.effect.id), fitter.problem.scene):

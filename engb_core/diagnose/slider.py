@@ -21,7 +21,14 @@ def finding_of_slider(finding: EffectFinding) -> EffectFinding:
 
 def unexplained_of_slider(unexplained: Unexplained | None) -> Unexplained | None:
     """Return what is unexplained with the units of a linear axis."""
-    return unexplained and replace(unexplained, statement=_text(unexplained.statement))
+    if unexplained is None:
+        return None
+    law = unexplained.law
+    if law is not None:
+        law = replace(law, line=_text(law.line), statement=_text(law.statement),
+                      parameters={name: replace(entry, unit=_unit(entry.unit))
+                                  for name, entry in law.parameters.items()})
+    return replace(unexplained, statement=_text(unexplained.statement), law=law)
 
 
 def _text(text: str) -> str:

@@ -8,6 +8,7 @@ one is not believed.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 import itertools
 
@@ -19,6 +20,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
+from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.problem import Problem, problem_of, Run
 from engb_core.diagnose.rugged import followed, Promise, promises, search_around
 from engb_core.diagnose.side_by_side import side_by_side
@@ -27,7 +29,6 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import MOST_OF_RATE
-from engb_core.plant import physics_of
 
 __all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside']
 
@@ -122,6 +123,9 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
     wide = problem_of([run.recording for run in problem.runs],
                       replace(corrected, effects=given), bandwidth=bandwidth,
                       motion_bandwidth=2.0 * bandwidth)
+    wide = replace(wide, onsets=tuple(
+        (effect, onset) for effect, onset in problem.onsets
+        if any(entry.effect == effect for entry in given)))
     if _as_it_stands(wide) < 1.0 + LEAST_EXCESS:
         return None, False
     fitter = Fitter(wide, threads)
@@ -144,21 +148,29 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
     if share(fit) < least or not rings(fit):
         return None, tells and max(
             _values(entry)['frequency'] for entry in (linear, fit)) > bandwidth
-    if level(_rival(fitter), fitter) < level(fit, fitter):
+    if any(level(rival, fitter) < level(fit, fitter) for rival in _rivals(fitter, corrected,
+                                                                          problem.onsets)):
         return None, False
     return _resonance(fitter, fitter.finish(fit), share(fit)), False
 
 
 def _as_it_stands(problem: Problem) -> float:
     """Return the mean squared residual of the model, nothing fitted, in units of the noise's."""
-    physics = physics_of(problem.model)
-    missed = problem.measured - np.concatenate([run.predicted(physics) for run in problem.runs])
+    missed = problem.measured - np.concatenate([problem.predicted(run, problem.model)
+                                                for run in problem.runs])
     return float(np.mean((missed / problem.sigma) ** 2))
 
 
-def _rival(fitter: Fitter) -> Fit:
+def _rivals(fitter: Fitter, corrected: Model, onsets: tuple[tuple[str, Onset], ...],
+            ) -> Iterator[Fit]:
+    """Yield fits of a gap: begun where the narrow band has found one, and where any may begin."""
     (variant,) = variants_of(get_effect(RIVAL), fitter.problem.scene)
-    return fitter.refine(fitter.fit(variant, rounds=8))
+    for known in corrected.effects:
+        if known.effect == RIVAL:
+            begins = replace(variant, onset=dict(onsets).get(RIVAL))
+            starts = fitter.starts(begins, [dict(known.parameters)])
+            yield fitter.refine(fitter.fit(begins, starts=starts, rounds=8))
+    yield fitter.refine(fitter.fit(variant, rounds=8))
 
 
 def _linear(fitter: Fitter) -> Fit:

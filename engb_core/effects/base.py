@@ -20,11 +20,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from engb_core.compiled import EffectFunction
+from engb_core.model import EffectSetting
 
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
-           'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'PAD_TEMPERATURE', 'POSITION', 'SAMPLE_SIZE',
-           'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'TORQUE', 'VELOCITY', 'VISCOUS',
-           'Effect', 'Parameter', 'Scene']
+           'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'NUMBER_OFF', 'PAD_TEMPERATURE', 'POSITION',
+           'SAMPLE_SIZE', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'TORQUE',
+           'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Scene']
 
 # Places in a sample, the array that every effect function receives.
 (TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED, DISC_ANGLE, PAD_TEMPERATURE,
@@ -32,6 +33,8 @@ __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', '
  TORQUE) = range(18)
 SAMPLE_SIZE = 18
 STATE_SIZE = 72
+# How the statement begins of an effect that is no missing physics.
+NUMBER_OFF = 'A number is off, which is no missing physics: '
 STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation')
 
 
@@ -130,8 +133,18 @@ class Effect:
             stand for its details.
         credence: (values) → how far a good fit is believed, 0 to 1 (None: fully); for forms of
             an effect that other causes imitate.
+        at_once: values of its last parameters, which say how it grows over the recording, at which
+            it is there at once: for one that begins within the recording.
         rugged: the cost has many narrow minima in its parameters; fits move at random first.
         statement: (values) → a sentence for a brake engineer.
+        warp: (parameters, state, sample) → by how much torque comes late [s] at each sample;
+            inverse dynamics reads effort so much earlier, exactly.
+        correction: (parameters, state, sample) → what is to be added to the measured position at
+            each recorded sample; inverse dynamics corrects the motion instead of the stages.
+        late_position: whether `correction` says how late the position is [s] instead.
+        made_of: (setting) → the effect and its values, where the setting itself says what it is
+            (a law's formula).
+        written: (values) → the setting of the model file, where it is more than numbers.
     """
 
     id: str
@@ -158,7 +171,13 @@ class Effect:
     contains: tuple[str, ...] = ()
     apart: tuple[str, ...] = ()
     rugged: bool = False
+    at_once: Mapping[str, float] = field(default_factory=dict)
     credence: Callable[[Mapping[str, float]], float] | None = None
+    warp: EffectFunction | None = None
+    correction: EffectFunction | None = None
+    late_position: bool = False
+    made_of: Callable[[EffectSetting], tuple[Effect, list[float]]] | None = None
+    written: Callable[[Mapping[str, float]], EffectSetting] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

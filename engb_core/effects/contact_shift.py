@@ -1,7 +1,7 @@
 """The load curve is moved along the angle: worn pads, another clearance."""
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import Effect, Parameter
+from engb_core.effects.base import Effect, NUMBER_OFF, Parameter
 
 
 @effect_function
@@ -17,7 +17,7 @@ EFFECT = Effect(
     equation='T_L = T_L,model(θ − shift)',
     reference='contract, table 4; pad wear and running clearance',
     statement=lambda p: (
-        'A number is off, which is no missing physics: the load curve lies '
+        NUMBER_OFF + 'the load curve lies '
         f"{abs(p['shift']):.3g} rad {'later' if p['shift'] > 0 else 'earlier'} than in the "
         'model (pad wear or clearance).'),
     reveals='position',

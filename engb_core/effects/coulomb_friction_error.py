@@ -1,7 +1,7 @@
 """The model's Coulomb friction is wrong."""
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import COULOMB, Effect, LEVEL, Parameter
+from engb_core.effects.base import COULOMB, Effect, LEVEL, NUMBER_OFF, Parameter
 
 
 @effect_function
@@ -16,7 +16,7 @@ EFFECT = Effect(
     stages={'level': _level},
     equation='C₀ sat(ω) with the true C₀',
     reference='equation (13)',
-    statement=lambda p: ('A number is off, which is no missing physics: the Coulomb friction is '
+    statement=lambda p: (NUMBER_OFF + 'the Coulomb friction is '
                          f"{p['coulomb']:.4g}, not the model's value."),
     reveals='velocity',
     picture='friction_over_speed',

@@ -5,6 +5,9 @@ import math
 from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, LEVEL, Parameter, TIME
 
+# Part of the recording within which friction that changes sooner has changed at once.
+_AT_ONCE = 0.01
+
 
 @effect_function
 def _level(parameters, state, sample):
@@ -27,6 +30,8 @@ EFFECT = Effect(
     equation='F(t) = F (1 + (ratio − 1) p(t)/p(T)), p = 1 − e^(−(t/τ)^shape)',
     reference='Simoni et al., IFAC WC (2015): friction and temperature in drives',
     statement=lambda p: (
+        f"Friction is {p['friction_ratio']:.2f} times what it was at the start."
+        if p['settling'] < _AT_ONCE else
         f"Friction {'grows' if p['friction_ratio'] > 1 else 'falls'} during the recording "
         f"to {p['friction_ratio']:.2f} times its value at the start (warm-up)."),
     reveals='time',
@@ -37,4 +42,5 @@ EFFECT = Effect(
     constants=(('duration', 's'),),
     defaults={'duration': 60.0},
     set_constants=lambda scene: {'duration': scene.duration},
+    at_once={'settling': 1e-3, 'shape': 1.0},
 )

@@ -1,7 +1,7 @@
 """The model's inertia is wrong."""
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import ACCELERATION, Effect, INERTIA, Parameter
+from engb_core.effects.base import ACCELERATION, Effect, INERTIA, NUMBER_OFF, Parameter
 
 
 @effect_function
@@ -17,7 +17,7 @@ EFFECT = Effect(
     equation='J ω̇ with the true J',
     reference='equation (1)',
     statement=lambda p: (
-        'A number is off, which is no missing physics: the inertia is '
+        NUMBER_OFF + 'the inertia is '
         f"{p['inertia']:.4g}, not the model's value."),
     reveals='acceleration',
     picture='torque_over_acceleration',

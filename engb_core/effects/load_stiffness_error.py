@@ -1,7 +1,7 @@
 """The load torque is a constant factor off: caliper stiffness, or what the force acts on."""
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import Effect, LOAD, Parameter
+from engb_core.effects.base import Effect, LOAD, NUMBER_OFF, Parameter
 
 
 @effect_function
@@ -16,7 +16,7 @@ EFFECT = Effect(
     stages={'load': _load},
     equation='T_L = scale · T_L,model(θ)',
     reference='equations (11), (12)',
-    statement=lambda p: ('A number is off, which is no missing physics: the load torque is '
+    statement=lambda p: (NUMBER_OFF + 'the load torque is '
                          f"{p['scale']:.3f} times the model's at every angle "
                          '(caliper stiffness).'),
     reveals='load',

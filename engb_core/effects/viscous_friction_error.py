@@ -1,7 +1,7 @@
 """The model's viscous friction coefficient is wrong."""
 
 from engb_core.compiled import effect_function
-from engb_core.effects.base import Effect, Parameter, VELOCITY, VISCOUS
+from engb_core.effects.base import Effect, NUMBER_OFF, Parameter, VELOCITY, VISCOUS
 
 
 @effect_function
@@ -16,7 +16,7 @@ EFFECT = Effect(
     stages={'torque': _torque},
     equation='B ω with the true B',
     reference='equation (1)',
-    statement=lambda p: ('A number is off, which is no missing physics: the viscous friction '
+    statement=lambda p: (NUMBER_OFF + 'the viscous friction '
                          'coefficient is '
                          f"{p['viscous_friction']:.4g}, not the model's value."),
     reveals='velocity',

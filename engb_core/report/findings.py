@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, ResidualOver
 from engb_core.report.effect_pictures import effect_pictures
+from engb_core.report.law import add_law
 from engb_core.report.layout import Column, Page
 from engb_core.report.location import add_zones
 from engb_core.report.pictures import residual_over, Units
@@ -34,7 +35,7 @@ def add_findings(page: Page, diagnosis: Diagnosis, units: Units) -> None:
         return
     if not diagnosis.effects:
         page.section('What is known about it')
-        _unexplained(page, diagnosis)
+        _unexplained(page, diagnosis, units)
         _pictures(page, pictures, units)
         return
     page.section('What it is')
@@ -50,7 +51,7 @@ def add_findings(page: Page, diagnosis: Diagnosis, units: Units) -> None:
         _pictures(page, pictures, units)
     if diagnosis.unexplained and diagnosis.verdict == 'partly_explained':
         page.subsection('What remains')
-        _unexplained(page, diagnosis)
+        _unexplained(page, diagnosis, units)
 
 
 def _pictures(page: Page, pictures: list[ResidualOver], units: Units) -> None:
@@ -77,7 +78,7 @@ def _effect(page: Page, finding: EffectFinding) -> None:
                   'would fix this number; take the value as a guess.', kind='caption')
 
 
-def _unexplained(page: Page, diagnosis: Diagnosis) -> None:
+def _unexplained(page: Page, diagnosis: Diagnosis, units: Units) -> None:
     left = diagnosis.unexplained
     if left is None:
         page.text('Nothing more can be said about it from these recordings.')
@@ -97,5 +98,7 @@ def _unexplained(page: Page, diagnosis: Diagnosis) -> None:
                  'depending on what went before.' if left.memory else
                  'No memory was found: the present state decides.')
     page.notes(facts)
+    if left.law is not None:
+        add_law(page, left.law, units)
     if left.where:
         add_zones(page, left.where)

@@ -34,6 +34,7 @@ COMMANDS = {
     'diagnose': ('diagnose', 'find the physics that a model leaves out of a recording'),
     'model': ('model', 'the first model of any axis, from a table or a recording'),
     'identify': ('identify', 'identify a brake model from recorded strokes'),
+    'adopt': ('adopt', 'give a law that a diagnosis found a name, as an effect of the library'),
     'predict': ('predict', 'what a model says about a recording, as numbers'),
     'import': ('import_table', 'turn a table (.csv, .npz, .mat) into a recording'),
     'survey': ('survey', 'diagnose many recordings and compare the units'),

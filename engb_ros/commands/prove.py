@@ -66,6 +66,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='run and score the cases of another hand that DIR holds')
     parser.add_argument('--only', metavar='N,…', help='with --cases-from: only case_N, …')
     parser.add_argument('--again', action='store_true', help='run the tool anew on all cases')
+    parser.add_argument('--score', action='store_true', help='run nothing more: score what an '
+                        'earlier start, stopped or not, has run')
     parser.add_argument('--baselines', action='store_true',
                         help='score plain methods on the same cases, too')
     parser.add_argument('--strict', action='store_true', help='end with status 1 after a crash or '
@@ -104,7 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
         Path(arguments.out), arguments.cases, arguments.seed, arguments.strata,
         arguments.effects, arguments.jobs, Path(arguments.reuse) if arguments.reuse else None,
         arguments.again, arguments.baselines, shlex.join(['engb', *sys.argv[1:]]),
-        arguments.only, arguments.frozen, arguments.brief)
+        arguments.only, arguments.frozen, arguments.brief, not arguments.score)
     with Progress(arguments) as progress:
         def say(text: str) -> None:
             progress.done()
@@ -160,6 +162,13 @@ def _check(arguments: argparse.Namespace) -> None:
         raise InputError('--only belongs to --cases-from')
     if arguments.cases_from and not Path(arguments.cases_from).is_dir():
         raise InputError(f'--cases-from {arguments.cases_from}: no such folder')
+    if arguments.score:
+        for name, asked in (('--again', arguments.again), ('--real', arguments.real),
+                            ('--baselines', arguments.baselines)):
+            if asked:
+                raise InputError(f'--score runs nothing; leave {name} away')
+        if not any((Path(arguments.out) / 'results').glob('*/run.json')):
+            raise InputError(f'--score: {arguments.out} holds nothing that was run; leave it away')
     if arguments.seed is not None and arguments.seed < 0:
         raise InputError(f'--seed {arguments.seed}: must not be below 0')
     if arguments.jobs < 1:

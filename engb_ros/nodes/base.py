@@ -13,12 +13,17 @@ from typing import Any, ClassVar
 from rcl_interfaces.msg import SetParametersResult
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import ROSInterruptException
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import (
+    HistoryPolicy,
+    qos_policy_name_from_kind,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 from rclpy.signals import SignalHandlerOptions
 
 from engb_core.errors import InputError
@@ -58,6 +63,7 @@ class ManagedNode(LifecycleNode):
         self.specs = (AUTOSTART, *self.parameters)
         self.values = declare(self, self.specs)
         self.sim_time = bool(self.get_parameter('use_sim_time').value)
+        self._guard_services()
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
 
@@ -107,7 +113,9 @@ class ManagedNode(LifecycleNode):
     def advertise(self, topic: Topic) -> Any:
         """Return a managed publisher of `topic`."""
         publisher = self.create_lifecycle_publisher(
-            message_class(topic.type), topic.name, publisher_qos(topic))
+            message_class(topic.type), topic.name, publisher_qos(topic),
+            event_callbacks=PublisherEventCallbacks(
+                incompatible_qos=lambda event: self._tell_who_asks_for_more(topic, event)))
         self._owned.append((self.destroy_lifecycle_publisher, publisher))
         return publisher
 
@@ -126,6 +134,14 @@ class ManagedNode(LifecycleNode):
                                                 event_callbacks=events)
         self._owned.append((self.destroy_subscription, subscription))
         return subscription
+
+    def _tell_who_asks_for_more(self, topic: Topic, event: Any) -> None:
+        policy = qos_policy_name_from_kind(event.last_policy_kind)
+        self.get_logger().warning(
+            f'somebody subscribes to {topic.name} and hears nothing: its QoS asks for more '
+            f'{policy.lower()} than {topic.name} has; let it ask for '
+            + ('reliable or best effort, transient local or volatile' if topic.kind == 'status'
+               else 'reliable or best effort, volatile, and no deadline or liveliness'))
 
     def settle_for_less(self) -> None:
         """Read best effort what somebody offers no better; called between two callbacks."""
@@ -170,6 +186,24 @@ class ManagedNode(LifecycleNode):
         return made
 
     # Transitions.
+
+    def _guard_services(self) -> None:
+        """Refuse what rclpy's own services cannot answer (a transition that the state has not, a
+        parameter of a type that is none): rclpy would end the node."""
+        for service in self.services:
+            service.callback = self._guarded(service.callback, service.srv_name)
+
+    def _guarded(self, callback: Callable[[Any, Any], Any],
+                 name: str) -> Callable[[Any, Any], Any]:
+        def answer(request: Any, response: Any) -> Any:
+            try:
+                return callback(request, response)
+            except Exception as error:   # whatever was asked, the node goes on
+                self.get_logger().warning(
+                    f'{name}: a request is refused: {" ".join(str(error).split())}')
+                return type(response)()
+
+        return answer
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Configure; on failure stay unconfigured, keep nothing, and say why in one line."""

@@ -57,7 +57,9 @@ class ParameterSpec:
         return descriptor
 
     def check(self, value: Any) -> None:
-        """Raise InputError where ROS's own range check doesn't reach (texts, lists)."""
+        """Raise InputError where ROS's own range check doesn't reach (texts, lists, NaN)."""
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f'parameter {self.name} is {value}; it must be a finite number')
         if self.choices and value not in self.choices:
             raise InputError(f'parameter {self.name} is {value!r}; it must be one of '
                              f'{", ".join(self.choices)}')

@@ -7,7 +7,8 @@ pytest.importorskip('cantools')
 from engb_ros.can.codec import DriveStatus, OFF, TORQUE  # noqa: E402
 from engb_ros.can.drive_watch import DriveState, DriveWatch  # noqa: E402
 
-PATIENCE = 0.1
+PATIENCE = 0.125
+OTHER = 7     # a mode that nobody knows here
 
 
 def status(mode, *flags):
@@ -29,7 +30,9 @@ def watched(*events):
     (TORQUE, status(TORQUE, 'COMMAND_LOST'), DriveState.OBEYS, DriveState.REFUSES),
     (OFF, status(OFF), DriveState.OFF, DriveState.OFF),
     (OFF, status(OFF, 'COMMAND_LOST'), DriveState.OFF, DriveState.OFF),
-    (OFF, status(TORQUE), DriveState.OFF, DriveState.HOLDS_ON)])
+    (OFF, status(TORQUE), DriveState.OFF, DriveState.HOLDS_ON),
+    (OTHER, status(TORQUE), DriveState.OFF, DriveState.HOLDS_ON),
+    (OTHER, status(OTHER, 'COMMAND_LOST'), DriveState.OFF, DriveState.OFF)])
 def test_it_is_patient_and_then_says(asked, reported, while_waiting, at_last):
     watch = watched((0.0, asked), (0.01, reported))
     assert watch.state(True, 0.09) is while_waiting
@@ -37,10 +40,16 @@ def test_it_is_patient_and_then_says(asked, reported, while_waiting, at_last):
     assert watch.state(True, 0.15) is at_last
 
 
+def test_it_is_patient_to_the_end():
+    watch = watched((1.0, TORQUE), (1.0, status(OFF)))
+    assert watch.state(True, 1.125) is DriveState.OBEYS
+    assert watch.state(True, 1.126) is DriveState.REFUSES
+
+
 def test_each_wish_gets_the_patience_anew():
     watch = watched((0.0, TORQUE), (0.01, status(OFF)), (0.2, OFF), (0.2, TORQUE))
     assert watch.state(True, 0.25) is DriveState.OBEYS
-    assert watch.state(True, 0.31) is DriveState.REFUSES
+    assert watch.state(True, 0.33) is DriveState.REFUSES
 
 
 def test_a_drive_that_follows_again_is_believed_at_once():

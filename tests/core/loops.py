@@ -141,7 +141,7 @@ def numbers(duration: float = 0.25) -> dict[str, np.ndarray]:
     """Return what simulation, inverse dynamics and each stage give for every effect."""
     found = {}
     common, _ = looped(model_with(None), duration)
-    for effect in catalogue().values():
+    for effect in (entry for entry in catalogue().values() if entry.made_of is None):
         model = model_with(effect, drawn(effect, 1))
         samples, effort = looped(model, duration)
         found[f'{effect.id} simulated'] = samples[:, POSITION]

@@ -43,7 +43,8 @@ from .loops import drawn, looped, model_with, needed, nothing, numbers, RATE
 
 ROOT = Path(__file__).resolve().parents[2]
 CONTRACT = ROOT / 'docs' / 'contract.md'
-EFFECTS = list(catalogue().values())
+# A law is what its formula says: tests/laws.
+EFFECTS = [effect for effect in catalogue().values() if effect.made_of is None]
 EACH = pytest.mark.parametrize('effect', EFFECTS, ids=[effect.id for effect in EFFECTS])
 
 # How far simulation and inverse dynamics may differ: part of the effect, and what middles of

@@ -8,6 +8,8 @@ from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 from engb_core.prediction import predict_effort
 from engb_core.recording import Recording
 
+from .bench import Bench, strokes
+
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
               friction=Friction(0.012, 0.11, 0.3))
 TIME = np.arange(0.0, 4.0, 1e-3)
@@ -39,3 +41,15 @@ def test_late_torque_before_a_stop_is_that_of_the_motion():
     assert np.abs(late - prompt)[moving].max() < 3e-3
     assert np.ptp(prompt[(TIME > 2.975) & (TIME < 3.005)]) > 0.01
     assert np.abs(late - prompt)[stopped].max() < 1e-9
+
+
+def test_a_glitch_of_the_position_is_not_followed():
+    healthy = Bench(noise=2e-3).run(strokes())
+    position = healthy.position.copy()
+    at = position.size // 3
+    position[at] += 1.5
+    prompt, glitched = (predict_effort(one, MODEL) for one in (
+        healthy, replace(healthy, position=position)))
+    assert glitched.shape == healthy.time.shape
+    # One lost sample is bridged: the error stays that of what it hides, not of the jump.
+    assert np.abs(glitched - prompt).max() < 0.1 * np.abs(prompt).max()

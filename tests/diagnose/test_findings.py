@@ -22,6 +22,12 @@ def test_what_is_sure_comes_first():
     assert found[2].share == 0.05
 
 
+def test_missing_physics_comes_before_numbers_that_moved_to_make_up_for_it():
+    found = in_order([finding('inertia_error', 0.98, 0.7), finding('actuation_lag', 0.9, 0.2)])
+    assert [(entry.effect, entry.share) for entry in found] == [
+        ('actuation_lag', 0.2), ('inertia_error', 0.1)]
+
+
 def test_where_nothing_is_sure_shares_stay():
     found = in_order([finding('lesser', 0.3, 0.2), finding('greater', 0.4, 0.7)])
     assert [(entry.effect, entry.share) for entry in found] == [('greater', 0.7), ('lesser', 0.2)]

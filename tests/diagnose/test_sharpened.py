@@ -63,7 +63,7 @@ def test_what_is_rugged_stays_as_it_is():
     explanation = Explanation(fit, None, 1.0, 1.0)
     told = sharpened(fitter, explanation)
     assert told.explanation is explanation
-    assert told.problem is fitter.problem
+    assert told.problem.runs is fitter.problem.runs
 
 
 def test_a_sharper_problem_keeps_what_no_fit_may_see():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
-import difflib
 
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
@@ -96,7 +95,11 @@ def _definition(syntax: ast.AST, line: int) -> str:
 
 
 def _difference(source: str, changed: str) -> tuple[str, str]:
-    lines = [line for line in difflib.ndiff(source.splitlines(), changed.splitlines())
-             if line[0] in '-+']
-    return tuple('\n'.join(line[1:].strip() for line in lines if line[0] == sign)
-                 for sign in '-+')  # type: ignore[return-value]
+    """Return the lines that differ, before and after."""
+    before, after = source.splitlines(), changed.splitlines()
+    while before and after and before[0] == after[0]:
+        del before[0], after[0]
+    while before and after and before[-1] == after[-1]:
+        del before[-1], after[-1]
+    return ('\n'.join(line.strip() for line in before),
+            '\n'.join(line.strip() for line in after))

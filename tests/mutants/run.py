@@ -10,16 +10,20 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
+import gc
 import importlib
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import spec_from_file_location
+import io
 import os
 from pathlib import Path
 import resource
 import signal
 import sys
+import tempfile
 import time
 from types import ModuleType
 
@@ -35,9 +39,21 @@ LEAST = 0.95
 # Modules, and the tests that are run against their mutants, those of the module itself first.
 TARGETS = {
     'engb_core/control/final_clamp.py': ('tests/control/test_final_clamp.py',),
+    'engb_core/control/pid.py': ('tests/control/test_pid.py',),
+    'engb_core/control/torque_watch.py': ('tests/control/test_torque_watch.py',),
+    'engb_core/control/state_watch.py': ('tests/control/test_state_watch.py',),
+    'engb_core/control/supervisor.py': (
+        'tests/control/test_supervisor_alone.py', 'tests/control/test_supervisor.py'),
+    'engb_ros/can/drive_watch.py': ('tests/can_bus/test_drive_watch.py',),
+    'engb_ros/can/end_to_end.py': ('tests/can_bus/test_end_to_end.py',),
+    'engb_ros/can/codec.py': ('tests/can_bus/test_codec.py', 'tests/can_bus/test_link.py'),
 }
 # Loaded before the copies are made: libraries, and nothing of the project.
 LIBRARIES = ('numpy', 'scipy', 'yaml', 'hypothesis', 'pytest', 'cantools')
+# pytest as plain as it goes: what these tests need of its plugins and of conftest.py is nothing.
+OPTIONS = ('-x', '-q', '--tb=no', '--noconftest', '-c', os.devnull, f'--rootdir={ROOT}',
+           '-p', 'no:cacheprovider', '-p', 'no:faulthandler')
+LAST = 'out/mutants.yaml'
 KILLED, SURVIVED = 'killed', 'survived'
 
 
@@ -75,12 +91,21 @@ class _Changed(SourceFileLoader, MetaPathFinder):
 
 
 def load_libraries() -> None:
-    """Load what each test would load anew, and make hypothesis draw the same examples always."""
+    """Load what each test would load anew; let hypothesis always draw the same few examples."""
     for name in LIBRARIES:
         importlib.import_module(name)
     import hypothesis
-    hypothesis.settings.register_profile('mutants', derandomize=True, database=None)
+    import pytest
+    hypothesis.settings.register_profile('mutants', derandomize=True, database=None,
+                                         max_examples=40)
     hypothesis.settings.load_profile('mutants')
+    os.environ['PYTEST_DISABLE_PLUGIN_AUTOLOAD'] = '1'
+    # pytest loads its own parts as it goes: once here, instead of in every copy.
+    with tempfile.TemporaryDirectory() as folder, redirect_stdout(io.StringIO()):
+        empty = Path(folder, 'test_nothing.py')
+        empty.write_text('def test_nothing(): assert True\n')
+        pytest.main([*OPTIONS, str(empty)])
+    gc.freeze()
 
 
 def start(module: str, source: str, tests: Sequence[str], seconds: float) -> int:
@@ -106,10 +131,7 @@ def start(module: str, source: str, tests: Sequence[str], seconds: float) -> int
         name = module.removesuffix('.py').replace('/', '.')
         sys.meta_path.insert(0, _Changed(name, path, source))
         import pytest
-        status = pytest.main([
-            '-x', '-q', '--tb=no', '-p', 'no:cacheprovider',
-            '-p', 'no:xdist', '-p', 'no:faulthandler', f'--rootdir={ROOT}',
-            *(str(ROOT / test) for test in tests)])
+        status = pytest.main([*OPTIONS, *(str(ROOT / test) for test in tests)])
     finally:
         os._exit(status)
 
@@ -147,17 +169,28 @@ def listed(path: Path = LIST) -> dict[Survivor, str]:
             for module, of_module in (entries or {}).items() for entry in of_module}
 
 
+def write(path: Path, module: str, survivors: dict[Survivor, str]) -> None:
+    """Put one module's survivors into a file like the list; the other modules' stay."""
+    whole = yaml.safe_load(path.read_text('utf8')) if path.exists() else {}
+    whole[module] = [
+        {'place': entry.place, 'was': entry.was, 'becomes': entry.becomes, 'reason': reason}
+        for entry, reason in sorted(survivors.items(), key=str)]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(yaml.safe_dump(whole, sort_keys=False, width=1000, allow_unicode=True), 'utf8')
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Try the mutants of the modules that are asked for; say what survives."""
     parser = argparse.ArgumentParser(prog='make mutants', description=__doc__.splitlines()[0])
     parser.add_argument('modules', nargs='*', help='parts of names; all by default')
     parser.add_argument('--jobs', type=int, default=1)
-    parser.add_argument('--listed', action='store_true',
-                        help='try only those that are listed as survivors')
+    parser.add_argument('--only', type=Path, metavar='FILE', help=(
+        f'try only those that stand in a file: {LIST.name}, or {LAST}, where a run leaves what '
+        'survived'))
     options = parser.parse_args(arguments)
     os.chdir(ROOT)
     load_libraries()
-    reasons = listed()
+    reasons, only = listed(), options.only and listed(options.only)
     totals: Counter[str] = Counter()
     complaints = []
     for module, tests in TARGETS.items():
@@ -170,8 +203,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f'{module}: its tests fail without any change (wait status {status})')
             return 1
         seconds = 10.0 + 5.0 * (_children() - begin[1])
-        every = [mutant for mutant in mutants(source) if not options.listed
-                 or _survivor(module, mutant) in reasons]
+        every = [mutant for mutant in mutants(source)
+                 if only is None or _survivor(module, mutant) in only]
+        if not every:
+            continue
         results = judge(module, every, tests, options.jobs, seconds)
         count = Counter(result for _, result in results)
         totals += count
@@ -179,13 +214,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
               f'{_children() - begin[1]:.0f} s of processor time)', flush=True)
         survivors = {_survivor(module, mutant) for mutant, result in results
                      if result == SURVIVED}
-        for survivor in sorted(survivors, key=str):
-            if not reasons.get(survivor):
-                complaints.append(survivor)
-                print(yaml.safe_dump([{name: getattr(survivor, name) for name in (
-                    'place', 'was', 'becomes')}], sort_keys=False, width=200), end='', flush=True)
+        write(ROOT / LAST, module, {entry: reasons.get(entry, '') for entry in survivors})
+        unlisted = sorted((entry for entry in survivors if not reasons.get(entry)), key=str)
+        complaints += unlisted
+        for survivor in unlisted:
+            print(f'  {survivor.place}\n    - {survivor.was}\n    + {survivor.becomes}')
         for survivor in reasons:
-            if survivor.module == module and survivor not in survivors:
+            if survivor.module == module and survivor not in survivors and not options.only:
                 complaints.append(survivor)
                 print(f'  listed, yet killed or gone; delete it: {survivor}')
     if not totals:
@@ -193,7 +228,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     print(f'{_rate(totals)}  all; {len(complaints)} to be listed in {LIST.name}, or deleted there')
     rate = totals[KILLED] / totals.total()
-    return 0 if (rate >= LEAST or options.listed) and not complaints else 1
+    return 0 if (rate >= LEAST or options.only) and not complaints else 1
 
 
 def _survivor(module: str, mutant: Mutant) -> Survivor:

@@ -255,6 +255,15 @@ def _held_out(page: Page, summary: dict, scores: Sequence[CaseScore]) -> None:
     if where['recall'] is not None:
         page.text(f'Where in time the mismatch lies: precision {where["precision"]:.2f} (chance '
                   f'{where["chance"]:.2f}), recall {where["recall"]:.2f}.')
+    told = {stratum: one for stratum, one in summary['variables'].items() if one}
+    if told:
+        page.table([Column('outside the library'), Column('cases', number=True),
+                    Column('right variables', number=True),
+                    Column('others beside', number=True), Column('memory', number=True)],
+                   [[stratum, str(one['cases']), _mean(one['told']), f'{one["beside"]:.2f}',
+                     _mean(one['memory'])] for stratum, one in told.items()], kind='compact',
+                   caption='Of the variables that the mismatch truly depends on, the share that '
+                   'is named; how many are named beside them; whether memory is told right.')
     begun = summary['onset']
     if begun['begins']:
         off = '' if begun['median_error'] is None else (

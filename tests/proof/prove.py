@@ -58,6 +58,7 @@ class Proof:
     only: str | None = None
     frozen: bool = False
     brief: bool = False
+    run: bool = True
 
 
 def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], None]) -> dict:
@@ -82,7 +83,8 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
         for name in names:
             at = proof.out / 'baselines' / name / case.name
             work.append((lambda n=name, c=case, at=at: run_baseline(n, c, at), at))
-    _run_all(work, proof.jobs, progress)
+    if proof.run:
+        _run_all(work, proof.jobs, progress)
     if digest_of(truth) != sealed:
         raise InputError(f'{truth}: the truth was changed while the tool ran; no score')
     if names:
@@ -93,7 +95,7 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
     scores = score_all(truths, results)
     summary = {
         'source': 'own', 'digest': sealed, 'seed': plan['seed'], 'strata': plan['strata'],
-        **_told(proof, begin), **summarise(scores)}
+        **_told(proof, plan, begin), **summarise(scores)}
     if names:
         summary['baselines'] = _baselines(names, truths, proof.out)
         summary['thresholding'] = thresholding_by()
@@ -120,7 +122,7 @@ def prove_other(proof: Proof, folder: Path, progress: Callable[[str], None],
         cases = [case for case in cases if case.name.partition('_')[2] in wanted]
     note = proof.out / 'proof.json'
     # Kept as text: of the same folder under another name nothing is run again by mistake.
-    plan = {'cases_from': str(folder.resolve())}
+    plan = {'cases_from': str(folder.resolve()), 'command': proof.command}
     if note.exists():
         if json.loads(note.read_text('utf8')).get('cases_from') != plan['cases_from']:
             raise InputError(f'--out {proof.out}: holds the proof of other cases; name another')
@@ -131,23 +133,27 @@ def prove_other(proof: Proof, folder: Path, progress: Callable[[str], None],
         progress(f'checking {case.name}')
         other_truth(case)
     proof.out.mkdir(parents=True, exist_ok=True)
-    note.write_text(json.dumps(plan, indent=1), 'utf8')
+    if not note.exists() or proof.run:
+        note.write_text(json.dumps(plan, indent=1), 'utf8')
+    plan = json.loads(note.read_text('utf8'))
     results = proof.out / 'results'
     if proof.again:
         for case in cases:
             shutil.rmtree(results / case.name, ignore_errors=True)
     say(f'{len(cases)} cases from {folder}')
-    _run_all([(lambda c=c: run_tool(c, results / c.name), results / c.name) for c in cases],
-             proof.jobs, progress)
+    if proof.run:
+        _run_all([(lambda c=c: run_tool(c, results / c.name), results / c.name) for c in cases],
+                 proof.jobs, progress)
     scores = score_all([other_truth(case) for case in cases], results)
     summary = {'source': 'other', 'digest': None, 'seed': None, 'strata': None,
-               **_told(proof, begin), **summarise(scores)}
+               **_told(proof, plan, begin), **summarise(scores)}
     _write(proof.out, summary, scores)
     return summary
 
 
-def _told(proof: Proof, begin: float) -> dict:
-    return {'date': datetime.now(UTC).isoformat(timespec='seconds'), 'command': proof.command,
+def _told(proof: Proof, plan: dict, begin: float) -> dict:
+    return {'date': datetime.now(UTC).isoformat(timespec='seconds'),
+            'command': plan.get('command') or proof.command,
             'wall_seconds': time.monotonic() - begin,
             'commits': commits_in(proof.out / 'results')}
 
@@ -183,7 +189,7 @@ def _planned(proof: Proof, home: Path) -> dict:
         proof = replace(proof, **FROZEN)
     seed = secrets.randbits(64) if proof.seed is None else proof.seed
     plan = {'brief': proof.frozen or proof.brief, 'frozen': proof.frozen,
-            'cases': proof.cases or 100, 'seed': seed,
+            'cases': proof.cases or 100, 'seed': seed, 'command': proof.command,
             'strata': _checked(proof.strata or ''), 'effects': _known(proof.effects or ''),
             'digest': None}
     home.mkdir(parents=True, exist_ok=True)

@@ -76,6 +76,21 @@ def test_second_start_runs_nothing_and_a_changed_truth_is_refused(
     assert 'not what was sealed' in changed.stderr
 
 
+def test_a_part_that_was_run_is_scored(proof: tuple[Path, subprocess.CompletedProcess]) -> None:
+    out, _ = proof
+    note = out / 'results' / 'case_0002' / 'run.json'
+    kept = note.read_bytes()
+    note.unlink()
+    part = engb(out.parent, 'prove', '--out', 'out', '--score')
+    scores = json.loads((out / 'scores.json').read_text('utf8'))
+    assert part.returncode == 0, part.stderr
+    assert not note.exists()
+    assert scores['cases'] == 2
+    # The column tells how the cases were drawn, not how they were scored.
+    assert '--brief' in scores['command'] and '--score' not in scores['command']
+    note.write_bytes(kept)
+
+
 def test_baselines_are_scored_on_the_same_cases(
         proof: tuple[Path, subprocess.CompletedProcess]) -> None:
     out, _ = proof
@@ -121,6 +136,8 @@ def test_open_shows_the_truth_beside_a_diagnosis(tmp_path: Path) -> None:
     (['--out', 'x', '--cases-from', 'empty'], 'holds no folder case_'),
     (['--out', 'x', '--cases-from', 'empty', '--seed', '1'], 'leave --seed away'),
     (['--out', 'x', '--only', '3'], 'belongs to --cases-from'),
+    (['--out', 'x', '--score'], 'holds nothing that was run'),
+    (['--out', 'x', '--score', '--again'], 'leave --again away'),
     (['--diagnosis', 'noise.sealed'], 'belongs to --open'),
 ])
 def test_wrong_calls_end_in_one_line(arguments: list[str], told: str, tmp_path: Path,

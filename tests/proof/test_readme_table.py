@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from engb_ros.commands.main import main
-from tests.proof.readme_table import column_of
+from tests.proof.readme_table import column_of, ROWS
 from tests.proof.real_ladder import CORRECTED
 from tests.proof.test_score import summary_of
 
@@ -52,7 +52,8 @@ def test_three_columns_stand_side_by_side(tmp_path: Path, capsys: pytest.Capture
         '1 of 1 / 1 of 1', '1 of 1 / 1 of 1', 'axis 1 of 2']
     assert cells['something said on a clean recording (real: nothing taken out)'] == [
         '0 of 1', '0 of 1', 'axis backlash 0.30']
-    assert cells['harm: held-out made worse'] == ['0 of 5', '0 of 5', 'axis 1 of 4']
+    assert cells['harm: held-out error 5 % and 0.2 floors larger (real: 5 %), all cases'] == [
+        '0 of 5', '0 of 5', 'axis 1 of 4']
     assert cells['truth inside two deviations'] == ['100 %', '100 %', 'axis 1 of 2']
     assert cells['held-out force error, model file → corrected model'] == [
         '–', '–', 'axis 8.0 % → 3.0 %']
@@ -78,3 +79,12 @@ def test_a_folder_without_scores_is_told(name: str | None, content: str, told: s
     said = capsys.readouterr().err
     assert told in said
     assert said.count('\n') == 1
+
+
+def test_the_table_in_the_readme_has_these_rows() -> None:
+    text = (Path(__file__).resolve().parents[2] / 'README.md').read_text('utf8')
+    told = [line.split(' | ')[0].strip('| ') for line in text.splitlines()
+            if line.startswith('| ')]
+    labels = [label for label, *_ in ROWS]
+    begin = told.index(labels[0])
+    assert told[begin:begin + len(labels)] == labels

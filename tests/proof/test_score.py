@@ -17,6 +17,7 @@ from tests.proof.locate import (
     true_samples,
 )
 from tests.proof.own_truth import truth_of
+from tests.proof.page import proof_page
 from tests.proof.score import CaseScore, score
 from tests.proof.summary import as_text
 from tests.proof.totals import clopper_pearson, summarise
@@ -127,6 +128,20 @@ def test_perfect_answer_scores_full_marks(tmp_path: Path) -> None:
         'cases': 1, 'told': 1.0, 'beside': 0.0, 'memory': 1.0}
     assert summary['right']['hits'] == summary['by_tag']['low_rate']['of'] == 5
     assert summary['localisation']['chance'] < 0.2
+
+
+def test_the_page_tells_what_the_scores_hold(tmp_path: Path) -> None:
+    names = write_truth(tmp_path)
+    scores = []
+    for name, stratum in zip(names, HIDDEN, strict=True):
+        write_answer(tmp_path / 'out' / name, stratum, perfect=True)
+        scores.append(scored(name, tmp_path, tmp_path / 'out' / name))
+    summary = {**summarise(scores), 'source': 'other', 'command': 'x', 'date': '2026'}
+    proof_page(summary, scores).write(tmp_path / 'index.html')
+    page = (tmp_path / 'index.html').read_text('utf8')
+    for text in ('confident wrong name, undescribed', 'right variables', 'harm: materially worse',
+                 'low rate', 'another hand'):
+        assert text in page
 
 
 def test_silent_answer_scores_nothing_but_no_false_alarm(tmp_path: Path) -> None:

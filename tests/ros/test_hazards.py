@@ -5,7 +5,7 @@ import os
 import time
 
 import pytest
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, UInt64
 
@@ -206,6 +206,16 @@ def test_watchdogs_cannot_be_switched_off_while_it_runs(runner, probe):
     runner.stop()
 
 
+def test_a_live_parameter_makes_nobody_read_a_file_again(runner, probe, tmp_path):
+    mechanism = tmp_path / 'mechanism.yaml'
+    mechanism.write_text(config_file('mechanism.yaml').read_text(encoding='utf-8'))
+    loop = closed_loop(runner, probe, model=str(TRUE_BRAKE), mechanism=str(mechanism))
+    mechanism.unlink()   # a slow or broken file system would stop the loop
+    loop.set_parameter('controller', 'p', 0.5)
+    loop.go(10.0)
+    runner.stop()
+
+
 def test_no_model_file_stops_the_loop(runner, probe, tmp_path):
     loop = closed_loop(runner, probe, model=str(TRUE_BRAKE),
                        mechanism=str(config_file('mechanism.yaml')), state_timeout=STATE_TIMEOUT)
@@ -251,6 +261,16 @@ def test_a_driver_that_offers_best_effort_only_is_heard(runner, probe):
     runner.start('controller', parameters={'state_timeout': STATE_TIMEOUT})
     runner.wait_until(lambda: states and efforts and estimates, 'all to hear the driver',
                       pause=probe.spin)
+    runner.stop()
+
+
+def test_who_asks_for_more_than_is_offered_is_told_in_words(runner, probe):
+    process = runner.start('plant')
+    probe.node.create_subscription(JointState, 'joint_states', lambda message: None, QoSProfile(
+        depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    runner.wait_until(lambda: 'asks for more durability' in process.output, 'the word',
+                      pause=probe.spin)
+    assert 'volatile' in process.output
     runner.stop()
 
 

@@ -1,5 +1,6 @@
 """Nodes start, stop by signal with status 0, and refuse bad parameters in one line."""
 
+import math
 import os
 from pathlib import Path
 import shutil
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 
+from lifecycle_msgs.srv import ChangeState
 import pytest
 from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.parameter import Parameter
@@ -35,6 +37,23 @@ def test_every_node_ends_with_status_0(runner, probe, tmp_path, number):
     runner.wait_until(lambda: set(NODES) <= set(probe.node.get_node_names()),
                       'all nodes in the graph', pause=probe.spin)
     runner.stop(number=number)
+
+
+@pytest.mark.parametrize('name', [*NODES, 'excitation', 'can_bridge', 'drive_emulator'])
+def test_every_node_goes_through_its_states_twice(runner, probe, tmp_path, bus, name):
+    options = {'recorder': {'bag': str(tmp_path / 'bag')}, 'can_bridge': bus,
+               'drive_emulator': bus}.get(name, {})
+    process = runner.start(name, parameters={**options, 'autostart': False})
+    service = Service('~/change_state', 'lifecycle_msgs/srv/ChangeState', '')
+    # configure, activate, deactivate, cleanup; and shut down from active
+    for transition in (1, 3, 4, 2) + ((1, 3, 7) if name != 'recorder' else ()):
+        request = ChangeState.Request()
+        request.transition.id = transition
+        assert probe.call(name, service, request=request).success, transition
+        for _ in range(5):
+            probe.spin()
+    runner.stop()
+    assert 'Traceback' not in process.output_path.read_text()
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -121,6 +140,7 @@ def test_parameters_are_described_and_checked_while_running(runner, probe):
 
     assert change('p', 0.6).successful
     assert not change('p', -0.6).successful
+    assert not change('p', math.nan).successful   # no range holds it off, and it takes all torque
     assert not change('antiwindup_strategy', 'magic').successful
     assert not change('reference', 'strokes').successful   # read only
     runner.stop()

@@ -1,0 +1,84 @@
+"""Does the load curve have another form than the model file can give it?
+
+A polynomial or a sinusoid need not follow a real load. What it leaves lies along the angle,
+whatever else is missing, and hides it: so the question is put beside the best effects found with
+the file's form, and where a table is worth having, all effects are asked for again beside it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
+from engb_core.diagnose.numbers import INSISTED, level, NumberFinding
+from engb_core.diagnose.selection import CLEAN_EXCESS, Selection, worth_a_further_effect
+from engb_core.effects.base import Effect
+from engb_core.effects.load_curve_shape import EFFECT
+
+__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'with_free_load_curve']
+
+LOAD_SHAPE = EFFECT.id
+# So often a wave must repeat along the stroke to be told from what stands in some places once.
+REPEATS = 5.0
+
+
+def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
+    """Return whether a wave over the motor angle, if that is what the effect is, comes often
+    enough to be told from the form of the load curve."""
+    low, high = fitter.problem.scene.position_range
+    return effect.reveals != 'motor_angle' or \
+        values['order'] * (high - low) >= 2.0 * np.pi * REPEATS
+
+
+def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
+    """Return what fits with a table beside the file's load curve, where that is worth as much
+    beside the chosen effects as a further effect would have to be, or does what waves do that
+    hardly repeat along the stroke; None where it is not."""
+    scene = fitter.problem.scene
+    if fitter.load_shape or EFFECT.applies is None or not EFFECT.applies(scene):
+        return None
+    free = Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter, load_shape=True)
+    chosen = selection.chosen
+    for index in reversed(range(len(chosen.hypothesis.variants))):
+        effect = chosen.hypothesis.variants[index].effect
+        if not repeats(fitter, effect, chosen.hypothesis.named(chosen.vector, index)):
+            chosen = fitter.evaluate(*bare(chosen, {index}))
+    fewer = len(chosen.hypothesis.variants) < len(selection.chosen.hypothesis.variants)
+    if selection.excess_after <= CLEAN_EXCESS and not fewer:
+        return None
+    kept = dict(zip((number.name for number in chosen.hypothesis.numbers), chosen.vector,
+                    strict=False))
+    hypothesis = free.hypothesis(chosen.hypothesis.variants)
+    start = hypothesis.start_of_numbers()
+    for place, number in enumerate(hypothesis.numbers):
+        start[place] = kept.get(number.name, start[place])
+    vector = [*start, *chosen.vector[len(chosen.hypothesis.numbers):]]
+    fit = free.refine(free.evaluate(hypothesis, np.array(vector)))
+    # By the one measure of noise for both.
+    left, whole = level(fit, fitter) - 1.0, selection.excess_before
+    if fewer:
+        better = not worth_a_further_effect(left, selection.excess_after, whole)
+    else:
+        better = worth_a_further_effect(level(chosen, fitter) - 1.0, left, whole)
+    return free if better else None
+
+
+def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
+    """Return the table beside the load curve as a finding, where the data insist on it."""
+    if not fitter.load_shape:
+        return None
+    numbers = explained.hypothesis.numbers
+    others = [number for number in numbers if number.name not in SHAPE_NUMBERS]
+    names = {number.name for number in others}
+    # Against the file's own form, refitted.
+    others += [number for number in nominal_numbers(fitter.problem.model, fitter.problem.scene)
+               if number.name not in names]
+    held = fitter.refit(explained, tuple(others))
+    rise = level(held, fitter) - level(explained, fitter)
+    if rise < INSISTED:
+        return None
+    values = [value for number, value in zip(numbers, explained.vector, strict=False)
+              if number.name in SHAPE_NUMBERS]
+    return NumberFinding(LOAD_SHAPE, explained, rise, float(max(values, key=abs)))

@@ -1,0 +1,208 @@
+"""Does an effect begin within the recordings? Asked after those that act throughout.
+
+Each named effect is screened by linear least squares with every moment as its onset; the most
+promising ones are fitted, and their onsets found anew with what the fit says that they do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fit import Fit, Fitter, StartColumns
+from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.onset import cost_by_onset, Onset
+from engb_core.diagnose.ranking import excess, price
+from engb_core.diagnose.rugged import best_promised, promises
+from engb_core.diagnose.search import physics_effects, variants_and_starts
+from engb_core.diagnose.selection import CLEAN_EXCESS, Selection, worth_a_further_effect
+from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.effects.base import Effect
+from engb_core.effects.catalogue import get_effect
+
+__all__ = ['with_onset']
+
+Array = NDArray[np.float64]
+
+# Numbers of the load curve that may change at one moment, though a refit covers them throughout.
+_SUDDEN_NUMBERS = ('contact_shift', 'load_stiffness_error')
+# Effects that are fitted with an onset, the most promising ones, and how often it is found anew.
+FITTED, ROUNDS, AGAIN = 4, 6, 3
+# Weight with which a number is held that stands at its bound.
+HELD = 1e9
+
+
+def with_onset(fitter: Fitter, selection: Selection) -> Selection:
+    """Return the selection, or one in which an effect begins within the recordings, where that is
+    worth as much as a further effect would have to be."""
+    chosen = selection.chosen
+    if excess(chosen, fitter) <= CLEAN_EXCESS and len(chosen.hypothesis.variants) < 2:
+        return selection
+    starts = [fitter.base()]
+    if chosen.hypothesis.variants:
+        count = len(chosen.hypothesis.variants)
+        starts += [fitter.without(chosen, index) for index in range(count) if count > 1]
+        starts.append(chosen)
+    found: list[Fit] = []
+    for start in starts:
+        most = min([chosen, *found], key=lambda fit: _cost_of_all(fitter, fit))
+        found += _fitted(fitter, start, _cost_of_all(fitter, most))
+    whole = selection.excess_before
+    better = [fit for fit in found if _preferred(fit, chosen, fitter, whole)]
+    if not better:
+        return selection
+    best = fitter.refine(min(better, key=lambda fit: price(fit, fitter)))
+    throughout = fitter.refine(_throughout(fitter, best))
+    if not worth_a_further_effect(excess(throughout, fitter), excess(best, fitter), whole):
+        return selection
+    rivals = sorted((fit for fit in (*found, chosen)
+                     if set(fit.hypothesis.ids) != set(best.hypothesis.ids)
+                     and len(fit.hypothesis.variants) == len(best.hypothesis.variants)),
+                    key=lambda fit: fit.cost)
+    return Selection(best, tuple(rivals), selection.nominal_excess, whole, excess(best, fitter))
+
+
+def _cost_of_all(fitter: Fitter, fit: Fit) -> float:
+    """Return the weighted sum of squares over all values, also those that no fit may look at."""
+    return float(np.sum((fit.residual / fitter.spread) ** 2))
+
+
+def _complexity(fit: Fit) -> int:
+    return len(fit.hypothesis.variants) + len(fit.hypothesis.onsets)
+
+
+def _preferred(fit: Fit, chosen: Fit, fitter: Fitter, whole: float) -> bool:
+    """Whether a fit is preferred to the chosen one: what is richer must be worth it."""
+    new, old = excess(fit, fitter), excess(chosen, fitter)
+    if _complexity(fit) > _complexity(chosen):
+        return worth_a_further_effect(old, new, whole)
+    if _complexity(fit) == _complexity(chosen):
+        return price(fit, fitter) < price(chosen, fitter)
+    return not worth_a_further_effect(new, old, whole)
+
+
+def _throughout(fitter: Fitter, fit: Fit) -> Fit:
+    """Return the fit with the same effects acting from the recordings' begin."""
+    variants = tuple(replace(variant, onset=None) for variant in fit.hypothesis.variants)
+    return fitter.evaluate(fitter.hypothesis(variants, fit.hypothesis.numbers), fit.vector)
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """An effect with an onset, where its fit may start, its sizes (p,), and the cost expected."""
+
+    cost: float
+    variant: Variant
+    setting: dict[str, float]
+    sizes: Array
+
+
+def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
+    """Return fits of what promises to lower the cost of all values below `least`, one effect with
+    an onset more than `start`."""
+    effects = [*(effect for effect in physics_effects(fitter) if not effect.unnamed),
+               *map(get_effect, _SUDDEN_NUMBERS)]
+    columns = fitter.columns(start, range(start.hypothesis.size))
+
+    def screened(effect: Effect) -> list[_Candidate]:
+        return _screened(fitter, start, columns, effect)
+
+    cases = [effect for effect in effects if effect.id not in start.hypothesis.ids
+             and (effect.applies is None or effect.applies(fitter.problem.scene))]
+    best: dict[str, list[_Candidate]] = {}
+    parts: list[list[_Candidate]] = list(side_by_side(screened, cases, fitter.threads))
+    for entry in itertools.chain.from_iterable(parts):
+        best.setdefault(entry.variant.effect.id, []).append(entry)
+    leading = sorted((sorted(entries, key=lambda entry: entry.cost)
+                      for entries in best.values()), key=lambda entries: entries[0].cost)
+    hopeful = [entries for entries in leading if entries[0].cost < least][:FITTED]
+
+    def fitted(entries: list[_Candidate]) -> Fit:
+        return _settled(fitter, _begun(fitter, start, entries))
+
+    return list(side_by_side(fitted, hopeful, fitter.threads))
+
+
+def _screened(fitter: Fitter, start: Fit, columns: Array, effect: Effect) -> list[_Candidate]:
+    """Return the effect's starts, each with the onset that promises most."""
+    found = []
+    for variant, starts in variants_and_starts(fitter, start, _at_once(effect)):
+        for entry in starts:
+            cost, onset, sizes = _by_onset(fitter, start, columns, entry)
+            if onset is not None and variant.reaches(sizes):
+                found.append(_Candidate(cost, replace(variant, onset=onset), entry.setting, sizes))
+    return found
+
+
+def _at_once(effect: Effect) -> Effect:
+    """Return the effect as it is when it is there from one moment on: what says how it grows over
+    the recording is held."""
+    if not effect.at_once:
+        return effect
+    kept = tuple(entry for entry in effect.parameters if entry.name not in effect.at_once)
+    held = effect.parameters[len(kept):]
+    given = effect.set_constants
+    return replace(
+        effect, parameters=kept,
+        constants=(*((entry.name, entry.unit) for entry in held), *effect.constants),
+        set_constants=lambda scene: {**effect.at_once, **(given(scene) if given else {})})
+
+
+def _by_onset(fitter: Fitter, start: Fit, columns: Array, entry: StartColumns,
+              ) -> tuple[float, Onset | None, Array]:
+    centre, spread = start.hypothesis.prior
+    low, high = start.hypothesis.bounds
+    held = (start.vector <= low) | (start.vector >= high)
+    ridge = np.where(held, HELD * np.sum((columns / fitter.spread[:, None]) ** 2, axis=0) + 1.0,
+                     spread ** -2.0)
+    pull = np.where(held, 0.0, (centre - start.vector) / spread ** 2)
+    return cost_by_onset(fitter.problem.times, columns, entry.columns, start.residual,
+                         1.0 / fitter.spread, ridge, pull)
+
+
+def _begun(fitter: Fitter, start: Fit, entries: list[_Candidate]) -> Fit:
+    """Return the fit of the effect from where it promises most."""
+    first = entries[0]
+    if first.variant.effect.rugged:
+        hypothesis = fitter.hypothesis((*start.hypothesis.variants, first.variant),
+                                       start.hypothesis.numbers)
+        settings = [entry.setting for entry in entries
+                    if entry.variant.constants == first.variant.constants]
+        return best_promised(fitter, start, promises(fitter, start, hypothesis, settings), ROUNDS)
+    fits = [fitter.fit_from(start, entry.variant, entry.setting, entry.sizes, ROUNDS)
+            for entry in entries[:2]]
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def _settled(fitter: Fitter, fit: Fit) -> Fit:
+    """Return the fit with the onset found anew until it stays."""
+    for _ in range(AGAIN):
+        moved = _moved(fitter, fit)
+        if moved is None:
+            break
+        moved = fitter.iterate(moved, ROUNDS)
+        if moved.cost >= fit.cost:
+            break
+        fit = moved
+    return fit
+
+
+def _moved(fitter: Fitter, fit: Fit) -> Fit | None:
+    """Return the fit with the onset that is best for what the effect does there; None where that
+    is where it stands."""
+    *others, last = fit.hypothesis.variants
+    assert last.onset is not None
+    without, kept = fit.hypothesis.before(last.effect.id, last.onset)
+    rest = fitter.evaluate(without, fit.vector[kept])
+    whole = fitter.predict(replace(
+        fit.hypothesis, variants=(*others, replace(last, onset=None))), fit.vector)
+    columns = fitter.columns(rest, range(without.size))
+    _, onset, _ = _by_onset(fitter, rest, columns,
+                            StartColumns({}, (whole - rest.predicted)[:, None]))
+    if onset is None or onset == last.onset:
+        return None
+    hypothesis = replace(fit.hypothesis, variants=(*others, replace(last, onset=onset)))
+    return fitter.evaluate(hypothesis, fit.vector)

@@ -1,0 +1,61 @@
+"""The load curve has another form than the model's: a table over the angle that is added to it.
+
+A caliper's, a linkage's or a cable's load need be no polynomial. What the model's own form cannot
+follow stands here, a cubic between knots that lie evenly along the stroke; beyond them nothing is
+known, and the last knot holds.
+"""
+
+from engb_core.compiled import effect_function
+from engb_core.effects.base import Effect, LOAD, Parameter, POSITION
+
+__all__ = ['EFFECT', 'KNOTS']
+
+# A wave that repeats five times or more along the stroke is told from the load curve by that
+# (findings.py): knots a little nearer than its half wave follow every slower one.
+KNOTS = 12
+
+
+@effect_function
+def _load(parameters, state, sample):
+    low, high = parameters[12], parameters[13]
+    way = (sample[POSITION] - low) / (high - low) * 11.0
+    way = min(max(way, 0.0), 10.999999)
+    knot = int(way)
+    part = way - knot
+    here, there = parameters[knot], parameters[knot + 1]
+    # Straight on beyond the ends.
+    before = parameters[knot - 1] if knot > 0 else 2.0 * here - there
+    after = parameters[knot + 2] if knot < 10 else 2.0 * there - here
+    bend = 2.0 * before - 5.0 * here + 4.0 * there - after
+    twist = 3.0 * (here - there) + after - before
+    return sample[LOAD] + here + 0.5 * part * (there - before + part * (bend + part * twist))
+
+
+def _statement(p):
+    values = [p[f'value_{index:02d}'] for index in range(KNOTS)]
+    place = max(range(KNOTS), key=lambda index: abs(values[index]))
+    angle = p['from'] + (p['to'] - p['from']) * place / (KNOTS - 1)
+    return ('The load curve has another form than the model file can give it: '
+            f'{values[place] * 1e3:+.3g} mN·m at {angle:.3g} rad beside it. The table in the '
+            'corrected model holds it.')
+
+
+EFFECT = Effect(
+    id='load_curve_shape',
+    title='The load curve has another form',
+    parameters=tuple(Parameter(f'value_{index:02d}', 'N·m', -1e9, 1e9, none=0.0, starts=(0.01,),
+                               default=0.0) for index in range(KNOTS)),
+    stages={'load': _load},
+    equation='T_L = T_L,model(θ) + table(θ), cubic between 12 knots along the stroke',
+    reference='Catmull and Rom, Computer Aided Geometric Design (1974)',
+    statement=_statement,
+    reveals='position',
+    picture='load_over_position',
+    seen='What the refitted load curve leaves lies along the angle, the same at every speed.',
+    confused='a contact or stiffness that is off; play and creep, which differ on the way back',
+    measure='slow full strokes, both ways, and the load curve identified anew from them',
+    constants=(('from', 'rad'), ('to', 'rad')),
+    set_constants=lambda scene: dict(zip(('from', 'to'), scene.position_range, strict=True)),
+    number_only=True,
+    applies=lambda scene: scene.largest_load > 0,
+)

@@ -1,0 +1,1 @@
+"""Laws: formulas of a restricted grammar for what no effect of the library explains."""

@@ -1,0 +1,188 @@
+"""How well columns predict what was left out: blocks of time, recordings, kinds of motion.
+
+Everything comes from sums of products over each block, so that thousands of candidate columns,
+each with all free numbers fitted anew without the block, cost little more than one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fit import Fit, Fitter
+
+__all__ = ['Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'stretches_of_time']
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+# Parts of the recordings that are left out in turn.
+PARTS = 6
+# A stretch that has one kind of motion [s].
+STRETCH = 2.0
+_RELATIVE_RIDGE = 1e-9
+
+
+@dataclass(frozen=True)
+class Score:
+    """Squared errors of what was left out, by block (k,), in units of the noise's, and the sizes
+    of the columns fitted to everything."""
+
+    by_block: Array
+    sizes: Array
+
+    @property
+    def level(self) -> float:
+        """Mean squared error of what was left out (noise = 1)."""
+        return float(self.by_block.sum())
+
+
+class Blocks:
+    """The least squares of one fit, block by block.
+
+    Args:
+        fitter: weighs the values.
+        fit: whose residual is to be explained.
+        nuisance: (m, p) derivatives by all that stays free.
+        labels: (m,) block of each value.
+    """
+
+    def __init__(self, fitter: Fitter, fit: Fit, nuisance: Array, labels: Labels) -> None:
+        weight = fitter.weight
+        self._rows = [np.flatnonzero((labels == label) & (weight > 0.0))
+                      for label in np.unique(labels)]
+        self._rows = [rows for rows in self._rows if rows.size]
+        self._weight = weight
+        self._noise = float(np.sum((fitter.sigma * weight) ** 2))
+        norm = np.sqrt(np.sum((nuisance * weight[:, None]) ** 2, axis=0))
+        norm[norm == 0.0] = 1.0
+        self._nuisance = nuisance * weight[:, None] / norm
+        self._target = fit.residual * weight
+        spread = fit.hypothesis.prior[1][:nuisance.shape[1]]
+        self._ridge = np.diag(1.0 / (spread * norm) ** 2 + _RELATIVE_RIDGE)
+        self._gram = [self._nuisance[rows].T @ self._nuisance[rows] for rows in self._rows]
+        self._right = [self._nuisance[rows].T @ self._target[rows] for rows in self._rows]
+        self._squares = [float(self._target[rows] @ self._target[rows]) for rows in self._rows]
+        self._whole = np.sum(self._gram, axis=0)
+        self._whole_right = np.sum(self._right, axis=0)
+
+    def without(self) -> Score:
+        """Return the score of the free numbers alone."""
+        errors = []
+        for gram, right, squares in zip(self._gram, self._right, self._squares, strict=True):
+            found = np.linalg.solve(self._whole - gram + self._ridge, self._whole_right - right)
+            errors.append(squares - 2.0 * found @ right + found @ gram @ found)
+        return Score(np.array(errors) / self._noise, np.zeros(0))
+
+    def scores(self, columns: list[Array]) -> list[Score]:
+        """Return the score of each candidate (m, 1) or (m, 2), fitted without each block."""
+        if not columns:
+            return []
+        found: dict[int, Score] = {}
+        for width in {column.shape[1] for column in columns}:
+            places = [place for place, column in enumerate(columns) if column.shape[1] == width]
+            made = self._scored(np.stack([columns[place] for place in places], axis=1))
+            found.update(zip(places, made, strict=True))
+        return [found[place] for place in range(len(columns))]
+
+    def _scored(self, columns: Array) -> list[Score]:
+        """Columns (m, k, q) of k candidates."""
+        columns = columns * self._weight[:, None, None]
+        norm = np.sqrt(np.sum(columns ** 2, axis=(0, 2)))
+        good = np.isfinite(norm) & (norm > 0.0)
+        columns = np.where(good[:, None], columns, 0.0) / np.where(good, norm, 1.0)[:, None]
+        _, count, width = columns.shape
+        flat = columns.reshape(columns.shape[0], -1)
+        sums = []
+        for rows in self._rows:
+            part = flat[rows]
+            cross = (self._nuisance[rows].T @ part).reshape(-1, count, width)
+            own = np.einsum('mkp,mkq->kpq', columns[rows], columns[rows])
+            right = (self._target[rows] @ part).reshape(count, width)
+            sums.append((cross, own, right))
+        cross, own, right = (np.sum([entry[place] for entry in sums], axis=0)
+                             for place in range(3))
+        errors = np.empty((len(self._rows), count))
+        for place, (cross_out, own_out, right_out) in enumerate(sums):
+            gram_out, number_right = self._gram[place], self._right[place]
+            sizes, numbers = _solved(self._whole - gram_out + self._ridge,
+                                     self._whole_right - number_right, cross - cross_out,
+                                     own - own_out, right - right_out)
+            fitted = np.einsum('pk,pq,qk->k', numbers, gram_out, numbers)
+            mixed = np.einsum('pk,pkq,kq->k', numbers, cross_out, sizes)
+            squares = np.einsum('kp,kpq,kq->k', sizes, own_out, sizes)
+            errors[place] = (self._squares[place] - 2.0 * (number_right @ numbers)
+                             - 2.0 * np.sum(sizes * right_out, axis=1)
+                             + fitted + 2.0 * mixed + squares)
+        sizes, _ = _solved(self._whole + self._ridge, self._whole_right, cross, own, right)
+        return [Score(errors[:, place] / self._noise if good[place]
+                      else np.full(len(self._rows), np.inf),
+                      sizes[place] / (norm[place] or 1.0)) for place in range(count)]
+
+
+def _solved(gram: Array, number_right: Array, cross: Array, own: Array, right: Array,
+            ) -> tuple[Array, Array]:
+    """Return sizes (k, q) of k candidates and the numbers (p, k) beside each."""
+    count, width = right.shape
+    both = np.linalg.solve(gram, np.concatenate(
+        [cross.reshape(gram.shape[0], -1), number_right[:, None]], axis=1))
+    through, alone = both[:, :-1].reshape(-1, count, width), both[:, -1]
+    left = own - np.einsum('pkq,pkr->kqr', cross, through)
+    left += 1e-10 * np.eye(width)
+    target = right - np.einsum('pkq,p->kq', cross, alone)
+    sizes = np.linalg.solve(left, target[:, :, None])[:, :, 0]
+    return sizes, alone[:, None] - np.einsum('pkq,kq->pk', through, sizes)
+
+
+def derivatives_of(fit: Fit) -> Array:
+    """Return the derivatives (m, size) of a finished fit."""
+    if fit.jacobian is None:
+        raise ValueError('a law is judged by finished fits')
+    return fit.jacobian
+
+
+def stretches_of_time(fitter: Fitter) -> Labels:
+    """Return the block of each value: whole recordings where there are several, else long
+    stretches that follow one another."""
+    runs = fitter.problem.runs
+    if len(runs) >= 3:
+        return np.concatenate([np.full(run.measured.size, index)
+                               for index, run in enumerate(runs)])
+    count = PARTS // len(runs)
+    return np.concatenate([
+        np.minimum((np.arange(run.measured.size) * count) // max(run.measured.size, 1), count - 1)
+        + count * index for index, run in enumerate(runs)])
+
+
+def kinds_of_motion(fitter: Fitter) -> list[Labels]:
+    """Return labels that split the values into two kinds of motion each: slow and fast
+    stretches, and short and long ways."""
+    runs = fitter.problem.runs
+    stretch, speed, way = [], [], []
+    first = 0
+    for run in runs:
+        time = run.motion.time[run.comparison.grid]
+        place = (time / STRETCH).astype(int)
+        _, place = np.unique(place, return_inverse=True)
+        velocity, position = (values[run.comparison.grid] for values in (
+            run.motion.velocity, run.motion.position))
+        for label in range(int(place.max()) + 1 if place.size else 0):
+            rows = place == label
+            speed.append(float(np.sqrt(np.mean(velocity[rows] ** 2))))
+            way.append(float(np.ptp(position[rows])))
+        stretch.append(place + first)
+        first += int(place.max()) + 1 if place.size else 0
+    labels = np.concatenate(stretch)
+    size = np.bincount(labels)
+    return [_halves(np.array(values), size)[labels] for values in (speed, way)]
+
+
+def _halves(values: Array, size: Labels) -> Labels:
+    """Return 0 or 1 for each stretch: below or above the median, all values weighing alike."""
+    order = np.argsort(values)
+    above = np.cumsum(size[order]) > 0.5 * size.sum()
+    found = np.zeros(values.size, np.int64)
+    found[order] = above
+    return found

@@ -1,0 +1,181 @@
+"""What each form of law would do to the filtered effort, to first order: columns for screening.
+
+A factor is computed once for all recordings by the same stack machine that runs it afterwards;
+products of factors are products of their columns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.effects.base import (
+    ACCELERATION,
+    DIRECTION,
+    EFFORT,
+    INERTIA,
+    LEVEL,
+    LOAD,
+    LOAD_GAIN,
+    POSITION,
+    STATE_SIZE,
+    TIME_STEP,
+    TORQUE,
+    VELOCITY,
+    VISCOUS,
+)
+from engb_core.effects.law import law_value
+from engb_core.filtering import Comparison
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.laws.forms import Atom, Form, Scales
+from engb_core.laws.grammar import parse
+from engb_core.laws.machine import program_of
+from engb_core.position_error import at_recorded_samples, carried
+
+__all__ = ['Columns', 'scales_of']
+
+Array = NDArray[np.float64]
+
+_QUARTER = 0.5 * np.pi
+_OF_THE_SENSOR = ('position_shift', 'position_delay')
+# Share of the stroke over which slopes along the angle are taken.
+_SLOPE = 1e-4
+# Samples for each value that is compared, at which factors are screened.
+SAMPLES_OF_VALUE = 4
+
+
+def scales_of(fitter: Fitter) -> Scales:
+    """Return how far the coordinates went."""
+    problem = fitter.problem
+    scene, runs = problem.scene, problem.runs
+    acceleration = max(float(np.quantile(np.abs(run.motion.acceleration), 0.99)) for run in runs)
+    disc = scene.disc_speed_range
+    return Scales(
+        low=scene.position_range[0], high=scene.position_range[1], speed=scene.speed,
+        load=scene.largest_load, effort=scene.largest_effort, acceleration=acceleration,
+        duration=scene.duration, sampling=scene.sampling,
+        disc=None if disc is None else max(abs(disc[0]), abs(disc[1])) or None,
+        temperature=scene.temperature_range,
+        angle='rad' if scene.joint_type == 'revolute' else 'm')
+
+
+def _stride(comparison: Comparison) -> int:
+    """Return of how many samples screening needs one: a few for each value that is compared."""
+    between = int(np.gcd.reduce(comparison.grid))
+    return max((stride for stride in range(1, between + 1)
+                if between % stride == 0 and between >= SAMPLES_OF_VALUE * stride), default=1)
+
+
+def _strided(comparison: Comparison, stride: int) -> Comparison:
+    """Return the same filter for every so manieth sample."""
+    if stride == 1:
+        return comparison
+    reach = comparison.taps.size // 2
+    taps = comparison.taps[reach % stride::stride]
+    made = replace(comparison, taps=taps / taps.sum(), grid=comparison.grid // stride,
+                   weight=comparison.weight[::stride].copy(), scale=np.ones(comparison.grid.size))
+    scale = made(np.ones(made.weight.size))
+    # A window whose few judgeable samples are all skipped says nothing.
+    return replace(made, scale=np.where(scale > 0.0, scale, np.inf))
+
+
+class Columns:
+    """Columns of forms on top of one fit."""
+
+    def __init__(self, fitter: Fitter, fit: Fit) -> None:
+        self._runs = fitter.problem.runs
+        self._fine: list[Array] = []
+        self._samples: list[Array] = []
+        self._coarse: list[Comparison] = []
+        speed = max(fitter.problem.scene.speed, 1e-9)
+        self._speeds = (-speed, speed)
+        self._slope_step = _SLOPE * max(float(np.ptp(run.motion.position)) for run in self._runs)
+        sensitivities: dict[str, list[Array]] = {}
+        for index, run in enumerate(self._runs):
+            samples = run.samples.copy()
+            physics = fit.hypothesis.physics(fit.vector, index)
+            effort = effort_of_motion(samples, run.motion.step, physics)
+            samples[:, EFFORT] = effort
+            self._fine.append(samples)
+            stride = _stride(run.comparison)
+            self._coarse.append(_strided(run.comparison, stride))
+            self._samples.append(samples[::stride].copy())
+            self._samples[-1][:, TIME_STEP] *= stride
+            moved = samples.copy()
+            moved[:, POSITION] += self._slope_step
+            effort_of_motion(moved, run.motion.step, physics)
+            direction = samples[:, DIRECTION]
+            through = 1.0 + samples[:, LOAD_GAIN] * np.sign(samples[:, LOAD]) * direction
+            stiffness = (moved[:, LOAD] - samples[:, LOAD]) / self._slope_step * through
+            for name, values in (
+                    ('torque', np.ones(effort.size)), ('effort_gain', -effort),
+                    ('friction_gain', samples[:, LEVEL] * direction),
+                    ('load_gain', samples[:, LOAD] * through),
+                    ('delay', np.gradient(effort, run.motion.step)), ('stiffness', stiffness)):
+                # A sensor's error is carried on the fine grid.
+                sensitivities.setdefault(name, []).append(
+                    values if name == 'stiffness' else values[::stride].copy())
+        self._sensitivities = sensitivities
+        self._known: dict[tuple[str, bool], list[Array]] = {}
+        self._recorded = [at_recorded_samples(run.recording, run.motion, samples)
+                          for run, samples in zip(self._runs, self._fine, strict=True)]
+
+    def of(self, form: Form) -> Array:
+        """Return how the filtered effort changes per unit of the form's amplitude, (m, 1), or
+        (m, 2) where a phase is free: at the phase it starts at and a quarter turn on."""
+        shifts = (0.0, _QUARTER) if any(atom.phase for atom in form.factors) else (0.0,)
+        return np.stack([self._filtered(form, shift) for shift in shifts], axis=1)
+
+    def _filtered(self, form: Form, shift: float) -> Array:
+        parts = []
+        for index, run in enumerate(self._runs):
+            raw = form.acts_as in _OF_THE_SENSOR
+            value = np.ones((self._recorded if raw else self._samples)[index].shape[0])
+            for atom in form.factors:
+                value = value * self._factor(atom, shift, raw)[index]
+            if form.acts_as == 'position_delay':
+                value = value * self._recorded[index][:, VELOCITY]
+            comparison = run.comparison if raw else self._coarse[index]
+            parts.append(comparison(self._acting(form, value, shift, index)))
+        return np.concatenate(parts)
+
+    def _acting(self, form: Form, value: Array, shift: float, index: int) -> Array:
+        if form.acts_as == 'inertia':
+            slope = np.zeros(value.size)
+            for atom in form.factors:
+                own = self._factor(atom, shift)[index]
+                ahead = self._evaluated(atom, shift, index, self._slope_step)
+                rest = np.divide(value, own, out=np.zeros(value.size), where=own != 0.0)
+                slope += rest * (ahead - own) / self._slope_step
+            samples = self._samples[index]
+            return value * samples[:, ACCELERATION] + 0.5 * slope * samples[:, VELOCITY] ** 2
+        if form.acts_as in _OF_THE_SENSOR:
+            run, samples = self._runs[index], self._fine[index]
+            smooth, rate, curve = carried(run.recording, run.motion, value)
+            return (self._sensitivities['stiffness'][index] * smooth
+                    + samples[:, VISCOUS] * rate + samples[:, INERTIA] * curve)
+        return self._sensitivities[form.acts_as][index] * value
+
+    def _factor(self, atom: Atom, shift: float, raw: bool = False) -> list[Array]:
+        """Return a factor's values on each run's grid, or at its recorded samples."""
+        key = atom.filled(shift if atom.phase else 0.0), raw
+        if key not in self._known:
+            self._known[key] = [self._evaluated(atom, shift, index, raw=raw)
+                                for index in range(len(self._runs))]
+        return self._known[key]
+
+    def _evaluated(self, atom: Atom, shift: float, index: int, moved: float = 0.0,
+                   raw: bool = False) -> Array:
+        text = atom.filled(shift if atom.phase else 0.0)
+        # Friction's direction is known here, whatever the law acts as.
+        parameters = program_of(parse(text), 'torque', {'velocity': self._speeds})
+        samples = self._recorded[index] if raw else self._samples[index]
+        here = samples[:, POSITION].copy()
+        if moved:
+            samples[:, POSITION] += moved
+        law_value.loop(parameters, np.zeros(STATE_SIZE), samples, TORQUE)
+        samples[:, POSITION] = here
+        return samples[:, TORQUE].copy()

@@ -1,0 +1,182 @@
+"""The one entry of the laws: a law competes with names and tables for what a model misses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
+from engb_core.diagnose.evidence import pooled, unseen_errors
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.locate import coordinates
+from engb_core.diagnose.numbers import level
+from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.selection import CLEAN_EXCESS
+from engb_core.diagnose.sharpened import Sharpened, sharpened
+from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time
+from engb_core.laws.judgement import depends_on, find_law, Found, WORTH
+from engb_core.laws.statement import formula_of, said_line, statement_of
+from engb_core.model import Model
+from engb_core.plant import physics_of
+
+__all__ = ['Won', 'law_for']
+
+Array = NDArray[np.float64]
+
+# A table or file that is no better than this part of the law's error on what no fit has seen does
+# not beat it: the law is the plainer thing.
+CLEARLY = 0.9
+BINS = 30
+
+
+@dataclass(frozen=True)
+class Won:
+    """A law that is believed and predicts what no fit has seen.
+
+    Attributes:
+        found: the law.
+        explanation: the fit with it, evaluated on the engine's own problem.
+        model: the corrected model with it.
+        alone: whether it stands instead of the names (else beside them).
+        contribution: (m,) what it adds to the filtered effort [N·m].
+    """
+
+    found: Found
+    explanation: Explanation
+    model: Model
+    alone: bool
+    contribution: Array
+    finding: LawFinding
+
+    def told(self, unexplained: Unexplained | None, share: float) -> Unexplained:
+        """Return what is said of the rest, with the law."""
+        found = self.found
+        moving = np.sign(_column(found.fitter, 'velocity'))
+        own = found.contribution
+        odd, even = abs(float(np.mean(own * moving))), abs(float(np.mean(own)))
+        parity = 'odd' if odd > 2.0 * even else 'even' if even > 2.0 * odd else 'none'
+        return Unexplained(
+            share=share, depends_on=depends_on(found.candidate), parity_in_velocity=parity,
+            memory=found.memory, where=() if unexplained is None else unexplained.where,
+            statement=self.finding.statement, law=self.finding)
+
+
+def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str], None],
+            ) -> Won | None:
+    """Return the law that wins, None where none does.
+
+    Args:
+        fitter: of the problem.
+        told: what the library says, with its models; tables and descriptions in it compete with
+            the law; likely names stay free beside it, others fall to a law that alone predicts
+            clearly better.
+        likely: whether a name in it is likelier right than wrong.
+        tell: is told what is being done.
+    """
+    named = _named(fitter, told.explanation.fit)
+    left = level(named, fitter) - 1.0
+    if left <= CLEAN_EXCESS:
+        return None
+    if likely or not named.hypothesis.variants:
+        return _won(fitter, find_law(fitter, named, tell), told,
+                    alone=not named.hypothesis.variants)
+    law = find_law(fitter, fitter.finish(fitter.refine(fitter.base())), tell)
+    if law is None or not _beats(fitter, law, named):
+        return None
+    return _won(fitter, law, told, alone=True)
+
+
+def _named(fitter: Fitter, fit: Fit) -> Fit:
+    """Return the fit without descriptions that are no names, finished."""
+    gone = {index for index, variant in enumerate(fit.hypothesis.variants)
+            if variant.effect.unnamed}
+    if gone:
+        fit = fitter.refine(fitter.evaluate(*bare(fit, gone)))
+    return fitter.finish(fit)
+
+
+def _beats(fitter: Fitter, law: Found, named: Fit) -> bool:
+    """Whether a law without names predicts blocks left out clearly better than the names do."""
+    if law.fitter is not fitter:
+        named = law.fitter.finish(law.fitter.refine(
+            law.fitter.evaluate(named.hypothesis, named.vector)))
+        fitter = law.fitter
+    left = Blocks(fitter, named, derivatives_of(named), stretches_of_time(fitter)).without().level
+    return 0.5 * math.log(left / law.after) > WORTH
+
+
+def _won(fitter: Fitter, found: Found | None, told: Sharpened, alone: bool) -> Won | None:
+    if found is None:
+        return None
+    fit = found.candidate.fit
+    if found.fitter is not fitter:
+        fit = fitter.finish(fitter.evaluate(fit.hypothesis, fit.vector))
+    explanation = Explanation(fit, None, 1.0, level(fit, fitter))
+    models = (*sharpened(fitter, explanation).models, fit.hypothesis.corrected(fit.vector))
+    problem = told.problem
+    errors = [pooled(unseen_errors(problem, model)) for model in models]
+    model = models[int(np.argmin(errors))]
+    rivals = [*told.unseen, pooled(unseen_errors(problem, fitter.problem.model))]
+    if min(rivals) < CLEARLY * min(errors):
+        return None
+    bare_model = replace(model, effects=model.effects[:-1])
+    contribution = np.concatenate([
+        run.predicted(physics_of(model)) - run.predicted(physics_of(bare_model))
+        for run in fitter.problem.runs])
+    return Won(found, explanation, model, alone, contribution, _finding(found))
+
+
+def _finding(found: Found) -> LawFinding:
+    candidate = found.candidate
+    return LawFinding(
+        formula=formula_of(candidate), pattern=candidate.form.formula,
+        # To the contract a delay is one, whichever of the two signals is late.
+        acts_as=candidate.form.acts_as.replace('position_delay', 'delay'),
+        parameters=found.parameters, line=said_line(found), statement=statement_of(found),
+        alternatives=tuple(f'{entry.form.acts_as}: {formula_of(entry)}'
+                           for entry in found.alternatives),
+        settled=found.settled, explained=found.explained, picture=_picture(found))
+
+
+def _column(fitter: Fitter, name: str) -> Array:
+    return np.concatenate([coordinates(run, fitter.problem.model)[name][0]
+                           for run in fitter.problem.runs])
+
+
+def _picture(found: Found) -> LawPicture | None:
+    """Return the remainder over the coordinate in which its bins tell most of the law."""
+    fitter, law = found.fitter, found.contribution
+    tables = [coordinates(run, fitter.problem.model) for run in fitter.problem.runs]
+    names = [name for name in (*depends_on(found.candidate), 'position', 'velocity')
+             if all(name in table for table in tables) and name != 'direction']
+    best: tuple[float, LawPicture] | None = None
+    applying = _column(fitter, 'velocity') > 0.0
+    left = found.candidate.fit.residual
+    for name in dict.fromkeys(names):
+        values = np.concatenate([table[name][0] for table in tables])
+        edges = np.linspace(float(np.quantile(values, 0.002)), float(np.quantile(values, 0.998)),
+                            BINS + 1)
+        if not np.all(np.diff(edges) > 0.0):
+            continue
+        place = np.clip(np.digitize(values, edges) - 1, 0, BINS - 1)
+        means = [[_means(place, rows, what) for rows in (applying, ~applying)]
+                 for what in (left + law, law, left)]
+        told = np.where(applying, means[1][0][place], means[1][1][place])
+        missed = float(np.nanmean((law - told) ** 2))
+        if best is None or missed < best[0]:
+            best = missed, LawPicture(
+                name, tables[0][name][1], 0.5 * (edges[1:] + edges[:-1]),
+                (means[0][0], means[0][1]), (means[1][0], means[1][1]),
+                (means[2][0], means[2][1]))
+    return None if best is None else best[1]
+
+
+def _means(place: NDArray[np.int64], rows: NDArray[np.bool_], values: Array) -> Array:
+    count = np.bincount(place[rows], minlength=BINS)
+    total = np.bincount(place[rows], values[rows], BINS)
+    return np.where(count > 2, total / np.maximum(count, 1), np.nan)

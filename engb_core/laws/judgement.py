@@ -1,0 +1,256 @@
+"""When a law is believed: it explains nearly all, elsewhere too, and better than what is plainer.
+
+Significance does not separate right laws from false ones: any smooth shape takes something away
+from a remainder that has structure. What does: the part of the remainder that is explained, on
+blocks and kinds of motion that the fit has not seen, against an onset as the plainest rival.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.diagnosis import ParameterEstimate
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.uncertainty import estimates
+from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
+from engb_core.effects.law import law_value
+from engb_core.errors import InputError
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.laws.blocks import Blocks, derivatives_of, kinds_of_motion
+from engb_core.laws.grammar import coordinates_of, has_memory, parse
+from engb_core.laws.search import Candidate, Search, search_laws
+
+__all__ = ['Found', 'depends_on', 'find_law']
+
+Array = NDArray[np.float64]
+
+# Part of the excess over the noise that a law must explain, on blocks left out, and mean square
+# that it may leave (noise = 1): a remainder of this size still has structure, but no longer more
+# of it than noise. Where the mismatch is so large that the law's own formula shows, this part.
+EXPLAINED, LEFT, NEARLY_ALL = 0.8, 2.0, 0.95
+# Part of the excess that it must explain on the other kind of motion.
+ELSEWHERE = 0.5
+# Gain in log density per value that a further parameter or factor must bring [nats]; and that
+# from which on two laws are told apart at all.
+WORTH, ALIKE = 0.05, 0.005
+# Odds against a law beforehand [nats], beside the number of forms that were looked at.
+PRIOR_ODDS = math.log(20.0)
+FORMS = 4000
+MOST_ALTERNATIVES = 3
+# How long before a stop nothing can be judged, as a multiple of the longest delay.
+LATE = 1.5
+# What a place to act brings with it, whatever the formula.
+_BRINGS = {'torque': (), 'friction_gain': ('direction',), 'load_gain': ('load',),
+           'effort_gain': ('effort',), 'inertia': ('acceleration',),
+           'position_shift': (), 'delay': ('velocity',), 'position_delay': ('velocity',)}
+_DELAYS = ('delay', 'position_delay')
+
+
+@dataclass(frozen=True)
+class Found:
+    """A law that is believed.
+
+    Attributes:
+        fitter: of the problem that it was fitted to.
+        candidate: the law and its fit; all numbers and effects were fitted along.
+        parameters: its parameters with standard deviations and units.
+        explained: part of the excess that it explains on blocks left out.
+        before, after: mean square of what was left out, without and with it (noise = 1).
+        alternatives: laws that do about as well.
+        settled: whether no other form does as well.
+        contribution: (m,) what it adds to the filtered effort [N·m].
+    """
+
+    fitter: Fitter
+    candidate: Candidate
+    parameters: dict[str, ParameterEstimate]
+    explained: float
+    before: float
+    after: float
+    alternatives: tuple[Candidate, ...]
+    settled: bool
+    contribution: Array
+
+    @property
+    def memory(self) -> bool:
+        """Whether the torque depends on what went before."""
+        return has_memory(parse(self.candidate.form.formula))
+
+
+def depends_on(candidate: Candidate) -> tuple[str, ...]:
+    """Return the coordinates that a law depends on, by its formula and by where it acts."""
+    own = coordinates_of(parse(candidate.form.formula))
+    names = list(own) + list(_BRINGS[candidate.form.acts_as])
+    if any('heat(' in atom.text for atom in candidate.form.factors):
+        names.append('heat')
+    if any('rested(' in atom.text for atom in candidate.form.factors):
+        names.append('time_at_rest')
+    return tuple(dict.fromkeys(names))
+
+
+def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> Found | None:
+    """Return the law for what a finished fit leaves, None where none is believed.
+
+    Args:
+        fitter: of the problem.
+        base: finished; numbers and named effects, which stay free.
+        tell: is told what is being done.
+    """
+    tell('looking for a law in what is left')
+    search = search_laws(fitter, base, tell)
+    if not search.candidates:
+        return None
+    chosen, alike = _plainest(search)
+    if chosen.form.acts_as in _DELAYS:
+        tell('looking once more without what comes too late before a stop')
+        search = _without_stops(search, chosen, tell)
+        fitter = search.fitter
+        if not search.candidates:
+            return None
+        chosen, alike = _plainest(search)
+    if not _believed(search, chosen):
+        return None
+    finished = fitter.finish(fitter.refine(chosen.fit))
+    chosen = replace(chosen, fit=finished)
+    last = len(finished.hypothesis.variants) - 1
+    before, after = search.before.level, chosen.score.level
+    # What is this law and more is no other law; those that say another thing come first.
+    others = sorted((entry for entry in alike
+                     if not Counter(entry.form.kinds) >= Counter(chosen.form.kinds)),
+                    key=lambda entry: not _differ(chosen, entry))
+    return Found(
+        fitter, chosen, estimates(finished, fitter, last), _explained(search, chosen), before,
+        after,
+        tuple(others[:MOST_ALTERNATIVES]),
+        not any(_differ(chosen, entry) for entry in others),
+        _contribution(fitter, finished))
+
+
+def _without_stops(search: Search, law: Candidate, tell: Callable[[str], None]) -> Search:
+    """Return the search where nothing is judged so long before each stop that its effort belongs
+    to a shaft which stands already."""
+    problem = search.fitter.problem
+    longest = LATE * float(np.max(np.abs(_delays(search.fitter, law))))
+    if longest <= problem.before_stop:
+        return search
+    try:
+        shorter = problem_of([run.recording for run in problem.runs], problem.model,
+                             [run.recording for run in problem.held_out],
+                             before_stop=longest)
+    except InputError:
+        return search
+    other = Fitter(replace(shorter, settled=problem.settled), search.fitter.threads,
+                   search.fitter)
+    base = other.finish(other.refine(other.evaluate(search.base.hypothesis, search.base.vector)))
+    return search_laws(other, base, tell)
+
+
+def _delays(fitter: Fitter, law: Candidate) -> Array:
+    """Return the delay of each value [s]."""
+    parts = []
+    for index, run in enumerate(fitter.problem.runs):
+        samples = run.samples
+        physics = law.fit.hypothesis.physics(law.fit.vector, index)
+        samples[:, EFFORT] = effort_of_motion(samples, run.motion.step, physics)
+        law_value.loop(physics.parameters[-1], np.zeros(STATE_SIZE), samples, TORQUE)
+        parts.append(samples[run.comparison.grid, TORQUE])
+    return np.concatenate(parts)
+
+
+def _plainest(search: Search) -> tuple[Candidate, list[Candidate]]:
+    """Return the law with the fewest parameters that predicts about as well as the best, of those
+    that can't be told apart the one that asks for the least torque; and all that do as well."""
+    best = search.candidates[0].score.level
+    alike = [entry for entry in search.candidates
+             if 0.5 * math.log(entry.score.level / best) < WORTH]
+    fewest = min(entry.form.count for entry in alike)
+    short = sorted((entry for entry in alike if entry.form.count == fewest),
+                   key=lambda entry: entry.score.level)
+    same = [entry for entry in short
+            if 0.5 * math.log(entry.score.level / short[0].score.level) < ALIKE]
+    chosen = min(same, key=lambda entry: float(np.mean(
+        _contribution(search.fitter, entry.fit) ** 2)))
+    return chosen, alike
+
+
+def _contribution(fitter: Fitter, fit: Fit) -> Array:
+    """Return what the last effect of a fit adds to the filtered effort, (m,)."""
+    hypothesis = fit.hypothesis
+    variants = hypothesis.variants[:-1]
+    own = len(hypothesis.variants[-1].effect.parameters)
+    without = fitter.predict(fitter.hypothesis(variants, hypothesis.numbers), fit.vector[:-own])
+    return fit.predicted - without
+
+
+def _believed(search: Search, law: Candidate) -> bool:
+    before, after = search.before.level, law.score.level
+    explained = _explained(search, law)
+    if explained < EXPLAINED or (after > LEFT and explained < NEARLY_ALL):
+        return False
+    if search.onset is not None and search.onset.score.level < after * math.exp(2.0 * ALIKE):
+        return False
+    gain = 0.5 * _independent(search, law) * math.log(before / after)
+    if gain < math.log(FORMS) + PRIOR_ODDS + law.form.count * math.log(10.0):
+        return False
+    return all(_holds(search, law, labels) for labels in kinds_of_motion(search.fitter))
+
+
+def _independent(search: Search, law: Candidate) -> float:
+    """Return how many independent values the residual holds, by its colour."""
+    fitter = search.fitter
+    residual = (law.fit.residual / fitter.spread)[fitter.fitted]
+    centred = residual - residual.mean()
+    whole = float(centred @ centred)
+    colour = 1.0
+    for lag in range(1, min(50, centred.size // 4)):
+        rho = float(centred[lag:] @ centred[:-lag]) / max(whole, 1e-300)
+        if rho < 0.05:
+            break
+        colour += 2.0 * rho
+    return centred.size / colour
+
+
+def _holds(search: Search, law: Candidate, labels: NDArray[np.int64]) -> bool:
+    """Whether the law, fitted to one kind of motion, explains the other."""
+    fitter, base, fit = search.fitter, search.base, law.fit
+    of_base, of_fit = derivatives_of(base), derivatives_of(fit)
+    if np.unique(labels[fitter.fitted]).size < 2:
+        return True
+    # The law's own numbers are held: what one kind of motion can't determine is no fault of it.
+    # Its amplitude is the first of them.
+    with_law = Blocks(fitter, fit, of_fit[:, :of_base.shape[1] + 1], labels).without()
+    without = Blocks(fitter, base, of_base, labels).without()
+    noise = np.array([_noise_of(fitter, labels == label)
+                      for label in np.unique(labels[fitter.fitted])])
+    gained = without.by_block - with_law.by_block
+    return bool((gained > 0.0).all()
+                and gained.sum() > ELSEWHERE * max(float((without.by_block - noise).sum()), 0.0))
+
+
+def _noise_of(fitter: Fitter, rows: NDArray[np.bool_]) -> float:
+    """Return the part of the noise's squares that lies in some rows."""
+    squares = (fitter.sigma * fitter.weight) ** 2
+    return float(squares[rows].sum() / squares.sum())
+
+
+def _explained(search: Search, law: Candidate) -> float:
+    """Return the part of the excess over the noise that the law takes away, in units of the noise:
+    the weights of the fit forgive what a missing law does where effort changes fast."""
+    sigma = search.fitter.sigma
+    before, after = (float(np.mean((fit.residual / sigma) ** 2)) - 1.0
+                     for fit in (search.base, law.fit))
+    on_blocks = 1.0 - max(law.score.level - 1.0, 0.0) / max(search.before.level - 1.0, 1e-9)
+    return min(1.0 - max(after, 0.0) / max(before, 1e-9), 1.0) if on_blocks > ELSEWHERE else 0.0
+
+
+def _differ(one: Candidate, other: Candidate) -> bool:
+    """Whether two laws say different things: other coordinates, or another place to act."""
+    return (one.form.acts_as != other.form.acts_as
+            or set(depends_on(one)) != set(depends_on(other)))

@@ -1,0 +1,279 @@
+"""The search for a law: every form screened by linear least squares, few polished, then mutated.
+
+Screening adds one form's columns to a finished fit with all its numbers free and asks how well
+blocks that were left out are predicted. Only what leads is fitted with its shapes' parameters;
+from there factors are multiplied, replaced and dropped.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.effects.law import law_effect
+from engb_core.laws.atoms import (
+    factors_for,
+    first_forms,
+    limits_of,
+    LONGEST_DELAY,
+    mirrors_of,
+    onset_forms,
+)
+from engb_core.laws.blocks import Blocks, derivatives_of, Score, stretches_of_time
+from engb_core.laws.columns import Columns, scales_of
+from engb_core.laws.forms import Form
+
+__all__ = ['Candidate', 'Screened', 'Search', 'search_laws']
+
+Array = NDArray[np.float64]
+
+# How many forms are polished at first and after each mutation, how many are mutated.
+POLISHED, POLISHED_AFTER, MUTATED, GENERATIONS = 16, 8, 4, 2
+# Of forms that differ in the side or the sign of a shape only, so many.
+ALIKE = 2
+MOST_FACTORS = 3
+# Leading laws whose memory is tried against its limit.
+LIMITED = 6
+ROUNDS = 8
+# Part of the excess that the best form must explain for more of its kind to be fitted: half of
+# what a law must.
+PROMISING = 0.4
+# Part of its size at which a form begins that is worse than none at all of it.
+NEARER = 0.3
+CHUNK = 400
+# Noise is all that is left.
+NOTHING_LEFT = 1.05
+
+
+@dataclass(frozen=True)
+class Screened:
+    """A form with the starts that least squares gave it, and how well it predicts."""
+
+    form: Form
+    score: Score
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A form that was fitted with all its parameters.
+
+    `score` is that of the blocks left out; `fit` has the law as its last effect.
+    """
+
+    form: Form
+    fit: Fit
+    score: Score
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The law's parameters by name."""
+        hypothesis = self.fit.hypothesis
+        named = hypothesis.named(self.fit.vector, len(hypothesis.variants) - 1)
+        return {entry.name: named[entry.name] for entry in self.form.parameters()}
+
+
+@dataclass(frozen=True)
+class Search:
+    """All that was fitted, best first; `before` is the score without a law, `onset` the best of
+    what begins at an instant."""
+
+    fitter: Fitter
+    base: Fit
+    before: Score
+    candidates: tuple[Candidate, ...]
+    onset: Candidate | None
+
+
+def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> Search:
+    """Return the laws that explain most of what a finished fit leaves.
+
+    Args:
+        fitter: of the problem.
+        base: finished (`Fitter.finish`); its numbers and effects stay free.
+        tell: is told what is being done.
+    """
+    return _Searching(fitter, base, tell).run()
+
+
+class _Searching:
+    def __init__(self, fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> None:
+        self._fitter, self._base, self._tell = fitter, base, tell
+        # What a fit of these numbers takes as their derivatives; another problem's has none yet.
+        fitter.base(base.hypothesis.numbers)
+        self._scales = scales_of(fitter)
+        self._columns = Columns(fitter, base)
+        self._labels = stretches_of_time(fitter)
+        self._blocks = Blocks(fitter, base, derivatives_of(base), self._labels)
+        self._within = _ranges(fitter)
+        self._seen: dict[tuple, Candidate] = {}
+
+    def run(self) -> Search:
+        before = self._blocks.without()
+        first = self._screened(first_forms(self._scales))
+        self._tell(f'screened {len(first)} candidate laws')
+        waves = tuple(dict.fromkeys(
+            atom.slots[0].start for entry in first[:60] for atom in entry.form.factors
+            if 'wave' in atom.kind))[:4]
+        self._polish(_of_each_kind(first, POLISHED))
+        for generation in range(GENERATIONS):
+            leading = self._leading()[:MUTATED]
+            if not leading or leading[0].score.level < NOTHING_LEFT:
+                break
+            self._tell(f'changing the best laws, round {generation + 1} of {GENERATIONS}')
+            found = self._screened(self._mutations(leading, waves))
+            worth = [entry for entry in found if entry.form.kinds not in self._seen
+                     and entry.score.level < leading[-1].score.level]
+            if not worth or not self._promising(worth[0], before):
+                break
+            self._polish(_of_each_kind(worth, POLISHED_AFTER))
+        leading = self._leading()
+        if not leading or not self._promising(leading[0], before):
+            return Search(self._fitter, self._base, before, tuple(leading), None)
+        limits = {form.kinds: form for entry in leading[:LIMITED]
+                  for form in (*limits_of(entry.form), *mirrors_of(entry.form))
+                  if form.kinds not in self._seen}
+        self._polish(self._screened(limits.values()))
+        onsets = self._screened(onset_forms(self._scales))
+        onset = self._polished(onsets[0]) if onsets and self._hopeful(onsets[0]) else None
+        return Search(self._fitter, self._base, before, tuple(self._leading()), onset)
+
+    def _promising(self, best: Screened | Candidate, before: Score) -> bool:
+        """Whether a form is near enough to a law that is believed for more to be fitted."""
+        return before.level - best.score.level > PROMISING * (before.level - 1.0)
+
+    def _hopeful(self, onset: Screened) -> bool:
+        """Whether an onset may come near the best law once it is fitted."""
+        leading = self._leading()
+        return bool(leading) and onset.score.level < 2.0 * leading[0].score.level
+
+    def _leading(self) -> list[Candidate]:
+        return sorted(self._seen.values(), key=lambda entry: entry.score.level)
+
+    def _screened(self, forms: Iterable[Form]) -> list[Screened]:
+        """Return the forms, best first."""
+        found: list[Screened] = []
+        forms = list(forms)
+        for begin in range(0, len(forms), CHUNK):
+            chunk = forms[begin:begin + CHUNK]
+            columns = [self._columns.of(form) for form in chunk]
+            for form, score in zip(chunk, self._blocks.scores(columns), strict=True):
+                found.append(Screened(_sized(form, score.sizes), score))
+        return sorted((entry for entry in found if np.isfinite(entry.score.level)),
+                      key=lambda entry: entry.score.level)
+
+    def _polish(self, screened: list[Screened]) -> None:
+        fitted = side_by_side(self._polished, screened, self._fitter.threads)
+        for candidate in fitted:
+            if candidate is None:
+                continue
+            known = self._seen.get(candidate.form.kinds)
+            if known is None or candidate.score.level < known.score.level:
+                self._seen[candidate.form.kinds] = candidate
+
+    def _polished(self, screened: Screened) -> Candidate | None:
+        fitter, base, form = self._fitter, self._base, screened.form
+        begun = self._begun(form)
+        if begun.cost >= base.cost:
+            begun = min(begun, self._begun(replace(form, size=NEARER * form.size)),
+                        key=lambda entry: entry.cost)
+        fit = fitter.iterate(begun, ROUNDS)
+        if not np.isfinite(fit.cost) or fit.cost >= base.cost:
+            return None
+        own = fitter.columns(fit, range(base.hypothesis.size, fit.hypothesis.size))
+        jacobian = np.concatenate([derivatives_of(base), own], axis=1)
+        fit = replace(fit, jacobian=jacobian)
+        score = Blocks(fitter, fit, jacobian, self._labels).without()
+        values = tuple(float(value) for value in _values(fit, len(base.hypothesis.variants)))
+        return Candidate(form.started(values), fit, score)
+
+    def _begun(self, form: Form) -> Fit:
+        """Return the base with the form at its starts."""
+        fitter, base, variant = self._fitter, self._base, self._variant(form)
+        hypothesis = fitter.hypothesis((*base.hypothesis.variants, variant),
+                                       base.hypothesis.numbers)
+        entries = [np.log(value) if parameter.logarithmic else value
+                   for value, parameter in zip(form.starts(), variant.effect.parameters,
+                                               strict=True)]
+        return fitter.evaluate(hypothesis, np.clip(
+            np.concatenate([base.vector, entries]), *hypothesis.bounds))
+
+    def _variant(self, form: Form) -> Variant:
+        within = dict(self._within)
+        effect = law_effect(form.formula, form.acts_as, form.parameters(), within, LONGEST_DELAY)
+        return Variant(effect, tuple(effect.defaults.values()))
+
+    def _mutations(self, leading: list[Candidate], waves: tuple[float, ...]) -> list[Form]:
+        found: dict[str, Form] = {}
+        for candidate in leading:
+            form = candidate.form
+            shapes = factors_for(self._scales, form, waves)
+            changed = []
+            if len(form.factors) < MOST_FACTORS:
+                changed += [(*form.factors, atom) for atom in shapes]
+            for place, atom in itertools.product(range(len(form.factors)), shapes):
+                changed.append((*form.factors[:place], atom, *form.factors[place + 1:]))
+            changed += [form.factors[:place] + form.factors[place + 1:]
+                        for place in range(len(form.factors))]
+            for factors in changed:
+                texts = [atom.filled() for atom in factors]
+                waving = sum(atom.phase for atom in factors)
+                if len(set(texts)) == len(texts) and waving <= 1:
+                    found.setdefault(f'{form.acts_as} {sorted(texts)}',
+                                     Form(form.acts_as, factors))
+        return list(found.values())
+
+
+def _values(fit: Fit, variant: int) -> list[float]:
+    hypothesis = fit.hypothesis
+    return hypothesis.values(fit.vector, variant, 0)[
+        :len(hypothesis.variants[variant].effect.parameters)]
+
+
+def _sized(form: Form, sizes: Array) -> Form:
+    """Return the form with the amplitude, and the phase, that least squares gave it."""
+    if sizes.size < 2:
+        return replace(form, size=float(sizes[0]))
+    factors = []
+    for atom in form.factors:
+        if atom.phase:
+            starts = [slot.start for slot in atom.slots]
+            starts[-1] += float(np.arctan2(sizes[1], sizes[0]))
+            atom = atom.started(tuple(starts))
+        factors.append(atom)
+    return replace(form, factors=tuple(factors), size=float(np.hypot(*sizes)))
+
+
+def _of_each_kind(screened: list[Screened], most: int) -> list[Screened]:
+    """Return the best of each kind of form, so many kinds."""
+    found: dict[tuple, Screened] = {}
+    alike: Counter[tuple] = Counter()
+    for entry in screened:
+        family = (entry.form.acts_as, *sorted(atom.kind for atom in entry.form.factors))
+        if entry.form.kinds in found or alike[family] == ALIKE:
+            continue
+        found[entry.form.kinds] = entry
+        alike[family] += 1
+        if len(found) == most:
+            break
+    return list(found.values())
+
+
+def _ranges(fitter: Fitter) -> dict[str, tuple[float, float]]:
+    """Return the range of each coordinate that was recorded."""
+    motions = [run.motion for run in fitter.problem.runs]
+
+    def span(values: list[Array]) -> tuple[float, float]:
+        return (min(float(part.min()) for part in values),
+                max(float(part.max()) for part in values))
+
+    found = {'position': span([motion.position for motion in motions]),
+             'velocity': span([motion.velocity for motion in motions])}
+    return {name: values for name, values in found.items() if values[0] < values[1]}

@@ -1,0 +1,125 @@
+"""A law as an engineer reads it: one line with units and standard errors, and what does so."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from engb_core.laws.grammar import coordinates_of, parse, printed, with_values
+from engb_core.laws.judgement import depends_on, Found
+from engb_core.laws.line import line_of
+from engb_core.laws.search import Candidate
+
+__all__ = ['formula_of', 'said_line', 'statement_of']
+
+_SAYS = {'torque': 'A torque that', 'friction_gain': 'The friction changes by a part that',
+         'load_gain': 'The load torque changes by a part that',
+         'effort_gain': 'The torque for a given effort changes by a part that',
+         'inertia': 'An inertia that', 'position_shift': 'The measured position is off by what',
+         'position_delay': 'The position is measured late, by a delay that',
+         'delay': 'Torque and motion are apart by a delay that'}
+_COORDINATES = {'position': 'the position', 'motor_angle': 'the motor angle',
+                'velocity': 'the speed', 'direction': 'the direction of motion',
+                'acceleration': 'the acceleration', 'load': 'the load', 'effort': 'the effort',
+                'time': 'time', 'disc_speed': 'the disc speed', 'disc_angle': 'the disc angle',
+                'pad_temperature': 'the pad temperature', 'heat': 'heat',
+                'since_reversal': 'the way since the last reversal',
+                'time_at_rest': 'the time at rest', 'distance': 'the distance travelled'}
+# What a machine does so, by kind of factor and by where it acts.
+_CAUSES = {
+    'wave': 'a screw, gear or guide whose error repeats along the stroke',
+    'slow wave': 'a lever, crank or guide whose shape changes along the stroke',
+    'turn': 'an eccentric, bent or unbalanced part that turns with the shaft',
+    'hinge': 'a stop or spring that is met at one place of the stroke',
+    'hinge2': 'a bumper that stiffens from one place of the stroke on',
+    'zone': 'something that is touched in one part of the stroke only',
+    'spot': 'a dent, worn or tight place of the stroke',
+    'peak': 'a lubricant or a touching part whose drag peaks at one speed',
+    'level': 'a drag that levels off over speed',
+    'slow': 'a lubricant film that builds up with speed',
+    'fast': 'churning or windage above one speed',
+    'speed2': 'churning or windage', 'stop': 'a cable, seal or spring that bends before it slips',
+    'drag': 'a cable, seal or brush that bends before it slips',
+    'rested': 'a seal or contact that settles while it rests',
+    'effort sign': 'a current sensor or amplifier whose gain differs with the sign',
+    'effort': 'a motor or amplifier whose gain changes with the current',
+    'effort2': 'a motor that saturates', 'effort hinge': 'a motor or supply that saturates',
+    'small effort': 'a dead band or offset of the amplifier',
+    'disc': 'the disc and its bearing', 'disc slow': 'pad friction that falls with disc speed',
+    'disc level': 'pad friction that levels off over disc speed',
+    'temperature': 'heat of the pad', 'temperature hinge': 'heat of the pad beyond one limit',
+    'settling': 'a part that runs in or warms up', 'time': 'a slow drift',
+    'heat effort': 'the heat of the motor',
+    'fresh': 'a part that is pushed along after a reversal',
+    'distance': 'wear or smearing along the way', 'load step': 'a part that engages under load',
+    'load hinge': 'a part that yields from one load on',
+}
+
+
+def formula_of(candidate: Candidate, digits: int = 4) -> str:
+    """Return the formula with its numbers."""
+    return printed(with_values(parse(candidate.form.formula), candidate.values), digits)
+
+
+def said_line(found: Found) -> str:
+    """Return the law as one line with units and standard errors."""
+    form = found.candidate.form
+    return line_of(form.acts_as, parse(form.formula), found.parameters)
+
+
+def statement_of(found: Found) -> str:
+    """Return one or two sentences for a brake engineer."""
+    candidate = found.candidate
+    acts = candidate.form.acts_as
+    # What the place to act brings in need not be told: an inertia takes acceleration, …
+    own = coordinates_of(parse(candidate.form.formula))
+    names = [_COORDINATES[name] for name in depends_on(candidate)
+             if name in own or name in ('heat', 'time_at_rest')]
+    after = ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    text = f'{_SAYS[acts]} depends on {after}: ' if names else f'{_SAYS[acts]} acts: '
+    line = said_line(found)
+    if found.settled:
+        text += f'{line}.'
+    else:
+        text = (f'What is left follows {after or "time"} like {line}; the form is not settled.')
+    cause = _cause(candidate)
+    if cause:
+        text += f' A machine does so with {cause}.'
+    text += f' It explains {100.0 * found.explained:.0f} % of what was left.'
+    if not found.settled:
+        text += f' {_to_settle(found)}'
+    return text
+
+
+def _cause(candidate: Candidate) -> str:
+    if candidate.form.acts_as == 'delay':
+        return 'a sensor, filter or bus whose delay is not constant'
+    if candidate.form.acts_as == 'position_delay':
+        return 'a position sensor whose reading comes late, the more so the larger these are'
+    if candidate.form.acts_as == 'position_shift':
+        return 'an encoder that is off centre or interpolates wrongly'
+    for atom in candidate.form.factors:
+        if atom.kind in _CAUSES:
+            return _CAUSES[atom.kind]
+        if atom.kind.startswith('heat '):
+            return 'a part that its own losses warm'
+        if atom.kind.startswith(('lag ', 'travel ')):
+            return 'a part that follows late: something soft, viscous or warm'
+    return ''
+
+
+def _to_settle(found: Found) -> str:
+    """Say where the law and its rivals differ most, so that it can be measured."""
+    rival = found.alternatives[0]
+    here = found.candidate.fit.predicted - rival.fit.predicted
+    motions = [entry.motion for entry in found.fitter.problem.runs]
+    grids = [entry.comparison.grid for entry in found.fitter.problem.runs]
+    speed, position = (np.concatenate([getattr(motion, name)[grid] for motion, grid in
+                                       zip(motions, grids, strict=True)])
+                       for name in ('velocity', 'position'))
+    rows = np.abs(here) >= np.quantile(np.abs(here), 0.9)
+    low, high = np.quantile(np.abs(speed[rows]), [0.1, 0.9])
+    first, last = np.quantile(position[rows], [0.1, 0.9])
+    angle = 'rad' if found.fitter.problem.scene.joint_type == 'revolute' else 'm'
+    return (f'As well does {formula_of(rival)}; the two differ most at {low:.3g} to {high:.3g} '
+            f'{angle}/s between {first:.3g} and {last:.3g} {angle}: record more of that, and '
+            'beyond it.')

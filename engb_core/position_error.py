@@ -1,0 +1,106 @@
+"""Motion as it truly was where a law says by how much the measured position is off.
+
+The error is taken at the very samples at which the sensor made it, and carried through the same
+smoothing as the recorded position: what it does to velocity and acceleration is then exact, also
+where it repeats faster than the smoothing lets through or than the recording samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from engb_core.effects.base import (
+    ACCELERATION,
+    POSITION,
+    SAMPLE_SIZE,
+    TIME,
+    TIME_STEP,
+    TORQUE,
+    VELOCITY,
+)
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.motion import filtered, gaussian_kernel, Motion, without_counts
+from engb_core.plant import Physics
+from engb_core.recording import Recording
+from engb_core.sharp_motion import ORDER
+
+__all__ = ['at_recorded_samples', 'carried', 'effort_of_recording']
+
+Array = NDArray[np.float64]
+
+
+def carried(recording: Recording, motion: Motion, values: Array) -> tuple[Array, Array, Array]:
+    """Return what values (k,) at the recording's samples become on the motion's grid when they
+    pass as the position does: themselves, their rate and its rate, (n,) each."""
+    edge_times, edges = without_counts(recording, values)
+    if motion.sharp:
+        time = motion.time
+        raw = 0.5 * (np.interp(time, edge_times, edges)
+                     + np.interp(time, recording.time, values))
+        smooth = sosfiltfilt(butter(ORDER, motion.bandwidth, fs=1.0 / motion.step, output='sos'),
+                             raw)
+        rate = np.gradient(smooth, motion.step)
+        return smooth, rate, np.gradient(rate, motion.step)
+    fine = recording.interval
+    stride = max(1, round(motion.step / fine))
+    full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
+    raw = np.interp(full, edge_times, edges)
+    smooth, rate, curve = (
+        filtered(raw, gaussian_kernel(motion.bandwidth, fine, derivative))[::stride].copy()
+        for derivative in range(3))
+    return smooth, rate, curve
+
+
+def at_recorded_samples(recording: Recording, motion: Motion, samples: Array) -> Array:
+    """Return the table (k, SAMPLE_SIZE) at the recording's own samples, with the position as it
+    was recorded and all else from the motion's `samples` (n, SAMPLE_SIZE)."""
+    table = np.empty((recording.time.size, SAMPLE_SIZE))
+    for column in range(SAMPLE_SIZE):
+        table[:, column] = np.interp(recording.time, motion.time, samples[:, column])
+    table[:, TIME] = recording.time
+    table[:, TIME_STEP] = recording.interval
+    table[:, POSITION] = recording.position
+    return table
+
+
+def _unwarped(recording: Recording, late: Array) -> Array:
+    """Return what is to be added to positions (k,) that were measured `late` (k,) [s]."""
+    if not np.isfinite(late).all():
+        return np.zeros(late.size)
+    # What would have been measured before an earlier instant's value came at once with it.
+    instants = np.maximum.accumulate(recording.time - late)
+    return np.interp(recording.time, instants, recording.position) - recording.position
+
+
+def effort_of_recording(recording: Recording, motion: Motion, samples: Array, physics: Physics,
+                        moving: NDArray[np.bool_] | None = None) -> Array:
+    """Return the effort (n,) [N·m] that the recorded motion needs, with its position corrected by
+    what `physics` says of the sensor.
+
+    Args:
+        recording: what was sampled.
+        motion: of it.
+        samples: (n, SAMPLE_SIZE) of that motion; the columns of the stages are filled in.
+        physics: model and effects.
+        moving: as for `effort_of_motion`.
+    """
+    if not physics.corrections:
+        return effort_of_motion(samples, motion.step, physics, moving)
+    plain = replace(physics, corrections=())
+    effort_of_motion(samples, motion.step, plain)
+    table = at_recorded_samples(recording, motion, samples)
+    error = np.zeros(recording.time.size)
+    state = physics.fresh_state()
+    for function, effect, late in physics.corrections:
+        function.loop(physics.parameters[effect], state[effect], table, TORQUE)
+        error += _unwarped(recording, table[:, TORQUE]) if late else table[:, TORQUE]
+    corrected = samples.copy()
+    if np.isfinite(error).all():
+        for column, values in zip((POSITION, VELOCITY, ACCELERATION),
+                                  carried(recording, motion, error), strict=True):
+            corrected[:, column] += values
+    return effort_of_motion(corrected, motion.step, plain, moving)

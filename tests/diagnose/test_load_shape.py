@@ -1,0 +1,58 @@
+"""A load curve of a form that the model file cannot follow, alone and beside what is missing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.load_shape import LOAD_SHAPE, with_free_load_curve
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.search import search
+from engb_core.diagnose.selection import select
+from engb_core.effects.load_curve_shape import KNOTS
+from engb_core.model import EffectSetting, Model
+
+from .simulated_brake import brake_with, lively, NOMINAL
+
+STROKE = 20.0
+
+
+def stiffer_at_the_end() -> EffectSetting:
+    """A caliper that stiffens where the pad is through its soft layer: no cubic bends so fast."""
+    angle = np.linspace(0.0, STROKE, KNOTS)
+    torque = 0.06 / (1.0 + np.exp(-2.5 * (angle - 14.0)))
+    return EffectSetting(LOAD_SHAPE, {
+        'from': 0.0, 'to': STROKE,
+        **{f'value_{knot:02d}': float(value) for knot, value in enumerate(torque)}})
+
+
+def with_shape(model: Model) -> Model:
+    return replace(model, effects=(*model.effects, stiffer_at_the_end()))
+
+
+@pytest.fixture(scope='module')
+def shaped():
+    return lively(with_shape(NOMINAL))
+
+
+def test_the_form_of_the_load_curve_is_told_and_held_in_the_corrected_model(shaped):
+    found = diagnose([shaped], NOMINAL)
+    assert [entry.effect for entry in found.effects if entry.probability > 0.5] == [LOAD_SHAPE]
+    assert LOAD_SHAPE in [entry.effect for entry in found.model.effects]
+    effort = next(entry for entry in found.held_out if entry.quantity == 'effort')
+    assert effort.rms_after < 0.3 * effort.rms_before
+
+
+def test_an_effect_is_named_beside_it():
+    found = diagnose([lively(with_shape(brake_with(
+        'cogging_torque', amplitude=0.012, order=6.0, phase=0.3)))], NOMINAL)
+    assert 'cogging_torque' in [entry.effect for entry in found.effects
+                                     if entry.probability > 0.5]
+
+
+def test_no_free_curve_where_the_file_s_form_serves():
+    fitter = Fitter(problem_of([lively(brake_with('asymmetric_friction', asymmetry=0.4))],
+                               NOMINAL))
+    assert with_free_load_curve(fitter, select(search(fitter))) is None

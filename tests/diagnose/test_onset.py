@@ -1,0 +1,196 @@
+"""Effects that begin within the recordings: told with their time, and only where there are any."""
+
+from dataclasses import replace
+import json
+import math
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from engb_core.diagnose.document import to_document
+from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.evidence import unseen_errors
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.onset import cost_by_onset, LEAST_VALUES, Onset, onsets_tried
+from engb_core.diagnose.problem import problem_of
+from engb_core.effects.catalogue import catalogue, get_effect
+from engb_core.model import EffectSetting
+from engb_core.recording import Recording
+
+from .simulated_brake import brake_with, lively, NOMINAL
+
+SCHEMA = Path(__file__).resolve().parents[2] / 'docs' / 'diagnosis.schema.json'
+BEGINS = 5.2
+OFFSET = 0.03
+
+
+def with_effort(recording: Recording, effort: np.ndarray, name: str = 'run') -> Recording:
+    return Recording.from_samples(name, recording.time, recording.position, effort,
+                                  recording.velocity)
+
+
+@pytest.fixture(scope='module')
+def clean() -> Recording:
+    return lively(NOMINAL)
+
+
+@pytest.fixture(scope='module')
+def slipped(clean) -> Recording:
+    """A current sensor whose zero jumps."""
+    return with_effort(clean, clean.effort + np.where(clean.time >= BEGINS, OFFSET, 0.0))
+
+
+@pytest.fixture(scope='module')
+def diagnosis(slipped):
+    return diagnose([slipped], NOMINAL)
+
+
+def test_an_effect_that_begins_is_told_with_its_time(diagnosis):
+    first = diagnosis.effects[0]
+    assert first.effect == 'torque_offset'
+    assert first.onset is not None
+    assert first.onset[0] == 'run'
+    assert first.onset[1] == pytest.approx(BEGINS, abs=0.1)
+    assert abs(first.parameters['offset'].value) == pytest.approx(OFFSET, rel=0.05)
+    assert first.statement.startswith('From 5.')
+
+
+def test_the_corrected_model_holds_it_throughout_and_is_judged_from_its_begin_on(
+        diagnosis, slipped, clean):
+    assert 'torque_offset' in [entry.effect for entry in diagnosis.model.effects]
+    effort = next(entry for entry in diagnosis.held_out if entry.quantity == 'effort')
+    without_it = np.concatenate(unseen_errors(problem_of([clean], NOMINAL), NOMINAL))
+    assert effort.rms_after < 1.1 * np.sqrt(np.mean(without_it ** 2))
+    # Judged as if it acted from the first sample on, the model would be far off.
+    throughout = unseen_errors(problem_of([slipped], NOMINAL), diagnosis.model)
+    assert np.sqrt(np.mean(np.concatenate(throughout) ** 2)) > 3.0 * effort.rms_after
+
+
+def test_the_document_has_the_onset(diagnosis):
+    document = to_document(diagnosis)
+    jsonschema.validate(document, json.loads(SCHEMA.read_text()))
+    onset = document['effects'][0]['onset']
+    assert onset['recording'] == 'run'
+    assert onset['time'] == pytest.approx(BEGINS, abs=0.1)
+
+
+def test_mismatch_is_located_after_the_onset(diagnosis):
+    assert diagnosis.time
+    assert min(entry.begin for entry in diagnosis.time) > BEGINS - 0.2
+
+
+def test_a_wave_that_begins(clean):
+    wave = np.where(clean.time >= 4.0, 0.012 * np.sin(6.0 * clean.position + 0.4), 0.0)
+    found = diagnose([with_effort(clean, clean.effort + wave)], NOMINAL)
+    assert found.effects[0].effect == 'cogging_torque'
+    assert found.effects[0].onset is not None
+    assert found.effects[0].onset[1] == pytest.approx(4.0, abs=0.15)
+
+
+@pytest.mark.parametrize(('effect', 'parameters'), [
+    ('cogging_torque', {'amplitude': 0.012, 'order': 6.0, 'phase': 0.3}),
+    ('asymmetric_friction', {'asymmetry': 0.4})])
+def test_what_acts_throughout_has_no_onset(effect, parameters):
+    found = diagnose([lively(brake_with(effect, **parameters))], NOMINAL)
+    assert found.effects[0].effect == effect
+    assert found.effects[0].onset is None
+
+
+def test_of_two_recordings_only_the_second_has_it(clean, slipped):
+    later = with_effort(slipped, slipped.effort, 'later')
+    found = diagnose([clean, later], NOMINAL)
+    assert found.effects[0].effect == 'torque_offset'
+    assert found.effects[0].onset is not None
+    recording, time = found.effects[0].onset
+    assert (recording, time) == ('later', pytest.approx(BEGINS, abs=0.1))
+
+
+def stepped(begin: int, count: int = 400, size: float = 0.5):
+    """Return times, a number's column, an effect's column, and an effort in which the effect
+    begins at one value."""
+    generator = np.random.default_rng(3)
+    time = np.arange(count) / 40.0
+    number, effect = np.sin(3.0 * time), np.cos(2.0 * time)
+    effort = 0.2 * number + size * np.where(np.arange(count) >= begin, effect, 0.0)
+    return time, number[:, None], effect[:, None], effort + 0.01 * generator.standard_normal(count)
+
+
+def asked(times, numbers, effect, effort):
+    return cost_by_onset(times, numbers, effect, effort, np.full(effort.size, 100.0),
+                         np.zeros(1), np.zeros(1))
+
+
+def test_the_moment_of_least_cost_is_found_with_the_size():
+    time, number, effect, effort = stepped(begin=170)
+    cost, onset, sizes = asked([time], number, effect, effort)
+    assert onset is not None
+    assert onset.time == pytest.approx(time[170], abs=0.06)
+    assert sizes[0] == pytest.approx(0.5, abs=0.01)
+    assert cost == pytest.approx(400.0, rel=0.2)
+
+
+def test_every_recording_is_asked():
+    # The first recording is without it, the third has it throughout.
+    parts = [stepped(begin) for begin in (400, 250, 0)]
+    _, onset, _ = asked([part[0] for part in parts], *(
+        np.concatenate([part[place] for part in parts]) for place in (1, 2, 3)))
+    assert onset is not None
+    assert onset.begins[0] == math.inf
+    assert onset.begins[2] == -math.inf
+    assert onset.run == 1
+    assert onset.time == pytest.approx(parts[0][0][250], abs=0.06)
+    assert onset.before([part[0] for part in parts]).sum() == pytest.approx(650, abs=3)
+
+
+def test_a_recording_too_short_to_leave_both_sides_has_no_onset():
+    time, number, effect, effort = stepped(begin=20, count=2 * LEAST_VALUES - 1)
+    assert asked([time], number, effect, effort)[1] is None
+
+
+def test_other_recordings_all_none_or_the_later_ones():
+    assert len(onsets_tried([np.zeros(1)], 0)) == 1
+    tried = {tuple('x' if math.isnan(value) else value > 0 for value in entry)
+             for entry in onsets_tried([np.zeros(1)] * 3, 1)}
+    assert tried == {(True, 'x', False), (False, 'x', False), (True, 'x', True)}
+
+
+def test_a_prediction_has_the_effect_after_its_onset_only(clean):
+    fitter = Fitter(problem_of([clean], NOMINAL))
+    (variant,) = variants_of(get_effect('torque_offset'), fitter.problem.scene)
+    onset = Onset((BEGINS,))
+    begun = fitter.hypothesis((Variant(variant.effect, variant.constants, onset),))
+    numbers = fitter.base().vector
+    without = fitter.predict(fitter.hypothesis(), numbers)
+    vector = np.array([*numbers, OFFSET])
+    added = fitter.predict(begun, vector) - without
+    before = onset.before(fitter.problem.times)
+    assert np.all(added[before] == 0.0)
+    throughout = fitter.predict(fitter.hypothesis((variant,)), vector) - without
+    assert np.array_equal(added[~before], throughout[~before])
+
+
+def test_a_model_that_is_judged_has_it_after_its_onset_only(clean):
+    problem = problem_of([clean], NOMINAL)
+    model = brake_with('torque_offset', offset=OFFSET)
+    (run,) = problem.runs
+    gated = replace(problem, onsets=(('torque_offset', Onset((BEGINS,))),)).predicted(run, model)
+    before = run.time < BEGINS
+    assert np.array_equal(gated[before], problem.predicted(run, NOMINAL)[before])
+    assert np.array_equal(gated[~before], problem.predicted(run, model)[~before])
+
+
+@pytest.mark.parametrize('effect', [entry for entry in catalogue().values() if entry.at_once],
+                         ids=lambda effect: effect.id)
+def test_what_is_there_at_once_is_held_in_the_last_parameters(effect):
+    held = [entry.name for entry in effect.parameters[-len(effect.at_once):]]
+    assert set(held) == set(effect.at_once)
+
+
+def test_friction_that_jumps_says_so():
+    assert 'times what it was' in get_effect('friction_drift').statement(
+        {'friction_ratio': 1.2, 'settling': 1e-3, 'shape': 1.0})
+    assert EffectSetting('friction_drift', {'friction_ratio': 1.2, 'settling': 1e-3,
+                                            'shape': 1.0, 'duration': 9.0})

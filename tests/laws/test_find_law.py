@@ -1,0 +1,161 @@
+"""A mechanism that no effect of the library holds is found as a law; noise and onsets are none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.problem import problem_of
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.laws.blocks import Blocks, stretches_of_time
+from engb_core.laws.forms import Form
+from engb_core.laws.grammar import parse
+from engb_core.laws.judgement import depends_on, find_law
+from engb_core.laws.search import _Searching, Screened
+from engb_core.model import EffectSetting, Friction, LoadTorque, Model
+from engb_core.plant import physics_of
+from engb_core.recording import Recording
+from engb_core.sample_table import sample_table
+
+MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4)),
+              friction=Friction(0.012, 0.1, 0.3))
+STEP = 1e-3
+QUANTUM = 2.0 * np.pi / 65536
+
+
+def recorded(*effects: EffectSetting, seed: int = 1, extra: np.ndarray | None = None) -> Recording:
+    """Return a recording of 36 s of many speeds and ways, by a brake with these effects."""
+    time = np.arange(0.0, 36.0, STEP)
+    phase = np.cumsum(1.5 + 1.2 * np.sin(0.31 * time)) * STEP
+    way = 6.0 + 4.0 * np.sin(0.173 * time)
+    position = 12.0 + way * np.sin(phase) + 0.8 * np.sin(2.9 * phase)
+    velocity = np.gradient(position, STEP)
+    samples = sample_table(STEP, time, position, velocity, np.gradient(velocity, STEP))
+    effort = effort_of_motion(samples, STEP, physics_of(replace(MODEL, effects=effects)))
+    noise = np.random.default_rng(seed).normal(0.0, 2e-3, time.size)
+    return Recording('run', time, np.round(position / QUANTUM) * QUANTUM,
+                     effort + noise + (0.0 if extra is None else extra))
+
+
+def law(formula: str, acts_as: str, **values: float) -> EffectSetting:
+    return EffectSetting('law', values, formula, acts_as, {'velocity': (-80.0, 80.0)})
+
+
+def found_in(recording: Recording):
+    fitter = Fitter(problem_of([recording], MODEL), 1)
+    return find_law(fitter, fitter.finish(fitter.refine(fitter.base())), lambda text: None)
+
+
+def test_inertia_over_the_angle():
+    found = found_in(recorded(law('a * sin(0.83 * position + 1)', 'inertia', a=3.5e-5)))
+    assert found is not None
+    assert found.candidate.form.acts_as == 'inertia'
+    assert set(depends_on(found.candidate)) == {'position', 'acceleration'}
+    assert found.parameters['b'].value == pytest.approx(0.83, abs=0.03)
+    assert found.parameters['a'].unit == 'kg·m²'
+    assert not found.memory and found.explained > 0.9
+
+
+def test_a_cable_at_one_end_has_memory():
+    found = found_in(recorded(law('a * stop(position, 0.6) * step(b - position, 0.3)', 'torque',
+                                  a=0.012, b=10.0)))
+    assert found is not None
+    assert found.memory
+    assert 'position' in depends_on(found.candidate)
+
+
+def test_no_law_in_noise():
+    assert found_in(recorded(seed=2)) is None
+
+
+def test_an_onset_is_no_law():
+    time = np.arange(0.0, 36.0, STEP)
+    assert found_in(recorded(extra=0.012 * (time > 17.3))) is None
+
+
+def test_no_law_in_what_follows_no_motion():
+    """A random walk of torque has structure, but none that the motion tells."""
+    walk = np.cumsum(np.random.default_rng(3).normal(0.0, 3e-4, 36000))
+    assert found_in(recorded(extra=walk - walk.mean())) is None
+
+
+def test_a_diagnosis_tells_the_law_and_holds_it():
+    """From the recording to the corrected model: the law is told, and predicts another motion."""
+    hidden = law('a * peak(velocity / 6) * step(position - 13, 0.2)', 'torque', a=0.02)
+    diagnosis = diagnose([recorded(hidden)], MODEL, threads=1)
+    assert diagnosis.effects == ()
+    assert diagnosis.unexplained is not None and diagnosis.unexplained.law is not None
+    told = diagnosis.unexplained.law
+    assert {'position', 'velocity'} <= set(diagnosis.unexplained.depends_on)
+    assert not diagnosis.unexplained.memory
+    parse(told.formula)
+    setting = diagnosis.model.effects[-1]
+    assert setting.effect == 'law' and setting.formula == told.pattern
+    assert len(told.formula) < 100 and told.line in diagnosis.unexplained.statement
+
+    time = np.arange(0.0, 12.0, STEP)
+    position = 12.0 + 8.0 * np.sin(2.3 * time)
+    samples = sample_table(STEP, time, position, 18.4 * np.cos(2.3 * time),
+                           -42.32 * np.sin(2.3 * time))
+
+    def effort(model: Model) -> np.ndarray:
+        return effort_of_motion(samples.copy(), STEP, physics_of(model))
+
+    true = effort(replace(MODEL, effects=(hidden,)))
+    moving = np.abs(samples[:, 3]) > 1.0
+    before, after = (np.std((effort(model) - true)[moving])
+                     for model in (MODEL, diagnosis.model))
+    assert after < 0.15 * before
+
+
+def test_a_likely_name_stands_beside_a_law():
+    """What the library knows keeps its name; the law is for what is left."""
+    diagnosis = diagnose([recorded(
+        EffectSetting('cogging_torque', {'order': 6.0, 'amplitude': 0.02, 'phase': 1.0}),
+        law('a * peak(velocity / 6) * step(position - 13, 0.2)', 'torque', a=0.02))], MODEL,
+        threads=1)
+    names = [entry.effect for entry in diagnosis.effects if entry.probability >= 0.5]
+    assert names == ['cogging_torque']
+    assert diagnosis.verdict == 'partly_explained'
+    assert diagnosis.unexplained is not None and diagnosis.unexplained.law is not None
+    assert {'position', 'velocity'} <= set(diagnosis.unexplained.depends_on)
+    assert [setting.effect for setting in diagnosis.model.effects][-1] == 'law'
+    assert 'cogging_torque' in [setting.effect for setting in diagnosis.model.effects]
+
+
+def test_a_search_where_the_free_numbers_were_never_fitted_before():
+    """A law that is a delay is looked for once more on another problem, whose fitter has not seen
+    the numbers that names left free."""
+    problem = problem_of([recorded()], MODEL)
+    first, other = Fitter(problem, 1), Fitter(problem, 1)
+    base = first.refit(first.base(), first.numbers[1:])
+    base = other.finish(other.evaluate(base.hypothesis, base.vector))
+    searching = _Searching(other, base, lambda text: None)
+    assert searching._polished(Screened(
+        Form('delay', (), 1e-3), searching._blocks.without())) is not None
+
+
+def test_blocks_left_out_are_those_of_plain_least_squares():
+    """Sums of products give what fitting anew without each block gives."""
+    fitter = Fitter(problem_of([recorded()], MODEL), 1)
+    base = fitter.finish(fitter.base())
+    labels = stretches_of_time(fitter)
+    column = np.random.default_rng(5).normal(size=(base.residual.size, 1)) * fitter.spread[:, None]
+    score, = Blocks(fitter, base, base.jacobian, labels).scores([column])
+    weight = fitter.weight
+    design = np.concatenate([base.jacobian, column], axis=1) * weight[:, None]
+    target = base.residual * weight
+    spread = np.append(base.hypothesis.prior[1], 1e9)
+    noise = np.sum((fitter.sigma * weight) ** 2)
+    for place, label in enumerate(np.unique(labels)):
+        out = labels == label
+        seen = ~out
+        numbers = np.linalg.lstsq(
+            np.concatenate([design[seen], np.diag(1.0 / spread)]),
+            np.concatenate([target[seen], np.zeros(spread.size)]), rcond=None)[0]
+        error = np.sum((target[out] - design[out] @ numbers) ** 2) / noise
+        assert score.by_block[place] == pytest.approx(error, rel=1e-3)
