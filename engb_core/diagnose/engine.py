@@ -162,7 +162,8 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
 @dataclass(frozen=True)
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
-    this makes up, the corrected model, and what the library says with its models."""
+    this makes up, the corrected model, what the library says with its models, and whether the file
+    has no load torque: what has to be identified first needs no law."""
 
     fitter: Fitter
     selection: Selection
@@ -173,6 +174,7 @@ class _Outcome:
     unexplained: Unexplained | None
     corrected: Model
     told: Sharpened
+    load_is_absent: bool = False
 
     def judged_on(self, problem: Problem) -> Problem:
         """Return the problem with the onsets of what the corrected model holds."""
@@ -222,7 +224,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         told = _without_names(fitter, explanation, findings)
         return _Outcome(fitter, selection, told.explanation, [], absent.residual, 'unexplained',
                         absent.unexplained(fitter), absent.corrected(problem.model, fitter),
-                        told)
+                        told, load_is_absent=True)
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
@@ -235,7 +237,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
 
 def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
     """Return the outcome with a law for what names and numbers leave, where one is believed."""
-    if outcome.unexplained is None:
+    if outcome.unexplained is None or outcome.load_is_absent:
         return outcome
     # A name that is likelier right than wrong stands beside a law.
     law = law_for(outcome.fitter, outcome.told,
