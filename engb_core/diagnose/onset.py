@@ -100,7 +100,7 @@ def cost_by_onset(times: Sequence[Array], numbers: Array, columns: Array, residu
         sums.append(tuple(_from_here(part) for part in (cross, own, with_target)))
     best: tuple[float, Onset | None, Array] = (floor, None, np.zeros(size))
     for run, time in enumerate(times):
-        if time.size < 2 * LEAST_VALUES:
+        if time.size <= 2 * LEAST_VALUES:
             continue
         tried = np.arange(LEAST_VALUES, time.size - LEAST_VALUES)
         for begins in onsets_tried(times, run):

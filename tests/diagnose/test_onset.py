@@ -194,3 +194,13 @@ def test_friction_that_jumps_says_so():
         {'friction_ratio': 1.2, 'settling': 1e-3, 'shape': 1.0})
     assert EffectSetting('friction_drift', {'friction_ratio': 1.2, 'settling': 1e-3,
                                             'shape': 1.0, 'duration': 9.0})
+
+
+@pytest.mark.parametrize('count', [2 * LEAST_VALUES, 2 * LEAST_VALUES + 1])
+def test_a_recording_with_hardly_a_moment_to_begin_at(count):
+    """A real machine's recording with just twice the least number of values ended the program."""
+    residual = np.linspace(-1.0, 1.0, count)
+    _, onset, _ = cost_by_onset([np.arange(count) * 0.01], np.ones((count, 1)),
+                                np.ones((count, 1)), residual, np.ones(count), np.ones(1),
+                                np.zeros(1))
+    assert (onset is None) == (count == 2 * LEAST_VALUES)
