@@ -245,7 +245,8 @@ def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
     if law is None:
         return outcome
     # A wrong number was told from a fit without the law.
-    findings = [] if law.alone else outcome.findings
+    findings = [] if law.alone else [
+        finding for finding in outcome.findings if finding.effect not in law.fallen]
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))
     return replace(
         outcome, explanation=law.explanation, findings=findings,

@@ -26,10 +26,10 @@ REPEATS = 5.0
 
 def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
     """Return whether a wave over the motor angle, if that is what the effect is, comes often
-    enough to be told from the form of the load curve."""
+    enough to be told from the form of the load curve; one without an order comes once a turn."""
     low, high = fitter.problem.scene.position_range
     return effect.reveals != 'motor_angle' or \
-        values['order'] * (high - low) >= 2.0 * np.pi * REPEATS
+        values.get('order', 1.0) * (high - low) >= 2.0 * np.pi * REPEATS
 
 
 def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:

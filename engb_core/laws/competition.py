@@ -18,8 +18,15 @@ from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.selection import CLEAN_EXCESS
 from engb_core.diagnose.sharpened import Sharpened, sharpened
+from engb_core.diagnose.uncertainty import estimates
 from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time
-from engb_core.laws.judgement import depends_on, find_law, Found, WORTH
+from engb_core.laws.judgement import (
+    contribution_of_last,
+    depends_on,
+    find_law,
+    Found,
+    WORTH,
+)
 from engb_core.laws.statement import formula_of, said_line, statement_of
 from engb_core.model import Model
 from engb_core.plant import physics_of
@@ -42,16 +49,21 @@ class Won:
         found: the law.
         explanation: the fit with it, evaluated on the engine's own problem.
         model: the corrected model with it.
-        alone: whether it stands instead of the names (else beside them).
+        fallen: names that add nothing beside it.
         contribution: (m,) what it adds to the filtered effort [N·m].
     """
 
     found: Found
     explanation: Explanation
     model: Model
-    alone: bool
+    fallen: tuple[str, ...]
     contribution: Array
     finding: LawFinding
+
+    @property
+    def alone(self) -> bool:
+        """Whether the law stands instead of all names (else beside some)."""
+        return len(self.explanation.fit.hypothesis.variants) == 1
 
     def told(self, unexplained: Unexplained | None, share: float) -> Unexplained:
         """Return what is said of the rest, with the law."""
@@ -83,12 +95,12 @@ def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str],
     if left <= CLEAN_EXCESS:
         return None
     if likely or not named.hypothesis.variants:
-        return _won(fitter, find_law(fitter, named, tell), told,
-                    alone=not named.hypothesis.variants)
+        law = find_law(fitter, named, tell)
+        return _won(fitter, law and _without_idle_names(law), told, named)
     law = find_law(fitter, fitter.finish(fitter.refine(fitter.base())), tell)
     if law is None or not _beats(fitter, law, named):
         return None
-    return _won(fitter, law, told, alone=True)
+    return _won(fitter, law, told, named)
 
 
 def _named(fitter: Fitter, fit: Fit) -> Fit:
@@ -106,11 +118,32 @@ def _beats(fitter: Fitter, law: Found, named: Fit) -> bool:
         named = law.fitter.finish(law.fitter.refine(
             law.fitter.evaluate(named.hypothesis, named.vector)))
         fitter = law.fitter
-    left = Blocks(fitter, named, derivatives_of(named), stretches_of_time(fitter)).without().level
-    return 0.5 * math.log(left / law.after) > WORTH
+    return 0.5 * math.log(_on_blocks(fitter, named) / law.after) > WORTH
 
 
-def _won(fitter: Fitter, found: Found | None, told: Sharpened, alone: bool) -> Won | None:
+def _without_idle_names(found: Found) -> Found:
+    """Return the law with the names that still matter beside it. A name that was found first may
+    have stood for the law: then blocks left out are predicted as well without it."""
+    fitter, fit = found.fitter, found.candidate.fit
+    for index in reversed(range(len(fit.hypothesis.variants) - 1)):
+        fewer = fitter.finish(fitter.refine(fitter.evaluate(*bare(fit, {index}))))
+        lost = 0.5 * math.log(_on_blocks(fitter, fewer) / _on_blocks(fitter, fit))
+        if lost <= WORTH * len(fit.hypothesis.variants[index].effect.parameters):
+            fit = fewer
+    if fit is found.candidate.fit:
+        return found
+    last = len(fit.hypothesis.variants) - 1
+    return replace(found, candidate=replace(found.candidate, fit=fit),
+                   parameters=estimates(fit, fitter, last),
+                   contribution=contribution_of_last(fitter, fit))
+
+
+def _on_blocks(fitter: Fitter, fit: Fit) -> float:
+    """Return the mean squared error of a finished fit on blocks left out (noise = 1)."""
+    return Blocks(fitter, fit, derivatives_of(fit), stretches_of_time(fitter)).without().level
+
+
+def _won(fitter: Fitter, found: Found | None, told: Sharpened, named: Fit) -> Won | None:
     if found is None:
         return None
     fit = found.candidate.fit
@@ -128,7 +161,9 @@ def _won(fitter: Fitter, found: Found | None, told: Sharpened, alone: bool) -> W
     contribution = np.concatenate([
         run.predicted(physics_of(model)) - run.predicted(physics_of(bare_model))
         for run in fitter.problem.runs])
-    return Won(found, explanation, model, alone, contribution, _finding(found))
+    kept = fit.hypothesis.ids
+    fallen = tuple(effect for effect in named.hypothesis.ids if effect not in kept)
+    return Won(found, explanation, model, fallen, contribution, _finding(found))
 
 
 def _finding(found: Found) -> LawFinding:

@@ -27,7 +27,7 @@ from engb_core.laws.blocks import Blocks, derivatives_of, kinds_of_motion
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
 from engb_core.laws.search import Candidate, Search, search_laws
 
-__all__ = ['Found', 'depends_on', 'find_law']
+__all__ = ['Found', 'contribution_of_last', 'depends_on', 'find_law']
 
 Array = NDArray[np.float64]
 
@@ -130,7 +130,7 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> Found | 
         after,
         tuple(others[:MOST_ALTERNATIVES]),
         not any(_differ(chosen, entry) for entry in others),
-        _contribution(fitter, finished))
+        contribution_of_last(fitter, finished))
 
 
 def _without_stops(search: Search, law: Candidate, tell: Callable[[str], None]) -> Search:
@@ -176,11 +176,11 @@ def _plainest(search: Search) -> tuple[Candidate, list[Candidate]]:
     same = [entry for entry in short
             if 0.5 * math.log(entry.score.level / short[0].score.level) < ALIKE]
     chosen = min(same, key=lambda entry: float(np.mean(
-        _contribution(search.fitter, entry.fit) ** 2)))
+        contribution_of_last(search.fitter, entry.fit) ** 2)))
     return chosen, alike
 
 
-def _contribution(fitter: Fitter, fit: Fit) -> Array:
+def contribution_of_last(fitter: Fitter, fit: Fit) -> Array:
     """Return what the last effect of a fit adds to the filtered effort, (m,)."""
     hypothesis = fit.hypothesis
     variants = hypothesis.variants[:-1]

@@ -6,6 +6,10 @@ import pytest
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.findings import in_order
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.load_shape import repeats
+from engb_core.diagnose.problem import problem_of
+from engb_core.effects.catalogue import get_effect
 from engb_core.recording import Recording
 
 from .simulated_brake import lively, NOMINAL
@@ -45,3 +49,10 @@ def test_a_wave_is_one_that_repeats(slots, sure):
     waves = [entry for entry in found.effects
              if entry.effect in ('cogging_torque', 'torque_ripple')]
     assert any(entry.probability > 0.5 for entry in waves) == sure
+
+
+def test_a_position_error_comes_once_a_turn():
+    """It has no order of its own, which ended the diagnosis of a case from another hand."""
+    fitter = Fitter(problem_of([lively(NOMINAL)], NOMINAL))
+    assert not repeats(fitter, get_effect('unexplained_eccentricity'), {'error': 0.1})
+    assert repeats(fitter, get_effect('cogging_torque'), {'order': 9.0})

@@ -9,9 +9,12 @@ import pytest
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.problem import problem_of
+from engb_core.effects.catalogue import get_effect
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.laws.blocks import Blocks, stretches_of_time
+from engb_core.laws.competition import _without_idle_names
 from engb_core.laws.forms import Form
 from engb_core.laws.grammar import parse
 from engb_core.laws.judgement import depends_on, find_law
@@ -125,6 +128,22 @@ def test_a_likely_name_stands_beside_a_law():
     assert {'position', 'velocity'} <= set(diagnosis.unexplained.depends_on)
     assert [setting.effect for setting in diagnosis.model.effects][-1] == 'law'
     assert 'cogging_torque' in [setting.effect for setting in diagnosis.model.effects]
+
+
+@pytest.mark.parametrize(('name', 'hidden', 'kept'), [
+    ('asymmetric_friction', (), ()),
+    ('stribeck_friction', (EffectSetting(
+        'stribeck_friction', {'breakaway_ratio': 2.0, 'stribeck_velocity': 2.0}),),
+     ('stribeck_friction',))])
+def test_a_name_that_adds_nothing_beside_the_law_falls(name, hidden, kept):
+    """A gain that differs with the sign passes for asymmetric friction until the law is there."""
+    gain = law('a * tanh(effort / b)', 'effort_gain', a=0.1, b=0.02)
+    fitter = Fitter(problem_of([recorded(*hidden, gain)], MODEL), 1)
+    (variant, *_) = variants_of(get_effect(name), fitter.problem.scene)
+    named = fitter.refine(fitter.fit(variant))
+    found = find_law(fitter, fitter.finish(named), lambda text: None)
+    assert found is not None
+    assert _without_idle_names(found).candidate.fit.hypothesis.ids == (*kept, 'law')
 
 
 def test_a_search_where_the_free_numbers_were_never_fitted_before():
