@@ -107,9 +107,12 @@ def _named(fitter: Fitter, fit: Fit) -> Fit:
     """Return the fit without descriptions that are no names, finished."""
     gone = {index for index, variant in enumerate(fit.hypothesis.variants)
             if variant.effect.unnamed}
-    if gone:
-        fit = fitter.refine(fitter.evaluate(*bare(fit, gone)))
-    return fitter.finish(fit)
+    return _fitted_without(fitter, fit, gone) if gone else fitter.finish(fit)
+
+
+def _fitted_without(fitter: Fitter, fit: Fit, gone: set[int]) -> Fit:
+    """Return the fit with some effects taken away and all the rest fitted anew, finished."""
+    return fitter.finish(fitter.refine(fitter.evaluate(*bare(fit, gone))))
 
 
 def _beats(fitter: Fitter, law: Found, named: Fit) -> bool:
@@ -125,11 +128,13 @@ def _without_idle_names(found: Found) -> Found:
     """Return the law with the names that still matter beside it. A name that was found first may
     have stood for the law: then blocks left out are predicted as well without it."""
     fitter, fit = found.fitter, found.candidate.fit
+    left = _on_blocks(fitter, fit)
     for index in reversed(range(len(fit.hypothesis.variants) - 1)):
-        fewer = fitter.finish(fitter.refine(fitter.evaluate(*bare(fit, {index}))))
-        lost = 0.5 * math.log(_on_blocks(fitter, fewer) / _on_blocks(fitter, fit))
+        fewer = _fitted_without(fitter, fit, {index})
+        leaves = _on_blocks(fitter, fewer)
+        lost = 0.5 * math.log(leaves / left)
         if lost <= WORTH * len(fit.hypothesis.variants[index].effect.parameters):
-            fit = fewer
+            fit, left = fewer, leaves
     if fit is found.candidate.fit:
         return found
     last = len(fit.hypothesis.variants) - 1
