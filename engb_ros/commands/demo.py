@@ -148,15 +148,15 @@ def _compared(model: Model, true: Model) -> Iterator[tuple[str, str, float, floa
 
 
 def _diagnose(folder: Path, out: Path) -> None:
+    from engb_ros.commands.main import run_command
     from engb_ros.sealed import digest, opened
     sealed = (folder / 'truth.sealed').read_text(encoding='ascii')
     _heading(f'4. Diagnosing {folder.name}: a brake with something that its model leaves out')
     print(f'   what it is, is sealed; the seal\'s SHA-256: {digest(sealed)}')
-    print(f'   engb diagnose {os.path.relpath(folder / "recording")} --model '
-          f'{os.path.relpath(folder / "model.yaml")} --out {out}\n', flush=True)
-    diagnose.run(argparse.Namespace(
-        recordings=[str(folder / 'recording')], model=str(folder / 'model.yaml'), out=str(out),
-        holdout=[], namespace=None, verbose=True, quiet=False))
+    words = [os.path.relpath(folder / 'recording'), '--model',
+             os.path.relpath(folder / 'model.yaml'), '--out', str(out)]
+    print(f'   engb diagnose {" ".join(words)}\n', flush=True)
+    run_command('diagnose', [*words, '--verbose'])
     _heading('5. The seal is opened')
     truth = opened(sealed)
     numbers = ', '.join(f'{name} {value:.4g}' for name, value in truth['parameters'].items())

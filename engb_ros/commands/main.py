@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 from engb_core.errors import InputError
 from engb_core.printable import make_printable, printable
 
-__all__ = ['main']
+__all__ = ['main', 'run_command']
 
 # Exit status: fine, bad input or usage, a fault of the program's own; 128 and a signal's number.
 FINE, BAD_INPUT, FAULT, BROKEN_PIPE = 0, 2, 70, 141
@@ -112,13 +112,22 @@ def _dispatch(name: str | None, given: list[str]) -> int:
         near = difflib.get_close_matches(name, available, 1)
         hint = f'did you mean {near[0]}?' if near else f'there are {", ".join(available)}'
         raise InputError(f'no command {name!r}; {hint}')
+    _quiet_warnings()
+    return run_command(name, given[1:]) or FINE
+
+
+def run_command(name: str, given: Sequence[str]) -> int | None:
+    """Run a command with its own arguments, within this process; return its status, if any.
+
+    Raises:
+        InputError: what the command raises.
+    """
     module = _load(name)
     parser = _parser(f'engb {name}', module.__doc__ or COMMANDS[name][1])
     module.add_arguments(parser)
-    parsed = parser.parse_args(given[1:])
-    parsed.command_line = ('engb', *given)      # to be repeated in advice
-    _quiet_warnings()
-    return module.run(parsed) or FINE
+    parsed = parser.parse_args(given)
+    parsed.command_line = ('engb', name, *given)      # to be repeated in advice
+    return module.run(parsed)
 
 
 def _available() -> list[str]:
