@@ -16,9 +16,11 @@ import sys
 from engb_core.effects.base import Effect
 from engb_core.errors import InputError
 
-__all__ = ['catalogue', 'get_effect', 'own_effects_folder']
+__all__ = ['catalogue', 'get_effect', 'own_effects_folder', 'register']
 
 _NOT_EFFECTS = {'base', 'catalogue'}
+# What this process registered, by id.
+_REGISTERED: dict[str, Effect] = {}
 
 
 @lru_cache(maxsize=1)
@@ -39,7 +41,26 @@ def catalogue() -> dict[str, Effect]:
             raise InputError(f'{path}: there is an effect {effect.id} already; remove the file or '
                              'give it another id')
         found[effect.id] = effect
+    for effect in _REGISTERED.values():
+        if effect.id in found:
+            raise InputError(f'there is an effect {effect.id} already; give yours another id')
+        found[effect.id] = effect
     return found
+
+
+def register(effect: Effect) -> Effect:
+    """Add an effect to the catalogue of this process; return it.
+
+    Raises:
+        InputError: it is no Effect, or there is one of that id already.
+    """
+    if not isinstance(effect, Effect):
+        raise InputError(f'{effect!r} is no engb_core.effects.base.Effect')
+    if effect.id in catalogue():
+        raise InputError(f'there is an effect {effect.id} already; give yours another id')
+    _REGISTERED[effect.id] = effect
+    catalogue.cache_clear()
+    return effect
 
 
 def own_effects_folder() -> Path:
