@@ -18,6 +18,10 @@ _GONE = 0.5
 # Who speaks already yields only to a claim that has been kept up for so long [s], so often.
 _KEPT_UP, _OFTEN = 0.3, 3
 
+# Whoever publishes torque is given so long to say who it is: the graph shows its publisher before
+# it is active, and before its first claim [s].
+_SAYS = 1.0
+
 # Of a stranger that says nothing of itself, who was alone for so long was here first [s].
 _ALONE = 1.0
 
@@ -74,6 +78,12 @@ class ControllerClaims:
                 found.append(claim)
         return found
 
+    def unclear(self, now: float) -> bool:
+        """Whether somebody publishes torque who has had no time yet to say who it is; for
+        one who does not speak yet that is no time to begin."""
+        return (self._present_since is not None and now - self._present_since < _SAYS
+                and not self.rivals(now, False))
+
     def judge(self, now: float, publishers: int, speaking: bool, faulty: bool,
               ) -> tuple[bool, bool]:
         """Return whether somebody else drives the brake, and whether this one was first.
@@ -98,7 +108,6 @@ class ControllerClaims:
                 return present, True
         if rivals:
             return present, not faulty and self.own < min(rivals)
-        if (self._present_since is not None and not speaking
-                and now - self._present_since < _KEPT_UP):
-            return present, True   # it has had no time to say who it is
+        if self.unclear(now):
+            return present, True
         return present, self._alone_since is not None and now - self._alone_since > _ALONE
