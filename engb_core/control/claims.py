@@ -22,8 +22,9 @@ _KEPT_UP, _OFTEN = 0.3, 3
 # it is active, and before its first claim [s].
 _SAYS = 1.0
 
-# Of a stranger that says nothing of itself, who was alone for so long was here first [s].
-_ALONE = 1.0
+# Who spoke for so long, and nobody had claimed to be first, was here before whoever says nothing
+# of himself [s].
+_FIRST = 1.0
 
 # More claims at once than this are noise.
 _CLAIMS = 16
@@ -45,7 +46,7 @@ class ControllerClaims:
         self.own = own
         self._heard: dict[int, list[float]] = {}   # first, last [s], how often
         self._known: set[int] = set()
-        self._alone_since: float | None = None
+        self._first_since: float | None = None
         self._present_since: float | None = None
 
     def take_over(self, own: int) -> None:
@@ -54,7 +55,7 @@ class ControllerClaims:
         self._known = set(self._heard)
         self._heard.clear()
         # The graph shows one who was killed for a while yet: only a claim counts against this.
-        self._alone_since = -math.inf
+        self._first_since = -math.inf
 
     def hear(self, now: float, claim: int) -> None:
         """Take somebody's claim."""
@@ -95,19 +96,16 @@ class ControllerClaims:
             faulty: it has a fault: it yields to any healthy one.
         """
         present = publishers > 1
-        if not present and speaking and self._alone_since is None:
-            self._alone_since = now
         if not present:
             self._present_since = None
         elif self._present_since is None:
             self._present_since = now
         rivals = self.rivals(now, speaking)
-        if STANDBY_CLAIM in rivals:
-            rivals.remove(STANDBY_CLAIM)
-            if not rivals:
-                return present, True
-        if rivals:
-            return present, not faulty and self.own < min(rivals)
-        if self.unclear(now):
+        others = [claim for claim in rivals if claim != STANDBY_CLAIM]
+        if others and (faulty or self.own > min(others)):
+            return present, False
+        if speaking and self._first_since is None and (rivals or not present):
+            self._first_since = now
+        if rivals or self.unclear(now):
             return present, True
-        return present, self._alone_since is not None and now - self._alone_since > _ALONE
+        return present, self._first_since is not None and now - self._first_since > _FIRST

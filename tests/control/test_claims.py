@@ -131,3 +131,15 @@ def test_a_stranger_who_says_nothing_was_there_first():
     for step in range(4):
         claims.judge(0.1 * step, 2, speaking=False, faulty=False)
     assert claims.judge(1.1, 2, speaking=False, faulty=False) == (True, False)
+
+
+def test_a_standby_that_says_no_more_silences_nobody():
+    """It has a fault, or the computer lets it wait; its publisher is still in the graph."""
+    for heard in (STANDBY_CLAIM, 200):
+        claims = ControllerClaims()
+        claims.start(0.0, 100)
+        for step in range(20):
+            claims.hear(0.1 * step, heard)
+            claims.judge(0.1 * step, 2, speaking=step > 6, faulty=False)
+        for now in (2.2, 2.6, 3.5, 60.0):
+            assert claims.judge(now, 2, speaking=True, faulty=False) == (True, True)

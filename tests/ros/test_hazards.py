@@ -294,7 +294,8 @@ def test_the_guard_against_two_controllers_sees_remapped_names(runner, probe):
 def told(loop):
     """Return what the controllers said, for a failure's message."""
     return ([message.data for message in loop.state],
-            [message.data for message in loop.causes[-20:]])
+            sorted({str(Cause(message.data)) for message in loop.causes}),
+            {name: process.output for name, process in loop.runner.processes.items()})
 
 
 def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(runner, probe):
@@ -327,7 +328,7 @@ def test_a_primary_and_a_standby_that_start_at_once_know_their_parts(runner, pro
     loop.target = 10.0
     loop.until(lambda: abs(loop.position - 10.0) < 0.3, 'the brake')
     loop.during(1.5)
-    assert not any(message.data == 'fault' for message in loop.state)
+    assert not any(message.data == 'fault' for message in loop.state), told(loop)
     runner.stop()
 
 
