@@ -226,6 +226,7 @@ class ControllerNode(ManagedNode):
         if now < self._speak_at or not self.active:
             if self._speak_at == inf and self.active:
                 self._speak_at = now + _PROBATION
+                self._heard_at = now   # who hears the drive can hear a primary from here on
             return
         if not self._spoke and self._claims.unclear(now):
             self._speak_at = now + CLAIM_PERIOD

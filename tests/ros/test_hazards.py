@@ -298,7 +298,14 @@ def told(loop):
             {name: process.output for name, process in loop.runner.processes.items()})
 
 
-def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(runner, probe):
+@pytest.fixture
+def over_udp(monkeypatch):
+    """Who is killed while it holds a lock of Fast DDS's shared memory stops the others for one or
+    two seconds, at random (docs/hazards.md): over UDP nobody shares anything with it."""
+    monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+
+
+def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(over_udp, runner, probe):
     drive = plant(rate=200.0)
     loop = closed_loop(runner, probe, drive)
     loop.go(25.0)
@@ -307,7 +314,7 @@ def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(runner, pr
     # It hears drive, commands and torque when it is enabled, as the first one is.
     loop.until(lambda: sum(message.data == 'enabled' for message in loop.state) >= 2,
                'the standby')
-    loop.during(1.0)
+    loop.during(3.5)   # it may take 3 s until the drive has discovered the standby
     assert abs(loop.position - 25.0) < 0.5, told(loop)
     begin = len(loop.states)
     loop.kill('controller')
@@ -341,13 +348,14 @@ def test_a_standby_waits_for_a_primary_that_starts_later(runner, probe):
     torques = probe.listen(EFFORT_COMMAND)
     runner.start('controller', name='standby', parameters={**controller, 'standby': True})
     runner.wait_until(lambda: told, 'the standby', pause=probe.spin)
-    end = time.monotonic() + 2.0
+    end = time.monotonic() + 1.0
     while time.monotonic() < end:
         probe.spin()
-    assert not torques
+    begin = len(torques)
     runner.start('controller', parameters=controller)
-    runner.wait_until(lambda: len(torques) > 100, 'the primary', pause=probe.spin)
+    runner.wait_until(lambda: len(torques) > begin + 100, 'the primary', pause=probe.spin)
     assert not any(message.data == 'fault' for message in told)
+    assert not begin
     runner.stop()
 
 
