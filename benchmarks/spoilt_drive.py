@@ -27,6 +27,9 @@ FAULTS = ('none', 'stamps_stand', 'stamps_nought', 'clock_back', 'clock_forward'
           'angle_far', 'angle_glitches', 'angle_nan', 'angle_stuck', 'off', 'weak', 'reversed',
           'stuck', 'biased', 'deaf_for_a_second', 'seized', 'refuses', 'holds_on', 'no_disc')
 
+# As a bridge does, it says again and again that it does not obey [s].
+SAY_PERIOD = 0.01
+
 
 class SpoiltDriveNode(PlantNode):
     """Node `plant`, whose messages and torques pass through a fault."""
@@ -41,6 +44,7 @@ class SpoiltDriveNode(PlantNode):
         """Build the drive and put the fault between it and the graph."""
         super().configure(values)
         self._count = 0
+        self._say_every = max(1, round(SAY_PERIOD / self._brake.period))
         self._stood: Any = None
         self._frozen_angle = math.nan
         self._since = 0
@@ -74,7 +78,7 @@ class SpoiltDriveNode(PlantNode):
         """Begin another fault."""
         self._stood, self._frozen_angle = None, math.nan
         self._since = self._count
-        self._say(values['fault'] if values['fault'] in ('refuses', 'holds_on') else 'obeys')
+        self._say('obeys')
 
     def _say(self, word: str) -> None:
         from std_msgs.msg import String
@@ -83,6 +87,8 @@ class SpoiltDriveNode(PlantNode):
     def _spoil(self, message: JointState) -> bool:
         """Change a message; return whether it is sent."""
         fault, stamp = self.values['fault'], message.header.stamp
+        if fault in ('refuses', 'holds_on') and self._count % self._say_every == 0:
+            self._say(fault)
         if fault == 'stamps_stand':
             if self._stood is None:
                 self._stood = (stamp.sec, stamp.nanosec)

@@ -98,7 +98,8 @@ CONTROLLER_ACTIVATION = Topic('controller_activation', UINT64, 'ns', 'when a con
                               'the later one yields', 'status')
 DRIVE_STATE = Topic('drive_state', STRING, '', 'off, obeys, refuses (asked for torque and not in '
                     'its mode, or deaf to it), holds_on (asked to let go and doesn\'t) or lost '
-                    '(no valid link)', 'status')
+                    '(no valid link); refuses and holds_on are said each 10 ms: they count only '
+                    'while they are kept up', 'status')
 DIAGNOSTICS = Topic('/diagnostics', DIAGNOSTIC_ARRAY, '', 'state, causes, input/command/output '
                     'triples, the force\'s uncertainty')
 CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')

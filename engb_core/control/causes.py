@@ -118,7 +118,7 @@ CAUSES: dict[Cause, CauseInfo] = {
         Severity.NOTICE, 'a joint state held NaN, infinity, or a number beyond 1e6',
         'the sample is not used'),
     Cause.STATE_JUMP: CauseInfo(
-        Severity.NOTICE, 'the angle moved faster than `largest_speed`',
+        Severity.NOTICE, 'the angle moved faster than `largest_speed`, or its velocity said so',
         'the sample is not used; if it stays there, `angle_lost`'),
     Cause.STATE_WRONG_JOINT: CauseInfo(
         Severity.NOTICE, 'a joint state did not hold the joint\'s position',
@@ -153,7 +153,7 @@ CAUSES: dict[Cause, CauseInfo] = {
         'the old angle is gone, the new one is not to be believed'),
     Cause.ANGLE_OUT_OF_RANGE: CauseInfo(
         Severity.FAULT, 'the angle lies outside `position_min` and `position_max` by more than '
-        '`largest_error`', 'stopped by `stop_angle_out_of_range`', _ANY,
+        '`largest_error`, for two samples', 'stopped by `stop_angle_out_of_range`', _ANY,
         'beyond the stroke\'s end every further torque is wrong; the load pushes back'),
     Cause.DRIVE_WEAK: CauseInfo(
         Severity.DEGRADED, 'the drive gives less torque than it is asked for, by '

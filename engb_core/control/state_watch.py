@@ -19,6 +19,10 @@ _PARTED = 0.1
 # Two samples are never closer than this, whatever their stamps say: bursts [s].
 _SHORTEST = 0.001
 
+# Clocks drift apart by no more than this: an oscillator's 100 ppm, and the 500 ppm by which NTP
+# slews [s/s].
+_DRIFT = 1e-3
+
 
 class StateWatch:
     """Judges joint states by their numbers, their stamps, and by how far the angle moved.
@@ -29,6 +33,11 @@ class StateWatch:
 
     An angle that jumped is believed again only when it jumps back: were it enough that the motor
     *could* have gone there meanwhile, every lasting jump would be believed after a moment.
+
+    How far it may have moved is told by the stamps, which do not wait as messages do. A message
+    can be late, never early: what one stamp alone is ahead of the steady clock, more than two
+    before it were, gives no room. And a sample that used the room of a pause, from which the next
+    one is back, was none of the drive's: no single message makes the angle lost.
 
     Args:
         note: called with a cause and the time when a sample shows one.
@@ -52,8 +61,12 @@ class StateWatch:
         self._stamp = self._now = 0.0         # of the last sample that came
         self._angle = self._trusted = 0.0     # of the last one that came, and that was believed
         self._since = 0.0                     # [s] from the one that was believed
+        self._before, self._between = 0.0, 0.0   # the one believed before it, and the time between
+        self._far = False                     # whether it used the room of a pause
         self._period = _SHORTEST
         self._jumped: float | None = None     # since when
+        self._ahead = self._earliest = 0.0    # stamp less steady clock: the last one's, and the
+        #                                       most that two in a row had [s]
 
     @property
     def seen(self) -> bool:
@@ -64,6 +77,7 @@ class StateWatch:
         """Believe the angle where it is now."""
         self.lost = False
         self._jumped = None
+        self._far = False
         self._trusted = self._angle
 
     def accept(self, now: float, stamp: float, position: float, velocity: float) -> bool:
@@ -71,35 +85,53 @@ class StateWatch:
         if not (math.isfinite(stamp) and abs(position) < LARGEST) or abs(velocity) > LARGEST:
             self._note(Cause.STATE_NOT_FINITE, now)
             return False
+        reach = self.settings.largest_speed
+        if abs(velocity) > reach:
+            self._note(Cause.STATE_JUMP, now)
+            return False
         if not self._seen:
             self._seen = True
             self._stamp, self._now = stamp, now
             self._angle = self._trusted = position
+            self._ahead = self._earliest = stamp - now
             return True
         passed, waited = stamp - self._stamp, now - self._now
+        ahead, before = stamp - now, self._ahead
         if passed == 0.0:
             self._note(Cause.STATE_REPEATED, now)
             return False
         if passed < 0.0 or (abs(passed - waited) > _PARTED and passed > _PARTED):
             self._note(Cause.CLOCK_JUMP, now)
-            passed = max(waited, 1e-6)
+            passed = room = max(waited, 1e-6)
+            self._earliest = ahead
         else:
+            room = passed - max(ahead - max(self._earliest, before), 0.0)
             self._period += 0.05 * (min(passed, 2.0 * self._period) - self._period)
+            self._earliest = max(min(ahead, before), self._earliest - _DRIFT * waited)
+        self._ahead = ahead
         self.time += passed
         self._stamp, self._now = stamp, now
-        span = max(passed, self._period, _SHORTEST)
-        reach = self.settings.largest_speed
+        usual = max(self._period, _SHORTEST)
+        span = max(room, usual)
         self._since += span
         came_from, self._angle = self._angle, position
         jumps = abs(position - came_from) > reach * span
         if self._jumped is None:
             if not jumps:
+                self._before, self._between = self._trusted, self._since
+                self._far = abs(position - self._trusted) > reach * usual
+                self._trusted, self._since = position, 0.0
+                return True
+            if self._far and abs(position - self._before) <= min(
+                    reach * (self._between + self._since), abs(position - self._trusted)):
+                self._note(Cause.STATE_JUMP, now)
+                self._far = False
                 self._trusted, self._since = position, 0.0
                 return True
             self._jumped = now
         elif jumps and abs(position - self._trusted) <= reach * self._since:
             self._jumped = None
-            self.lost = False
+            self.lost = self._far = False
             self._trusted, self._since = position, 0.0
             return True
         self._note(Cause.STATE_JUMP, now)

@@ -26,6 +26,11 @@ _SHAFT_SEIZED = Cause.SHAFT_SEIZED.value
 _DISC_SPEED_STALE = Cause.DISC_SPEED_STALE.value
 _COMMAND_CONFLICT = Cause.COMMAND_CONFLICT.value
 _OUTPUT_NOT_FINITE = Cause.OUTPUT_NOT_FINITE.value
+
+# A bridge says again and again (each 10 ms) that its drive does not obey: that counts once it has
+# been said for so long, three times at its pace, and until it was not said for so long [s].
+_WORD_KEPT_UP, _WORD_FORGOTTEN = 0.015, 0.5
+
 _DRIVE = (Cause.DRIVE_WEAK | Cause.DRIVE_OFF | Cause.DRIVE_WRONG).value
 # Someone else's torque is a fault for who came later; who was first goes on, degraded.
 _DEGRADING = Cause.OTHER_CONTROLLER.value | sum(
@@ -73,6 +78,8 @@ class Supervisor:
         self._state_time = self._observer_time = now
         self._disc_time: float | None = None
         self._refuses = self._holds_on = False
+        self._word, self._word_since, self._word_at = '', now, now
+        self._outside = False
         self.commands.reset(now)
         self.states.reset()
         self.torques.reset()
@@ -187,11 +194,14 @@ class Supervisor:
         return True
 
     def angle(self, now: float, position: float, low: float, high: float) -> None:
-        """Judge whether the angle lies in its range [rad]."""
+        """Judge whether the angle lies in its range [rad]; one sample outside is none yet."""
         margin = self.settings.largest_error
         if low - margin <= position <= high + margin:
+            self._outside = False
             if self._conditions & _ANGLE_OUT_OF_RANGE:
                 self.set(Cause.ANGLE_OUT_OF_RANGE, False, now)
+        elif not self._outside:
+            self._outside = True
         elif not self._conditions & _ANGLE_OUT_OF_RANGE:
             self.set(Cause.ANGLE_OUT_OF_RANGE, True, now)
 
@@ -206,8 +216,17 @@ class Supervisor:
 
     def drive_state(self, now: float, word: str) -> None:
         """Take what a bridge says of its drive: 'refuses' the torque mode, or 'holds_on' to it
-        though it was switched off; anything else is well."""
-        self._refuses, self._holds_on = word == 'refuses', word == 'holds_on'
+        though it was switched off; anything else is well.
+
+        These two count while they are kept up: one message releases no brake, and what is not
+        said any more holds no longer.
+        """
+        if word != self._word or now - self._word_at > _WORD_FORGOTTEN:
+            self._word, self._word_since = word, now
+        self._word_at = now
+        kept_up = now - self._word_since >= _WORD_KEPT_UP
+        self._refuses = kept_up and word == 'refuses'
+        self._holds_on = kept_up and word == 'holds_on'
         self._follow(Cause.DRIVE_OFF, self._refuses or self.torques.off, now)
         self._follow(Cause.DRIVE_WRONG, self._holds_on or self.torques.wrong, now)
 
@@ -249,6 +268,8 @@ class Supervisor:
     def watch(self, now: float) -> None:
         """Look at the ages of all inputs."""
         settings, commands = self._settings, self.commands
+        if (self._refuses or self._holds_on) and now - self._word_at > _WORD_FORGOTTEN:
+            self.drive_state(now, '')
         if settings.state_timeout > 0.0 and now - self._state_time > settings.state_timeout:
             # Before the very first sample nothing has failed yet.
             self.set(Cause.STATE_STALE, True, now, latch=self.states.seen)

@@ -23,20 +23,23 @@ class TorqueWatch:
 
     The drive answers late by an unknown time up to `drive_delay`: what it gives must lie between
     the lowest and the highest torque of that span. What it gives beyond or short of it is
-    averaged over `drive_time`, so noise and single samples don't count.
+    averaged over `drive_time`, so noise doesn't count. Of three samples in a row the middle one is
+    taken: a single one counts for nothing, however large (a flaw of the current's measurement, a
+    message of a stranger).
 
     Attributes:
         settings: `drive_tolerance`, `drive_time`, `drive_delay`, `seized_time`.
         weak, off, wrong, seized: what holds now.
-        short: the last sample alone is short of what was asked; the loop must not wind up.
+        short: what is measured now is short of what was asked; the loop must not wind up.
     """
 
     def __init__(self, settings: SupervisorSettings) -> None:
         self.settings = settings
+        self._newest = self._older = math.nan
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Forget the past, but for the last two samples."""
         self.weak = self.off = self.wrong = self.seized = self.short = False
         self._low = self._high = self._low_before = self._high_before = 0.0
         self._span = 0.0
@@ -62,7 +65,15 @@ class TorqueWatch:
         tolerance = settings.drive_tolerance
         if tolerance <= 0.0 or not math.isfinite(torque):
             self.weak = self.off = self.wrong = self.short = False
+            self._newest = self._older = math.nan
             return
+        newest, older = self._newest, self._older
+        self._newest, self._older = torque, newest
+        # The middle one of three; with fewer, the one that came first.
+        if older == older:
+            torque = max(min(torque, newest), min(max(torque, newest), older))
+        elif newest == newest:
+            torque = newest
         low, high = min(self._low, self._low_before), max(self._high, self._high_before)
         lack = excess = 0.0
         if torque < low:

@@ -181,7 +181,8 @@ class CanBridgeNode(ManagedNode):
         if self._command_time is None or now - self._command_time > self.values['command_timeout']:
             self._send(DriveCommand(0.0, OFF), now)
         state = self._watch.state(self._bus.is_up and self._link.state is LinkState.VALID, now)
-        if state is not self._drive_state:
+        # Said again and again while the drive does not obey: one message counts for nothing.
+        if state is not self._drive_state or state in _SAID:
             self._drive_state = state
             self._publish_drive(String(data=state.value))
         _, text, _ = self._status()

@@ -319,15 +319,69 @@ def test_a_drive_that_gives_another_torque_is_a_fault(link):
     assert brake.sent == 0.0
 
 
-def test_what_the_bridge_says_of_its_drive_counts():
-    for word, cause in (('refuses', Cause.DRIVE_OFF), ('holds_on', Cause.DRIVE_WRONG)):
-        brake = Brake().at(10.0)
+WORDS = [('refuses', Cause.DRIVE_OFF), ('holds_on', Cause.DRIVE_WRONG)]
+
+
+def say(brake, word, times):
+    """Say something of the drive at a bridge's pace."""
+    for _ in range(times):
         brake.controller.on_drive_state(brake.now, word)
-        brake.run(0.3)
-        assert brake.latched(cause)
-        assert brake.controller.clear(brake.now) & cause
-        brake.controller.on_drive_state(brake.now, 'obeys')
-        assert not brake.controller.clear(brake.now)
+        brake.run(0.01)
+
+
+@pytest.mark.parametrize(('word', 'cause'), WORDS)
+def test_what_the_bridge_says_of_its_drive_counts(word, cause):
+    brake = Brake().at(10.0)
+    say(brake, word, 3)
+    assert brake.latched(cause)
+    assert brake.controller.clear(brake.now) & cause
+    brake.controller.on_drive_state(brake.now, 'obeys')
+    assert not brake.controller.clear(brake.now)
+
+
+@pytest.mark.parametrize(('word', 'cause'), WORDS)
+def test_what_the_bridge_says_no_longer_can_be_cleared(word, cause):
+    brake = Brake().at(10.0)
+    say(brake, word, 3)
+    assert brake.controller.clear(brake.now) & cause
+    brake.run(0.6)
+    assert not brake.controller.clear(brake.now)
+
+
+@pytest.mark.parametrize(('word', 'cause'), WORDS)
+def test_one_word_about_the_drive_releases_no_brake(word, cause):
+    brake = Brake().at(10.0)
+    for _ in range(3):            # nor does another one, long after
+        say(brake, word, 1)
+        brake.run(0.6)
+        assert not brake.latched(cause)
+    say(brake, word, 2)
+    assert not brake.latched(cause)
+
+
+@pytest.mark.parametrize('effort', [1e5, -1e5, 5.0, -5.0, 0.0])
+def test_one_measured_torque_releases_no_brake(effort):
+    brake = Brake().at(20.0)
+    state = brake.controller.on_state(brake.now + 0.5 * DT, brake.now + 0.5 * DT, brake.angle,
+                                      0.0, effort)
+    assert math.isfinite(state)
+    brake.run(0.5)
+    assert brake.state is State.ENABLED
+    assert brake.angle > 19.0
+
+
+@pytest.mark.parametrize('pause', [0.0, 0.03])
+@pytest.mark.parametrize('shift', [1.5, -1.5, 5.0, -5.0, 10.0, -10.0, 30.0, -60.0])
+@pytest.mark.parametrize('ahead', [0.0, 0.02, 0.09, -0.09, 1.0, -1.0, 3600.0])
+def test_one_forged_joint_state_releases_no_brake(ahead, shift, pause):
+    """Of whatever stamp, also in a pause of the drive's own, which gives room."""
+    brake = Brake().at(20.0)
+    brake.now += pause
+    brake.controller.on_state(brake.now, brake.now + 0.5 * DT + ahead, brake.angle + shift, 0.0,
+                              0.0)
+    brake.run(0.5)
+    assert brake.state is State.ENABLED
+    assert brake.angle > 19.0
 
 
 def test_a_seized_shaft_does_not_keep_full_torque():

@@ -65,9 +65,20 @@ def test_what_is_no_number_is_no_sample(feed, position, velocity, stamp):
 
 
 @pytest.mark.parametrize(('position', 'velocity'), [
-    (999_999.0, 0.0), (-999_999.0, 0.0), (0.0, 1e6), (0.0, -1e6), (0.0, math.nan)])
+    (999_999.0, 0.0), (-999_999.0, 0.0), (0.0, 400.0), (0.0, -400.0), (0.0, math.nan)])
 def test_large_numbers_and_no_velocity_are_a_sample(feed, position, velocity):
     assert feed(position, velocity)
+
+
+@pytest.mark.parametrize('velocity', [400.1, -400.1, 1e6, -1e6])
+def test_a_velocity_that_no_motor_has_makes_no_sample(feed, velocity):
+    assert not feed(velocity=velocity)
+    assert not feed.watch.seen
+    feed()
+    for _ in range(3):
+        assert not feed(velocity=velocity)
+        assert feed.told == [Cause.STATE_JUMP]
+    assert (feed(), feed.watch.lost) == (True, False)
 
 
 def test_time_goes_on_by_the_stamps(feed):
@@ -259,3 +270,64 @@ def test_a_set_clock_does_not_touch_the_mean_period(steady):
     for _ in range(30):
         assert steady(passed=-1.0, waited=1e-4)
     assert steady(0.98 * REACH * 0.95, passed=1e-4)
+
+
+@pytest.mark.parametrize('ahead', [0.03125, 0.0625, 0.09375])
+def test_a_stamp_that_is_ahead_of_all_before_gives_no_room(steady, ahead):
+    assert not steady(1.5 * REACH, passed=DT + ahead, waited=DT)
+    assert steady.told == [Cause.STATE_JUMP]
+    # The true ones, whose stamps lie behind, are believed at once.
+    assert steady(0.0, passed=DT - ahead, waited=DT)
+    assert steady(REACH)
+    assert not steady.watch.lost
+
+
+def test_a_message_that_was_late_takes_no_room_from_the_next(steady):
+    assert steady(0.0, waited=3.0 * DT)
+    assert steady(2.5 * REACH, passed=3.0 * DT, waited=DT)
+
+
+@pytest.mark.parametrize('shift', [0.0625, -0.0625, 50.0, -50.0])
+def test_of_a_clock_that_was_set_the_second_sample_is_the_measure(steady, shift):
+    assert steady(0.0, passed=DT + shift, waited=DT)
+    assert steady(0.0)
+    assert steady(2.5 * REACH, passed=3.0 * DT)
+    assert not steady(4.5 * REACH, passed=3.0 * DT, waited=DT)
+
+
+def test_clocks_may_drift_apart(steady):
+    for sign in (1.0, -1.0):
+        for _ in range(4000):
+            assert steady(passed=DT * (1.0 + sign * 5e-4), waited=DT)
+        assert steady(2.5 * REACH, passed=3.0 * DT)
+        assert not steady(5.5 * REACH, passed=4.0 * DT, waited=DT)
+        assert steady(2.5 * REACH, passed=-2.0 * DT, waited=DT)
+        for _ in range(10):
+            assert steady(2.5 * REACH)
+        for part in (1.5, 0.5, 0.0):
+            assert steady(part * REACH)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_who_used_the_room_of_a_pause_and_from_whom_the_next_is_back_was_no_drive(steady, sign):
+    assert steady(sign * 2.5 * REACH, passed=3.0 * DT)
+    assert steady(0.0)
+    assert (steady.told, steady.watch.lost) == ([Cause.STATE_JUMP], False)
+    assert steady(sign * REACH)
+    # That was its only chance: the next jump is one.
+    assert not steady(sign * 2.5 * REACH)
+    assert not steady(sign * 2.5 * REACH)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_a_jump_after_a_pause_that_leads_elsewhere_is_one(steady, sign):
+    assert steady(sign * 2.5 * REACH, passed=3.0 * DT)
+    for angle in (5.0, 4.0, -1.5, -3.0):      # beyond, not half-way back, too far back
+        assert not steady(sign * angle * REACH)
+
+
+def test_a_jump_without_a_pause_is_one(steady):
+    for count in range(1, 5):
+        assert steady(0.9 * count * REACH)
+    assert not steady(2.0 * REACH)
+    assert not steady(2.0 * REACH)

@@ -231,7 +231,13 @@ def test_what_the_drive_says_stays_until_it_says_otherwise(says):
     for word in ('obeys', 'off', ''):
         supervisor.drive_state(BEGIN, word)
         assert active(supervisor) == Cause(0)
+    # What was said by then is forgotten half a second later, not before.
+    for passed, told in ((0.0, False), (0.5 + LITTLE, False), (1.0, True)):
+        supervisor.drive_state(BEGIN + passed, says)
+        assert supervisor.latched == (cause if told else Cause(0))
+    supervisor = started()
     supervisor.drive_state(BEGIN, says)
+    supervisor.drive_state(BEGIN + 0.015625, says)
     assert supervisor.latched == cause
     assert not supervisor.holds(other)
     # What is measured takes none of it back.
@@ -244,6 +250,7 @@ def test_what_the_drive_says_stays_until_it_says_otherwise(says):
     assert not supervisor.holds(cause)
     assert supervisor.clear(BEGIN) == Cause(0)
     supervisor.drive_state(BEGIN, says)
+    supervisor.drive_state(BEGIN + 0.015625, says)
     supervisor.start(BEGIN)
     supervisor.torque(BEGIN, 0.0, DT)
     supervisor.set(Cause.DRIVE_WEAK, True, BEGIN)
@@ -336,6 +343,11 @@ def test_a_jump_feeds_nothing():
     (-2.0, False), (38.0, False), (18.0, False), (-2.0 - LITTLE, True), (38.0 + LITTLE, True)])
 def test_the_range_of_the_angle(position, out):
     supervisor = started()
+    supervisor.angle(BEGIN, position, 0.0, 36.0)
+    assert not supervisor.holds(Cause.ANGLE_OUT_OF_RANGE)   # one sample alone is none
+    supervisor.angle(BEGIN, 18.0, 0.0, 36.0)
+    supervisor.angle(BEGIN, position, 0.0, 36.0)
+    assert not supervisor.holds(Cause.ANGLE_OUT_OF_RANGE)
     supervisor.angle(BEGIN, position, 0.0, 36.0)
     assert supervisor.holds(Cause.ANGLE_OUT_OF_RANGE) is out
     supervisor.angle(BEGIN + 3.0, position, 0.0, 36.0)

@@ -80,7 +80,8 @@ def test_a_drive_is_off_where_it_gives_less_than_a_tenth(sign):
 def test_a_drive_that_goes_off_is_weak_first(sign):
     watch = asked(sign * 0.5)
     told(watch, sign * 0.5, 60)
-    assert told(watch, 0.0, 6) == ['well', 'weak', 'weak', 'weak', 'off', 'off']
+    # The first one may be a flaw: the middle one of three counts.
+    assert told(watch, 0.0, 7) == ['well', 'well', 'weak', 'weak', 'weak', 'off', 'off']
     assert told(watch, sign * 0.5, 30)[-1] == 'well'
 
 
@@ -105,8 +106,21 @@ def test_torque_that_nobody_asked_for_is_wrong(sign):
     assert told(asked(0.0), sign * 0.3, 5)[-1] == 'wrong'
     watch = asked(0.0)
     assert told(watch, sign * 0.1, 80) == ['well'] * 80
-    # The mean stands at the tolerance: one sample more than that is enough.
-    assert told(watch, sign * 0.5, 1) == ['wrong']
+    # The mean stands at the tolerance: two samples more than that are enough.
+    assert told(watch, sign * 0.5, 2) == ['well', 'wrong']
+
+
+@SIGNS
+@pytest.mark.parametrize('size', [0.5, 50.0, 1e5, 1e300])
+def test_one_sample_counts_for_nothing_however_large(sign, size):
+    for mean in (0.4, 0.6):       # what is right, and as far off as may be
+        watch = asked(0.5)
+        told(watch, mean, 80)
+        assert told(watch, sign * size, 1) == ['well']
+        assert not watch.short
+        assert told(watch, mean, 80) == ['well'] * 80
+        watch.reset()
+        assert told(watch, sign * size, 1) == ['well']
 
 
 @SIGNS
@@ -163,9 +177,14 @@ def test_the_shortest_wish_may_be_followed(sign):
 
 
 @SIGNS
-def test_one_sample_that_is_short_is_told_at_once(sign):
+def test_two_samples_that_are_short_are_told_at_once(sign):
     watch = asked(sign * 0.5)
+    watch.given(sign * 0.5, DT)
     watch.given(sign * 0.39, DT)
+    assert not watch.short
+    watch.given(sign * 0.39, DT)
+    assert watch.short
+    watch.given(sign * 0.41, DT)
     assert watch.short
     watch.given(sign * 0.41, DT)
     assert not watch.short
@@ -234,7 +253,7 @@ def test_reset_forgets_what_was_asked_and_given():
     assert (found(watch), watch.short) == ('well', False)
     assert told(watch, 0.0, 5) == ['well'] * 5
     assert not watch.short
-    assert told(watch, 0.5, 2) == ['well', 'wrong']
+    assert told(watch, 0.5, 3) == ['well', 'well', 'wrong']
 
 
 STANDS = {'position': 5.0, 'error': 2.5, 'full': True, 'dt': DT, 'largest_error': 2.0}

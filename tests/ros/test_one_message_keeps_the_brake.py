@@ -1,0 +1,114 @@
+"""One well-formed message of a stranger takes no braking away: as shipped, on every topic."""
+
+from builtin_interfaces.msg import Time
+import pytest
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, String, UInt64
+
+from engb_ros.interface import (
+    CLAMP_FORCE_COMMAND,
+    CLAMP_FORCE_COMMAND_STAMPED,
+    CONTROLLER_ACTIVATION,
+    DISC_SPEED,
+    DRIVE_STATE,
+    EFFORT_COMMAND,
+    JOINT_STATES,
+    POSITION_COMMAND,
+    POSITION_COMMAND_STAMPED,
+)
+from engb_ros.nodes.messages import publisher_qos
+from ros.test_as_shipped import Shipped
+
+# The brake may let go by so much while the next true message is under way.
+ANGLE = 1.0
+
+# What one message brings about shows by then [s].
+SHOWS = 0.5
+
+
+def stamp(probe, shift=0.0):
+    return Time(sec=(now := probe.node.get_clock().now().nanoseconds + int(1e9 * shift))
+                // 10**9, nanosec=now % 10**9)
+
+
+def sample(loop, shift=0.0, position=0.0, velocity=0.0, effort=0.0):
+    """Return a joint state that differs from the newest one in something."""
+    message = JointState(name=['motor'], position=[loop.position + position],
+                         velocity=[velocity], effort=[loop.effort + effort])
+    message.header.stamp = stamp(loop.probe, shift)
+    return message
+
+
+def request(loop, entry, source, shift=0.0):
+    message = JointState(name=[entry], position=[0.0], effort=[0.0])
+    message.header.stamp, message.header.frame_id = stamp(loop.probe, shift), source
+    return message
+
+
+MESSAGES = {
+    **{f'torque measured {effort:g}': (JOINT_STATES, lambda loop, effort=effort: sample(
+        loop, effort=effort)) for effort in (1e5, -1e5, 5.0, -5.0)},
+    **{f'speed {velocity:g}': (JOINT_STATES, lambda loop, velocity=velocity: sample(
+        loop, velocity=velocity)) for velocity in (399.0, -399.0, 1e5, -1e5)},
+    **{f'angle off by {angle}': (JOINT_STATES, lambda loop, angle=angle: sample(
+        loop, position=angle)) for angle in (1.5, -1.5, 10.0, -10.0, 1e5)},
+    **{f'stamp off by {shift}': (JOINT_STATES, lambda loop, shift=shift: sample(
+        loop, shift=shift)) for shift in (0.09, -0.09, 1.0, -1.0, 3600.0)},
+    **{f'the drive {word}': (DRIVE_STATE, lambda loop, word=word: String(data=word))
+       for word in ('refuses', 'holds_on', 'lost', 'off')},
+    'angle 0': (POSITION_COMMAND, lambda loop: Float64(data=0.0)),
+    'force 0': (CLAMP_FORCE_COMMAND, lambda loop: Float64(data=0.0)),
+    **{f'stamped angle 0 of {source!r}, {shift}': (
+        POSITION_COMMAND_STAMPED, lambda loop, source=source, shift=shift: request(
+            loop, 'motor', source, shift)) for source in ('', 'stack') for shift in (0.0, 0.2)},
+    'stamped force 0': (CLAMP_FORCE_COMMAND_STAMPED, lambda loop: request(loop, 'clamp', 'x')),
+    **{f'disc {speed}': (DISC_SPEED, lambda loop, speed=speed: Float64(data=speed))
+       for speed in (1e4, -1e4)},
+    **{f'torque {torque}': (EFFORT_COMMAND, lambda loop, torque=torque: Float64(data=torque))
+       for torque in (0.0, 0.75, -0.75, 1e6)},
+    'claim': (CONTROLLER_ACTIVATION, lambda loop: UInt64(data=1)),
+}
+
+
+def lost(loop, topic, make):
+    """Send one message; return what it took away, or nothing."""
+    publisher = loop.probe.node.create_publisher(
+        type(make(loop)), topic.name, publisher_qos(topic))
+    loop.until(lambda: publisher.get_subscription_count() > 0, 'a subscription')
+    loop.during(0.3)
+    before, begin, counted = loop.position, len(loop.states), len(loop.state)
+    forged = make(loop)
+    publisher.publish(forged)
+    loop.during(SHOWS)
+    angles = [message.position[0] for message in loop.states[begin:]
+              if message.header.stamp != getattr(forged, 'header', message.header).stamp
+              or topic is not JOINT_STATES]
+    loop.probe.node.destroy_publisher(publisher)
+    let_go = before - min(angles)
+    if any(message.data == 'fault' for message in loop.state[counted:]):
+        return 'fault'
+    return f'{let_go:.2f} rad' if let_go > ANGLE else ''
+
+
+@pytest.mark.parametrize('by', ['force', 'angle'])
+def test_one_message_takes_no_braking_away(runner, probe, tmp_path, by):
+    loop = Shipped(runner, probe, tmp_path)
+    found = {}
+    for name, (topic, make) in MESSAGES.items():
+        for _ in range(3):   # a busy computer takes braking away too, but not each time
+            def applied():
+                return loop.is_in('enabled') and abs(loop.position - 20.0) < 0.3
+            if by == 'force':
+                loop.clamp(6000.0)
+            else:
+                loop.until(lambda: not loop.is_in('fault') or loop.clear().success, 'no fault')
+                loop.target = 20.0
+                loop.until(applied, 'the brake')
+            took = lost(loop, topic, make)
+            if not took:
+                found.pop(name, None)
+                break
+            found[name] = took
+            print(name, took, loop.causes[-1].data, flush=True)
+    assert not found
+    runner.stop()
