@@ -79,6 +79,10 @@ class ControllerClaims:
                 found.append(claim)
         return found
 
+    def standby(self, now: float) -> bool:
+        """Whether a healthy standby has just said that it is there."""
+        return STANDBY_CLAIM in self.rivals(now, False)
+
     def unclear(self, now: float) -> bool:
         """Whether somebody publishes torque who has had no time yet to say who it is; for
         one who does not speak yet that is no time to begin."""

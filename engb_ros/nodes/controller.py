@@ -160,8 +160,11 @@ class ControllerNode(ManagedNode):
         self._tell()
 
     def stop(self) -> None:
-        """Send a last command: no torque."""
-        if not self._controller.silent:
+        """Send a last command: no torque. A healthy controller leaves a standby the torque that is
+        there; should none take over, the drive lets go by its own timeout."""
+        hands_over = (self._claims.standby(monotonic())
+                      and not self._controller.supervisor.faults)
+        if not self._controller.silent and not hands_over:
             self._publish_effort(self._scalar.fill(0.0))
             # A publisher that is destroyed takes along what is still under way.
             self._effort_publisher.wait_for_all_acked(Duration(seconds=_LAST_WORD))

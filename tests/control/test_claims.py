@@ -143,3 +143,13 @@ def test_a_standby_that_says_no_more_silences_nobody():
             claims.judge(0.1 * step, 2, speaking=step > 6, faulty=False)
         for now in (2.2, 2.6, 3.5, 60.0):
             assert claims.judge(now, 2, speaking=True, faulty=False) == (True, True)
+
+
+def test_a_standby_is_there_while_it_says_so():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    claims.hear(0.1, 200)
+    assert not claims.standby(0.2)
+    claims.hear(0.3, STANDBY_CLAIM)
+    assert claims.standby(0.4)
+    assert not claims.standby(1.0)

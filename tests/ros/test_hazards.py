@@ -5,6 +5,8 @@ import os
 import signal
 import time
 
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
@@ -328,6 +330,27 @@ def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(over_udp, 
     runner.stop()
 
 
+def test_a_planned_hand_over_lets_nothing_go(runner, probe):
+    """Deactivated beside a standby, a primary leaves it the torque that is there."""
+    loop = closed_loop(runner, probe, plant())
+    loop.go(25.0)
+    runner.start_command('standby', node_command(
+        'controller', name='standby', parameters={**loop.controller, 'standby': True}))
+    loop.until(lambda: sum(message.data == 'enabled' for message in loop.state) >= 2,
+               'the standby')
+    loop.during(3.5)   # it may take 3 s until the drive has discovered the standby
+    begin, sent = len(loop.states), len(loop.efforts)
+    service = Service('~/change_state', 'lifecycle_msgs/srv/ChangeState', '')
+    request = ChangeState.Request()
+    request.transition.id = Transition.TRANSITION_DEACTIVATE
+    assert probe.call('controller', service, request=request).success
+    loop.during(1.5)
+    assert not any(message.data == 0.0 for message in loop.efforts[sent:])
+    assert len(loop.efforts) > sent + 100
+    assert min(message.position[0] for message in loop.states[begin:]) > 24.0, told(loop)
+    runner.stop()
+
+
 def test_a_primary_and_a_standby_that_start_at_once_know_their_parts(runner, probe):
     controller = {'state_timeout': STATE_TIMEOUT, 'command_timeout': 2.0}
     runner.start('controller', name='standby', parameters={**controller, 'standby': True})
@@ -397,7 +420,6 @@ def test_a_pause_of_the_drive_leaves_a_standby_ready(runner, probe):
 
 
 def test_a_failing_configuration_leaves_nothing_behind(runner, probe):
-    from lifecycle_msgs.srv import ChangeState
     runner.start('controller', parameters={'autostart': False, 'model': '/nowhere.yaml'})
     service = Service('~/change_state', 'lifecycle_msgs/srv/ChangeState', '')
     request = ChangeState.Request()
