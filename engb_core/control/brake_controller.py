@@ -185,15 +185,15 @@ class BrakeController:
         self.source.start()
         return self.source.duration
 
-    def clear(self, now: float) -> Cause:
+    def clear(self, now: float, speak: bool = True) -> Cause:
         """Clear latched faults; return those whose condition remains. A brake without faults
-        goes on as if nothing had been asked."""
+        goes on as if nothing had been asked; one that is silent speaks, if it may."""
         supervisor = self.supervisor
         stop = supervisor.stop
         if stop is None:
             return Cause(0)
         left = supervisor.clear(now)
-        if not left:
+        if not left and (speak or not self.silent):
             if self.silent or stop is not Stop.HOLD:
                 self._restart(self.clamp.output)
             else:   # torque is there and the loop is closed: it stays so

@@ -18,8 +18,13 @@ _GONE = 0.5
 # Who speaks already yields only to a claim that has been kept up for so long [s], so often.
 _KEPT_UP, _OFTEN = 0.3, 3
 
-# Of a stranger that says nothing of itself, who was alone for so long was here first [s].
-_ALONE = 1.0
+# Whoever publishes torque is given so long to say who it is: the graph shows its publisher before
+# it is active, and before its first claim [s].
+_SAYS = 1.0
+
+# Who spoke for so long, and nobody had claimed to be first, was here before whoever says nothing
+# of himself [s].
+_FIRST = 1.0
 
 # More claims at once than this are noise.
 _CLAIMS = 16
@@ -41,7 +46,7 @@ class ControllerClaims:
         self.own = own
         self._heard: dict[int, list[float]] = {}   # first, last [s], how often
         self._known: set[int] = set()
-        self._alone_since: float | None = None
+        self._first_since: float | None = None
         self._present_since: float | None = None
 
     def take_over(self, own: int) -> None:
@@ -50,7 +55,7 @@ class ControllerClaims:
         self._known = set(self._heard)
         self._heard.clear()
         # The graph shows one who was killed for a while yet: only a claim counts against this.
-        self._alone_since = -math.inf
+        self._first_since = -math.inf
 
     def hear(self, now: float, claim: int) -> None:
         """Take somebody's claim."""
@@ -74,6 +79,16 @@ class ControllerClaims:
                 found.append(claim)
         return found
 
+    def standby(self, now: float) -> bool:
+        """Whether a healthy standby has just said that it is there."""
+        return STANDBY_CLAIM in self.rivals(now, False)
+
+    def unclear(self, now: float) -> bool:
+        """Whether somebody publishes torque who has had no time yet to say who it is; for
+        one who does not speak yet that is no time to begin."""
+        return (self._present_since is not None and now - self._present_since < _SAYS
+                and not self.rivals(now, False))
+
     def judge(self, now: float, publishers: int, speaking: bool, faulty: bool,
               ) -> tuple[bool, bool]:
         """Return whether somebody else drives the brake, and whether this one was first.
@@ -85,20 +100,16 @@ class ControllerClaims:
             faulty: it has a fault: it yields to any healthy one.
         """
         present = publishers > 1
-        if not present and speaking and self._alone_since is None:
-            self._alone_since = now
         if not present:
             self._present_since = None
         elif self._present_since is None:
             self._present_since = now
         rivals = self.rivals(now, speaking)
-        if STANDBY_CLAIM in rivals:
-            rivals.remove(STANDBY_CLAIM)
-            if not rivals:
-                return present, True
-        if rivals:
-            return present, not faulty and self.own < min(rivals)
-        if (self._present_since is not None and not speaking
-                and now - self._present_since < _KEPT_UP):
-            return present, True   # it has had no time to say who it is
-        return present, self._alone_since is not None and now - self._alone_since > _ALONE
+        others = [claim for claim in rivals if claim != STANDBY_CLAIM]
+        if others and (faulty or self.own > min(others)):
+            return present, False
+        if speaking and self._first_since is None and (rivals or not present):
+            self._first_since = now
+        if rivals or self.unclear(now):
+            return present, True
+        return present, self._first_since is not None and now - self._first_since > _FIRST

@@ -201,7 +201,12 @@ class _Companion:
 
 def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> list[_Companion]:
     """Return the most promising companions of each of the fits; no set of effects that is fitted
-    already, or that an earlier one of them leads to."""
+    already, or that an earlier one of them leads to.
+
+    An effect whose cost has many narrow minima takes in alone what it can of its companion, and
+    derivatives need not lead back. So a set that such an effect leads to may also be reached by
+    adding it last.
+    """
     def screened(case: tuple[Fit, Effect]) -> list[_Companion]:
         return _screened(result.fitter, *case)
 
@@ -209,16 +214,19 @@ def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> lis
              if _goes_with(effect, first)]
     found = [entry for part in side_by_side(screened, cases, result.fitter.threads)
              for entry in part]
-    taken, chosen = set(result.fits), []
+    taken, begun_rugged, chosen = set(result.fits), set[tuple[str, ...]](), []
     for first, most in zip(firsts, COMPANIONS, strict=False):
         best: list[_Companion] = []
         for entry in sorted((entry for entry in found
-                             if entry.first is first and entry.key not in taken),
+                             if entry.first is first and (entry.key not in taken or (
+                                 entry.key in begun_rugged and entry.variant.effect.rugged))),
                             key=lambda entry: entry.cost):
             alike = sum(other.key == entry.key for other in best)
             if alike < ALIKE and len(best) < most:
                 best.append(entry)
-        taken |= {entry.key for entry in best}
+        keys = {entry.key for entry in best}
+        begun_rugged = begun_rugged | keys if is_rugged(first) else begun_rugged - keys
+        taken |= keys
         chosen += best
     return chosen
 

@@ -23,6 +23,7 @@ from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time
 from engb_core.laws.judgement import (
     contribution_of_last,
     depends_on,
+    excess_removed,
     find_law,
     Found,
     WORTH,
@@ -138,8 +139,11 @@ def _without_idle_names(found: Found) -> Found:
     if fit is found.candidate.fit:
         return found
     last = len(fit.hypothesis.variants) - 1
+    without = _fitted_without(fitter, fit, {last})
     return replace(found, candidate=replace(found.candidate, fit=fit),
                    parameters=estimates(fit, fitter, last),
+                   explained=excess_removed(fitter, without, fit),
+                   before=_on_blocks(fitter, without), after=left,
                    contribution=contribution_of_last(fitter, fit))
 
 

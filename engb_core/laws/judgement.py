@@ -27,7 +27,7 @@ from engb_core.laws.blocks import Blocks, derivatives_of, kinds_of_motion
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
 from engb_core.laws.search import Candidate, Search, search_laws
 
-__all__ = ['Found', 'contribution_of_last', 'depends_on', 'find_law']
+__all__ = ['Found', 'contribution_of_last', 'depends_on', 'excess_removed', 'find_law']
 
 Array = NDArray[np.float64]
 
@@ -243,11 +243,15 @@ def _noise_of(fitter: Fitter, rows: NDArray[np.bool_]) -> float:
 def _explained(search: Search, law: Candidate) -> float:
     """Return the part of the excess over the noise that the law takes away, in units of the noise:
     the weights of the fit forgive what a missing law does where effort changes fast."""
-    sigma = search.fitter.sigma
-    before, after = (float(np.mean((fit.residual / sigma) ** 2)) - 1.0
-                     for fit in (search.base, law.fit))
     on_blocks = 1.0 - max(law.score.level - 1.0, 0.0) / max(search.before.level - 1.0, 1e-9)
-    return min(1.0 - max(after, 0.0) / max(before, 1e-9), 1.0) if on_blocks > ELSEWHERE else 0.0
+    return excess_removed(search.fitter, search.base, law.fit) if on_blocks > ELSEWHERE else 0.0
+
+
+def excess_removed(fitter: Fitter, without: Fit, complete: Fit) -> float:
+    """Return the part of the excess over the noise of one fit that another takes away."""
+    before, after = (float(np.mean((fit.residual / fitter.sigma) ** 2)) - 1.0
+                     for fit in (without, complete))
+    return min(1.0 - max(after, 0.0) / max(before, 1e-9), 1.0)
 
 
 def _differ(one: Candidate, other: Candidate) -> bool:

@@ -42,6 +42,10 @@ __all__ = ['ControllerNode', 'main']
 # there: who hears the drive has been discovered, and hears the other one too [s].
 _PROBATION = 0.5
 
+# A standby that has not heard any torque yet gives a primary so long to start: of nodes that are
+# started at once one comes seconds after the other, by chance [s].
+_FIRST_TAKEOVER = 5.0
+
 # The source of stamped commands that name none.
 UNNAMED = '(unnamed)'
 
@@ -82,6 +86,7 @@ class ControllerNode(ManagedNode):
         self._spoke = False
         self._standby = values['standby']
         self._heard_torque, self._heard_at = 0.0, inf
+        self._patience = _FIRST_TAKEOVER
         self._effort_publisher = self.advertise(interface.EFFORT_COMMAND)
         self._publish_effort = self._effort_publisher.publish
         self._publish_reference = self.advertise(interface.REFERENCE).publish
@@ -145,7 +150,7 @@ class ControllerNode(ManagedNode):
         self._claims.start(now, time_ns())
         self._speak_at, self._spoke = inf, False
         self._controller.silent = self._standby
-        self._heard_at = now
+        self._heard_at, self._patience = now, _FIRST_TAKEOVER
         if not self._standby:
             self._claim()
         if self._controller.supervisor.holds(Cause.NOT_WATCHED):
@@ -155,8 +160,11 @@ class ControllerNode(ManagedNode):
         self._tell()
 
     def stop(self) -> None:
-        """Send a last command: no torque."""
-        if not self._controller.silent:
+        """Send a last command: no torque. A healthy controller leaves a standby the torque that is
+        there; should none take over, the drive lets go by its own timeout."""
+        hands_over = (self._claims.standby(monotonic())
+                      and not self._controller.supervisor.faults)
+        if not self._controller.silent and not hands_over:
             self._publish_effort(self._scalar.fill(0.0))
             # A publisher that is destroyed takes along what is still under way.
             self._effort_publisher.wait_for_all_acked(Duration(seconds=_LAST_WORD))
@@ -167,7 +175,7 @@ class ControllerNode(ManagedNode):
         return f'the reference takes {self._controller.start_reference():.1f} s'
 
     def _clear_faults(self) -> str:
-        left = self._controller.clear(monotonic())
+        left = self._controller.clear(monotonic(), speak=not self._standby)
         self._tell()
         if left:
             raise InputError('still there: ' + ', '.join(cause.name.lower() for cause in Cause
@@ -208,6 +216,7 @@ class ControllerNode(ManagedNode):
     def _on_torque_of_another(self, message: Float64) -> None:
         if self._controller.silent and isfinite(message.data):
             self._heard_torque, self._heard_at = message.data, monotonic()
+            self._patience = self.values['takeover_time']
 
     def _on_disc_speed(self, message: Float64) -> None:
         self._controller.on_disc_speed(monotonic(), message.data)
@@ -220,6 +229,10 @@ class ControllerNode(ManagedNode):
         if now < self._speak_at or not self.active:
             if self._speak_at == inf and self.active:
                 self._speak_at = now + _PROBATION
+                self._heard_at = now   # who hears the drive can hear a primary from here on
+            return
+        if not self._spoke and self._claims.unclear(now):
+            self._speak_at = now + CLAIM_PERIOD
             return
         controller = self._controller
         sample = joint_sample(message, self._joint)
@@ -279,6 +292,9 @@ class ControllerNode(ManagedNode):
         supervisor.commands.rivals = max(count(topic) for topic in self._command_topics) > 1
         supervisor.set(Cause.OTHER_DRIVE, count(self._joint_topic) > 1, now)
         if controller.silent and self._standby:
+            if supervisor.faults == Cause.STATE_STALE:
+                # It gives no torque that could come back: where the drive is back, it is ready.
+                controller.clear(now, speak=False)
             if not supervisor.faults:
                 self._publish_activation(UInt64(data=STANDBY_CLAIM))
             return   # it hears the other one, and whether it falls silent
@@ -293,11 +309,13 @@ class ControllerNode(ManagedNode):
 
     def _maybe_take_over(self, now: float) -> None:
         """Speak if the one who spoke has fallen silent, and nobody else claims to."""
-        if (now - self._heard_at <= self.values['takeover_time']
+        if (now - self._heard_at <= self._patience
                 or self._controller.supervisor.faults):
             return
         self._claims.take_over(time_ns())
         self._controller.take_over(now, self._heard_torque)
+        # The torque that was there, at once; the next sample's comes a cycle later.
+        self._publish_effort(self._scalar.fill(self._controller.clamp.output))
         self._claim()
         self.get_logger().warning('the other controller fell silent: this one takes over')
 

@@ -63,10 +63,37 @@ def test_who_has_a_fault_yields_to_the_healthy_one():
 def test_of_a_stranger_without_a_claim_who_was_alone_for_long_was_first():
     claims = ControllerClaims()
     claims.start(0.0, 100)
-    assert claims.judge(0.1, 2, True, False) == (True, False)
+    assert claims.judge(0.1, 2, True, False) == (True, True)    # it may yet say who it is
+    assert claims.judge(1.2, 2, True, False) == (True, False)
     claims.start(0.0, 100)
     claims.judge(0.1, 1, True, False)
     assert claims.judge(1.2, 2, True, False) == (True, True)
+
+
+def test_who_speaks_gives_a_standby_time_to_say_that_it_is_one():
+    """Its publisher is in the graph from when it is configured, its claims from when active."""
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    claims.judge(0.1, 1, True, False)
+    for step in range(3, 9):
+        assert claims.judge(0.1 * step, 2, True, False) == (True, True)
+    now = kept_up(claims, STANDBY_CLAIM, 0.9, 1.0)
+    assert claims.judge(now, 2, True, False) == (True, True)
+
+
+def test_nobody_begins_to_speak_before_it_is_clear_who_else_does():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    assert not claims.unclear(0.0)
+    claims.judge(0.1, 2, False, False)
+    assert claims.unclear(0.5)
+    claims.hear(0.6, STANDBY_CLAIM)
+    assert not claims.unclear(0.7)
+    claims.start(0.0, 100)
+    claims.judge(0.1, 2, False, False)
+    assert not claims.unclear(1.2)
+    claims.judge(1.3, 1, False, False)
+    assert not claims.unclear(1.35)
 
 
 def test_many_claims_do_not_fill_the_memory():
@@ -103,4 +130,26 @@ def test_a_stranger_who_says_nothing_was_there_first():
     claims.start(0.0, 100)
     for step in range(4):
         claims.judge(0.1 * step, 2, speaking=False, faulty=False)
-    assert claims.judge(0.5, 2, speaking=False, faulty=False) == (True, False)
+    assert claims.judge(1.1, 2, speaking=False, faulty=False) == (True, False)
+
+
+def test_a_standby_that_says_no_more_silences_nobody():
+    """It has a fault, or the computer lets it wait; its publisher is still in the graph."""
+    for heard in (STANDBY_CLAIM, 200):
+        claims = ControllerClaims()
+        claims.start(0.0, 100)
+        for step in range(20):
+            claims.hear(0.1 * step, heard)
+            claims.judge(0.1 * step, 2, speaking=step > 6, faulty=False)
+        for now in (2.2, 2.6, 3.5, 60.0):
+            assert claims.judge(now, 2, speaking=True, faulty=False) == (True, True)
+
+
+def test_a_standby_is_there_while_it_says_so():
+    claims = ControllerClaims()
+    claims.start(0.0, 100)
+    claims.hear(0.1, 200)
+    assert not claims.standby(0.2)
+    claims.hear(0.3, STANDBY_CLAIM)
+    assert claims.standby(0.4)
+    assert not claims.standby(1.0)

@@ -145,6 +145,19 @@ def test_who_comes_later_is_silent_who_was_first_goes_on():
     assert late.state(3) is not None
 
 
+def test_a_standby_whose_fault_is_cleared_stays_silent():
+    bench = in_enabled()
+    bench.controller.silent = True
+    bench.supervisor.set(Cause.STATE_STALE, True, bench.now)
+    assert bench.state(3) is None
+    assert not bench.controller.clear(bench.now, speak=False)
+    assert bench.state(3) is None
+    bench.supervisor.set(Cause.STATE_STALE, True, bench.now)
+    bench.supervisor.set(Cause.STATE_STALE, False, bench.now)
+    assert not bench.controller.clear(bench.now)
+    assert bench.state(3) is not None
+
+
 def test_jumps_of_the_stamps_do_no_harm():
     bench = in_enabled()
     before = bench.controller.clamp.output
