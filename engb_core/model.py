@@ -221,6 +221,10 @@ class Model:
         data['effects'] = [_effect_mapping(entry) for entry in self.effects]
         return data
 
+    def save(self, path: str | os.PathLike) -> None:
+        """Write the model file, whole or not at all: `write`, as libraries call it."""
+        self.write(path)
+
     def write(self, path: str | os.PathLike) -> None:
         """Write the model file, whole or not at all."""
         path = Path(path)

@@ -1,12 +1,17 @@
 """All effects, found by looking: adding one is adding a file with an `EFFECT` to this folder.
 
-Files of the user's own folder (`own_effects_folder`) count as well; `engb adopt` writes there.
+From outside count as well: files of the user's own folder (`own_effects_folder`; `engb adopt`
+writes there) and of folders that a command was given (`read_effects_of`), effects of installed
+packages (entry points of the group `engb.effects`), and what the process registered.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+import contextlib
 from functools import lru_cache
 import importlib
+from importlib.metadata import entry_points, EntryPoint
 import importlib.util
 import os
 from pathlib import Path
@@ -16,9 +21,14 @@ import sys
 from engb_core.effects.base import Effect
 from engb_core.errors import InputError
 
-__all__ = ['catalogue', 'get_effect', 'own_effects_folder']
+__all__ = ['GROUP', 'catalogue', 'effect_of_file', 'get_effect', 'own_effects_folder',
+           'read_effects_of', 'register', 'registered']
+
+GROUP = 'engb.effects'
 
 _NOT_EFFECTS = {'base', 'catalogue'}
+# What this process registered, by id.
+_REGISTERED: dict[str, Effect] = {}
 
 
 @lru_cache(maxsize=1)
@@ -31,15 +41,76 @@ def catalogue() -> dict[str, Effect]:
             continue
         effect = importlib.import_module(f'engb_core.effects.{module.name}').EFFECT
         found[effect.id] = effect
-    for path in sorted(own_effects_folder().glob('*.py')):
-        if path.name.startswith(('test_', '_', '.')):
-            continue
-        effect = _own(path)
-        if effect.id in found:
-            raise InputError(f'{path}: there is an effect {effect.id} already; remove the file or '
-                             'give it another id')
-        found[effect.id] = effect
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+        _add(found, _installed(entry), f'entry point {entry.value}')
+    for path in _files(own_effects_folder()):
+        _add(found, effect_of_file(path), str(path))
+    for effect in _REGISTERED.values():
+        _add(found, effect, 'registered')
     return found
+
+
+def _add(found: dict[str, Effect], effect: Effect, origin: str) -> None:
+    if effect.id in found:
+        raise InputError(f'{origin}: there is an effect {effect.id} already; remove the file or '
+                         'give it another id')
+    found[effect.id] = effect
+
+
+def _files(folder: Path) -> list[Path]:
+    return [path for path in sorted(folder.glob('*.py'))
+            if not path.name.startswith(('test_', '_', '.'))]
+
+
+def register(effect: Effect) -> Effect:
+    """Add an effect to the catalogue of this process; return it.
+
+    Raises:
+        InputError: it is no Effect, or there is one of that id already.
+    """
+    if not isinstance(effect, Effect):
+        raise InputError(f'{effect!r} is no engb_core.effects.base.Effect')
+    if effect.id in catalogue():
+        raise InputError(f'there is an effect {effect.id} already; give yours another id')
+    _REGISTERED[effect.id] = effect
+    catalogue.cache_clear()
+    return effect
+
+
+@contextlib.contextmanager
+def registered(effect: Effect) -> Iterator[Effect]:
+    """Have an effect in the catalogue for a while, unless it is there already.
+
+    Raises:
+        InputError: there is another one of that id.
+    """
+    there = catalogue().get(effect.id) is effect
+    if not there:
+        register(effect)
+    try:
+        yield effect
+    finally:
+        if not there:
+            del _REGISTERED[effect.id]
+            catalogue.cache_clear()
+
+
+def read_effects_of(folder: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Register every effect of a folder's files in this process; return their ids.
+
+    Raises:
+        InputError: no folder, no effect in it, or one that can't be read or is there already.
+    """
+    path = Path(folder)
+    if not path.is_dir():
+        raise InputError(f'{path}: no folder; give the folder that holds files of effects')
+    found = [effect_of_file(entry) for entry in _files(path)
+             if entry.resolve().parent != own_effects_folder().resolve()]
+    if not _files(path):
+        raise InputError(f'{path}: holds no effect (a .py file with an EFFECT)')
+    for effect in found:
+        register(effect)
+    return tuple(effect.id for effect in found)
 
 
 def own_effects_folder() -> Path:
@@ -51,7 +122,12 @@ def own_effects_folder() -> Path:
         / 'engb' / 'effects'
 
 
-def _own(path: Path) -> Effect:
+def effect_of_file(path: Path) -> Effect:
+    """Return the `EFFECT` of a Python file.
+
+    Raises:
+        InputError: it can't be read, or holds none.
+    """
     name = f'engb_own_effects_{path.stem}'
     spec = importlib.util.spec_from_file_location(name, path)
     try:
@@ -66,6 +142,18 @@ def _own(path: Path) -> Effect:
                          'file') from error
     if not isinstance(effect, Effect):
         raise InputError(f'{path}: EFFECT is no Effect; mend or remove the file')
+    return effect
+
+
+def _installed(entry: EntryPoint) -> Effect:
+    try:
+        effect = entry.load()
+    except Exception as error:
+        raise InputError(f'effect {entry.name} of entry point {entry.value} cannot be loaded '
+                         f'({error}); mend or uninstall its package') from error
+    if not isinstance(effect, Effect):
+        raise InputError(f'entry point {entry.value} of group {GROUP} is no Effect; mend or '
+                         'uninstall its package')
     return effect
 
 

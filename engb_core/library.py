@@ -1,0 +1,173 @@
+"""What `import engb_core as engb` offers: read, diagnose, predict and simulate from Python.
+
+Bags and tables are read by whoever registered a reader (entry points of the group
+`engb.readers`, a function of path and model each), so that this package needs to know no format.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from importlib.metadata import entry_points
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engb_core.diagnose import diagnosis as told
+from engb_core.errors import InputError
+from engb_core.model import Model
+from engb_core.recording import Recording as Run
+from engb_core.recording import Reference, Signal
+
+__all__ = ['Diagnosis', 'Recording', 'diagnose', 'load_model', 'predict', 'read', 'simulate']
+
+Array = NDArray[np.float64]
+READERS = 'engb.readers'
+
+
+def Recording(time: ArrayLike, position: ArrayLike, effort: ArrayLike,
+              velocity: ArrayLike | None = None, *, name: str = 'recording',
+              reference: Reference | None = None,
+              signals: dict[str, Signal] | None = None) -> Run:
+    """Make a recording of arrays, cleaned of samples that are doubled or not finite.
+
+    Args:
+        time: (n,) [s], on any clock.
+        position: (n,) motor angle [rad] (prismatic: [m]).
+        effort: (n,) motor torque [N·m] (prismatic: [N]): torque constant times current.
+        velocity: (n,) [rad/s], where the drive gives one.
+        name: for reports; each recording of a diagnosis needs its own.
+        reference, signals: what was tracked, and side signals, on the clock of `time`.
+
+    Raises:
+        InputError: columns of different lengths, or fewer than 20 usable samples.
+    """
+    columns = {'time': time, 'position': position, 'effort': effort, 'velocity': velocity}
+    shapes = {key: np.shape(values) for key, values in columns.items() if values is not None}
+    if len(set(shapes.values())) > 1 or len(shapes['time']) != 1:
+        raise InputError(f'{name}: the columns have to be of one length: ' + ', '.join(
+            f'{key} {shape}' for key, shape in shapes.items()))
+    return Run.from_samples(name, time, position, effort, velocity, reference, signals)
+
+
+def read(path: str | os.PathLike[str], model: Model | None = None) -> Run:
+    """Read a recording (a bag's folder, .mcap, .db3) or a table (.csv, .mat, .parquet, …).
+
+    Args:
+        path: what to read; ROS need not be there.
+        model: tells the joint's name, and the torque constant where effort is a current.
+
+    Raises:
+        InputError: not readable, something is missing, or no reader is installed.
+    """
+    readers = sorted(entry_points(group=READERS), key=lambda entry: entry.name)
+    if not readers:
+        raise InputError(f'{path}: no reader is installed (entry point {READERS}); install '
+                         'engb_ros anew (pip install -e .), or give arrays to engb.Recording')
+    if not Path(path).exists():
+        raise InputError(f'{path}: there is no such file or folder')
+    return readers[0].load()(path, model)
+
+
+def load_model(path: str | os.PathLike[str]) -> Model:
+    """Read a model file.
+
+    Raises:
+        InputError: missing, or a value that is wrong; the message names it.
+    """
+    return Model.read(path)
+
+
+@dataclass(frozen=True)
+class Diagnosis(told.Diagnosis):
+    """A diagnosis that shows itself. `model` is the corrected model (`model.save(path)`)."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the mapping of diagnosis.json (docs/diagnosis.schema.json)."""
+        from engb_core.diagnose.document import to_document
+        return to_document(self)
+
+    def compare(self) -> list[dict[str, Any]]:
+        """Return how far the given and the corrected model are off what no fit has seen.
+
+        A row for each recording and quantity: `recording`, `quantity`, `rms_before`, `rms_after`,
+        `noise_floor` (None: not known), `unit`; pandas.DataFrame takes it as it is.
+        """
+        return [{entry.name: getattr(row, entry.name) for entry in fields(row)}
+                for row in self.held_out]
+
+    def plot(self) -> Any:
+        """Return a matplotlib figure: what each model leaves of the effort, over time.
+
+        Raises:
+            InputError: matplotlib is not installed.
+        """
+        try:
+            from matplotlib.figure import Figure
+        except ImportError:
+            raise InputError('plot() needs matplotlib: pip install matplotlib; the report '
+                             'and compare() need nothing') from None
+        traces = self.evidence.traces
+        figure = Figure(figsize=(9.0, 2.6 * max(1, len(traces))), layout='constrained')
+        axes = figure.subplots(max(1, len(traces)), squeeze=False)[:, 0]
+        for axis, trace in zip(axes, traces, strict=False):
+            for words, predicted in (('given model', trace.predicted_before),
+                                     ('corrected model', trace.predicted_after)):
+                axis.plot(trace.time, np.where(trace.judged, trace.effort - predicted, np.nan),
+                          linewidth=0.8, label=words)
+            unit = 'N·m' if self.model.joint.type == 'revolute' else 'N'
+            axis.set(xlabel='time [s]', ylabel=f'measured − predicted [{unit}]',
+                     title=trace.recording + (', held out' if trace.held_out else ''))
+            axis.legend(loc='upper right')
+        return figure
+
+    def _repr_html_(self) -> str:
+        """Return the report in a frame of its own, for notebooks."""
+        from html import escape
+
+        from engb_core.report.page import diagnosis_page
+        return (f'<iframe srcdoc="{escape(diagnosis_page(self).html())}" '
+                'style="width:100%;height:800px;border:0"></iframe>')
+
+
+def diagnose(recordings: Run | Sequence[Run], model: Model,
+             holdout: Run | Sequence[Run] = (),
+             progress: Callable[[str], None] | None = None) -> Diagnosis:
+    """Compare a model with recordings and say what physics it leaves out.
+
+    Args:
+        recordings: one or several, which may be fitted.
+        model: the nominal model.
+        holdout: one or several, judged only; without any, a part of the recordings is kept out
+            of every fit.
+        progress: is told what is being done, a line each.
+
+    Raises:
+        InputError: too little motion to judge a model by, or units that cannot be right.
+    """
+    from engb_core.diagnose.engine import diagnose as found_by
+    found = found_by(_several(recordings), model, _several(holdout), progress)
+    return Diagnosis(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
+
+
+def predict(recording: Run, model: Model) -> Array:
+    """Return the effort (n,) [N·m] that the model says the recorded motion needs."""
+    from engb_core.prediction import predict_effort
+    return predict_effort(recording, model)
+
+
+def simulate(recording: Run, model: Model) -> tuple[Array, Array]:
+    """Return position (n,) [rad] and velocity (n,) [rad/s] of the model in the recorded loop.
+
+    Raises:
+        InputError: the recording has no reference, or the model no controller.
+    """
+    from engb_core.simulation import simulate_closed_loop
+    return simulate_closed_loop(recording, model)
+
+
+def _several(given: Run | Sequence[Run]) -> list[Run]:
+    return [given] if isinstance(given, Run) else list(given)
