@@ -18,6 +18,7 @@ from engb_core.filtering import comparison_of, slowest_speed
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
 from engb_core.motion import filtered, Motion, motion_of
+from engb_core.motion_band import COMPARED, told_up_to
 from engb_core.plant import physics_of
 from engb_core.position_error import effort_of_recording
 from engb_core.recording import Recording
@@ -40,13 +41,17 @@ _TRIED = 16
 def predict_effort(recording: Recording, model: Model) -> Array:
     """Return the effort (n,) [N·m] that the model says the recorded motion needs.
 
-    Samples that cannot be true (a position that jumps away and back) tell no motion and are left
-    out. Phases that no recording carries over to the next (the disc's, for runout) are first found
-    in this recording.
+    Where coarse counts drown the torque at low frequencies already, the motion is smoothed to what
+    they tell (motion_band.py). Samples that cannot be true (a position that jumps away and back)
+    tell no motion and are left out. Phases that no recording carries over to the next (the disc's,
+    for runout) are first found in this recording.
     """
     clean, _ = cleaned(recording, model)
     model = find_phases(motion_of(clean), model)
-    if any(BEHIND in setting.parameters for setting in model.effects):
+    told = told_up_to(clean, model.motor.inertia)
+    if told < COMPARED:
+        motions = [motion_of(clean, told)]
+    elif any(BEHIND in setting.parameters for setting in model.effects):
         motions = [motion_of(clean, bandwidth) for bandwidth in BANDWIDTHS]
     else:
         motions = [sharp_motion_of(clean)]

@@ -25,6 +25,7 @@ from engb_core.filtering import (
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
 from engb_core.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
+from engb_core.motion_band import COMPARED, told_up_to
 from engb_core.plant import load_torques, nominal_vector, Physics, physics_of
 from engb_core.position_error import effort_of_recording
 from engb_core.recording import Recording
@@ -34,9 +35,9 @@ __all__ = ['Problem', 'Run', 'problem_of', 'sharper']
 
 Array = NDArray[np.float64]
 
-# Corner of the comparison [Hz], at most this part of the sampling rate: nearer to that, what is
-# between the samples shows more than what the model lacks.
-BANDWIDTH, OF_RATE = 20.0, 0.1
+# Corner of the comparison, at most this part of the sampling rate: nearer to that, what is between
+# the samples shows more than what the model lacks.
+OF_RATE = 0.1
 # Step of a motion that is fitted as sharp as it is told [s].
 SHARP_STEP = 1e-3
 # Share of a recording's duration that is kept out of every fit, in stretches.
@@ -63,7 +64,7 @@ class Run:
     the motion needs: the effort's own and what position counts make of the motion (`counts`
     (m,)); `sigma` (m,) noise and uncertainty of timing together; `rate` (m,) how fast effort
     changes [N·m/s]; `fitted` (m,) True where a fit may look; the rest, and all of a held-out
-    recording, is only judged.
+    recording, is only judged; `coarse` counts tell nothing above the band of its motion.
     """
 
     recording: Recording
@@ -77,6 +78,7 @@ class Run:
     rate: Array
     fitted: NDArray[np.bool_]
     held_out: bool
+    coarse: bool = False
 
     @property
     def samples(self) -> Array:
@@ -98,9 +100,10 @@ class Run:
 class Problem:
     """Recordings, the model they are held against, and what they can show.
 
-    `bandwidth` [Hz] is the comparison's; `settled` are effects that are decided elsewhere and not
-    looked for; `before_stop` [s] is how long before each stop nothing is judged; `onsets` says
-    which effects of a model begin within the recordings (id, onset).
+    `bandwidth` [Hz] is the comparison's, lower in a run with coarse counts; `settled` are effects
+    that are decided elsewhere and not looked for; `before_stop` [s] is how long before each stop
+    nothing is judged; `onsets` says which effects of a model begin within the recordings (id,
+    onset).
     """
 
     runs: tuple[Run, ...]
@@ -112,6 +115,11 @@ class Problem:
     before_stop: float = 0.0
     settled: tuple[str, ...] = ()
     onsets: tuple[tuple[str, Onset], ...] = ()
+
+    @property
+    def coarse(self) -> bool:
+        """Whether coarse counts tell nothing above some run's band: no sharper motion either."""
+        return any(run.coarse for run in self.runs)
 
     @property
     def times(self) -> list[Array]:
@@ -160,11 +168,16 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
                motion_bandwidth: float = MOTION_BANDWIDTH, before_stop: float = 0.0) -> Problem:
     """Prepare recordings for diagnosis.
 
+    Where coarse counts drown the torque below `COMPARED`, a recording is compared up to the
+    frequency from which they do (motion_band.py), and its motion smoothed there: friction,
+    which turns with the sign of the velocity, must not see them either.
+
     Args:
         recordings: what may be fitted.
         model: what they are held against.
         held_out: what is only judged.
-        bandwidth: of the comparison [Hz] (None: 20, or a tenth of a slower recording's rate).
+        bandwidth: of the comparison [Hz], whatever the counts (None: 20, a tenth of a slower
+            recording's rate, or what the counts tell).
         motion_bandwidth: of the smoothing of position and effort [Hz].
         before_stop: how long before each stop nothing is judged [s]: where torque comes late,
             effort is that of a shaft which stands already.
@@ -174,23 +187,32 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     """
     if not recordings:
         raise InputError('no recording given')
+    by_counts = bandwidth is None
     if bandwidth is None:
-        bandwidth = min(BANDWIDTH, *(OF_RATE / recording.interval for recording in recordings))
-    motions = [motion_of(recording, motion_bandwidth) for recording in recordings]
-    others = [motion_of(recording, motion_bandwidth) for recording in held_out]
+        bandwidth = min(COMPARED, *(OF_RATE / recording.interval for recording in recordings))
+    told = [told_up_to(recording, model.motor.inertia) if by_counts else np.inf
+            for recording in (*recordings, *held_out)]
+    motions = [motion_of(recording, highest if highest < COMPARED else motion_bandwidth)
+               for recording, highest in zip((*recordings, *held_out), told, strict=True)]
+    motions, others = motions[:len(recordings)], motions[len(recordings):]
     scene = _scene(recordings, motions, model)
     slowest = slowest_speed(motions, model.friction.saturation_velocity, scene.speed)
     physics = physics_of(model)
 
-    def ready(recording: Recording, motion: Motion, fit_all: bool, judged: bool) -> Run:
-        comparison = comparison_of(motion, bandwidth, slowest, before_stop)
-        return _run(recording, motion, comparison, bandwidth, fit_all, judged,
-                    position_noise(recording, motion, comparison, physics), physics)
+    def ready(recording: Recording, motion: Motion, highest: float, fit_all: bool, judged: bool,
+              ) -> Run:
+        corner = min(bandwidth, highest)
+        comparison = comparison_of(motion, corner, slowest, before_stop)
+        run = _run(recording, motion, comparison, corner, fit_all, judged,
+                   position_noise(recording, motion, comparison, physics), physics)
+        return replace(run, coarse=highest < COMPARED)
 
-    runs = tuple(ready(recording, motion, bool(held_out), False)
-                 for recording, motion in zip(recordings, motions, strict=True))
-    judged = tuple(ready(recording, motion, True, True)
-                   for recording, motion in zip(held_out, others, strict=True))
+    runs = tuple(ready(recording, motion, highest, bool(held_out), False)
+                 for recording, motion, highest in zip(
+                     recordings, motions, told[:len(recordings)], strict=True))
+    judged = tuple(ready(recording, motion, highest, True, True)
+                   for recording, motion, highest in zip(
+                       held_out, others, told[len(recordings):], strict=True))
     points = sum(int(run.fitted.sum()) for run in runs)
     if points < LEAST_POINTS:
         raise InputError(

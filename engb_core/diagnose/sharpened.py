@@ -64,10 +64,10 @@ class Sharpened:
 def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:
     """Return the explanation with numbers, effects' parameters and table as a sharper motion tells
     them; as it is, where the cost has too many minima for a few steps downhill, and where slow
-    samples tell no sharper motion."""
+    samples or coarse counts tell no sharper motion."""
     fit = explanation.fit
     corner = MOST_OF_RATE / fitter.problem.scene.sampling
-    if is_rugged(fit) or corner < SHARPER * MOTION_BANDWIDTH:
+    if is_rugged(fit) or fitter.problem.coarse or corner < SHARPER * MOTION_BANDWIDTH:
         return Sharpened(explanation, explanation.models(), explained_problem(fitter, fit))
     other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier,
                    fitter.load_shape)

@@ -92,9 +92,10 @@ class Resonance:
 
 
 def judged_wide(problem: Problem) -> bool:
-    """Whether the recordings are sampled fast enough, and the model file has no resonance yet."""
+    """Whether the recordings are sampled fast enough, in counts fine enough, and the model file
+    has no resonance yet."""
     known = any(entry.effect == RESONANCE for entry in problem.model.effects)
-    return not known and _highest(problem) >= LEAST_BAND
+    return not known and not problem.coarse and _highest(problem) >= LEAST_BAND
 
 
 def _highest(problem: Problem) -> float:

@@ -1,0 +1,56 @@
+"""Up to which frequency a recording's position counts tell the torque that the motion needs.
+
+An encoder that rounds to counts of q, read every h seconds, adds a noise of variance q²/12 that is
+white up to half the sampling rate (Bennett, Bell System Technical Journal 27 (1948) 446). Inertia
+makes torque of it that grows with the fourth power of frequency: J²·(2πf)⁴·(q²/12)·2h per hertz.
+The torque that there is to explain, and the noise of its own measurement, is what the recorded
+effort holds per hertz. From where the first is more than the second, the motion says nothing of
+the torque any more, and only adds noise; a light inertia with fine counts never gets there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+
+from engb_core.motion import quantum_of
+from engb_core.recording import Recording
+
+__all__ = ['COMPARED', 'told_up_to']
+
+# Up to here [Hz] a model is compared with a recording: what counts do above it passes no filter.
+COMPARED = 20.0
+# Length of the stretches whose spectra are averaged [s]: it resolves its inverse.
+STRETCH = 1.0
+
+
+def told_up_to(recording: Recording, inertia: float) -> float:
+    """Return the frequency [Hz] from which what counts make of the inertia's torque outweighs the
+    recorded effort; infinity where it never does.
+
+    Args:
+        recording: position in counts [rad], effort [N·m].
+        inertia: of the model [kg·m²].
+    """
+    step = recording.interval
+    quantum = quantum_of(recording.position)
+    time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1) * step
+    length = min(time.size, round(STRETCH / step))
+    if quantum <= 0.0 or length < 2 or not _in_counts(recording.position, quantum):
+        return np.inf
+    effort = np.interp(time, recording.time, recording.effort)
+    frequency, held = welch(effort, 1.0 / step, nperseg=length)
+    # The mean is taken off each stretch: the first value is none.
+    frequency, held = frequency[1:], held[1:]
+    counts = (inertia * (2.0 * np.pi * frequency) ** 2) ** 2 * quantum ** 2 / 12.0 * 2.0 * step
+    outweighed = np.flatnonzero(counts > held)
+    return float(frequency[outweighed[0]]) if outweighed.size else np.inf
+
+
+def _in_counts(position: NDArray[np.float64], quantum: float) -> bool:
+    """Whether the steps of a position are multiples of its smallest usual one: those of a position
+    that is given finely, and only moves slowly at times, lie a quarter of it off on average."""
+    steps = np.abs(np.diff(position)) / quantum
+    steps = steps[steps > 0.5]
+    return bool(np.mean(np.abs(steps - np.round(steps))) < 0.5 * 0.25)
