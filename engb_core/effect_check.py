@@ -24,7 +24,7 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
-from engb_core.effects.catalogue import registered
+from engb_core.effects.catalogue import get_effect, registered
 from engb_core.errors import InputError
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
@@ -160,8 +160,9 @@ def _in_motion(effect: Effect) -> Iterator[str]:
     first = effect.parameters[0]
     if first.none is not None:
         # An effect that contains another one vanishes with both.
-        nothing = {**next(_values(effect)), **{entry.name: entry.none for entry
-                                               in effect.parameters if entry.none is not None}}
+        sizes = {entry.name: entry.none for name in (effect.id, *effect.contains)
+                 for entry in get_effect(name).parameters if entry.none is not None}
+        nothing = {**next(_values(effect)), **sizes}
         left = float(np.max(np.abs(_needed(plain, _with(effect, nothing))
                                    - _needed(plain, MODEL))))
         if not left < 1e-9:
