@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from engb_core.model import Model
     from engb_core.recording import Recording
 
-__all__ = ['Progress', 'add_model', 'add_namespace', 'add_progress', 'file_output',
+__all__ = ['Progress', 'add_effects', 'add_model', 'add_namespace', 'add_progress', 'file_output',
            'folder_output', 'read_recordings', 'tell_what_is_missing']
 
 
@@ -27,6 +27,12 @@ def add_model(parser: argparse.ArgumentParser, required: bool = True, text: str 
     """Add --model."""
     parser.add_argument('--model', required=required, metavar='MODEL.yaml',
                         help=text or 'the model file (format: engb-model/1)')
+
+
+def add_effects(parser: argparse.ArgumentParser) -> None:
+    """Add --effects, whose effects are read before the command runs (main.py)."""
+    parser.add_argument('--effects', metavar='FOLDER', help='effects of your own, a Python file '
+                        'each (docs/add-an-effect.md), beside those of ENGB_EFFECTS')
 
 
 def add_namespace(parser: argparse.ArgumentParser) -> None:

@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING
 
 from engb_core.printable import printable
 from engb_ros.commands.common import (
+    add_effects,
     add_model,
     add_namespace,
     add_progress,
@@ -78,6 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--out', required=True, metavar='DIR', help='where the results go')
     parser.add_argument('--holdout', nargs='+', default=[], metavar='RECORDING',
                         help='recordings that no fit sees, on which the result is judged')
+    add_effects(parser)
     add_namespace(parser)
     add_progress(parser)
     add_table_options(parser)

@@ -35,6 +35,7 @@ COMMANDS = {
     'model': ('model', 'the first model of any axis, from a table or a recording'),
     'identify': ('identify', 'identify a brake model from recorded strokes'),
     'adopt': ('adopt', 'give a law that a diagnosis found a name, as an effect of the library'),
+    'check-effect': ('check_effect', 'whether an effect of your own is fit for use'),
     'predict': ('predict', 'what a model says about a recording, as numbers'),
     'import': ('import_table', 'turn a table (.csv, .npz, .mat) into a recording'),
     'survey': ('survey', 'diagnose many recordings and compare the units'),
@@ -127,6 +128,9 @@ def run_command(name: str, given: Sequence[str]) -> int | None:
     module.add_arguments(parser)
     parsed = parser.parse_args(given)
     parsed.command_line = ('engb', name, *given)      # to be repeated in advice
+    if getattr(parsed, 'effects', None):
+        from engb_core.effects.catalogue import read_effects_of
+        read_effects_of(parsed.effects)
     return module.run(parsed)
 
 
@@ -147,7 +151,7 @@ def _parser(program: str, text: str) -> argparse.ArgumentParser:
 
 
 def _overview() -> argparse.ArgumentParser:
-    lines = '\n'.join(f'  {name:<10} {COMMANDS[name][1]}' for name in _available())
+    lines = '\n'.join(f'  {name:<12} {COMMANDS[name][1]}' for name in _available())
     parser = _Parser(prog='engb', usage='engb COMMAND …', description=_OVERVIEW.format(
         commands=lines), formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--version', action='version', version=f'engb {_version()}')

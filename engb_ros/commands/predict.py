@@ -17,6 +17,7 @@ import argparse
 
 from engb_core.errors import InputError
 from engb_ros.commands.common import (
+    add_effects,
     add_model,
     add_namespace,
     add_progress,
@@ -34,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('recording', metavar='RECORDING', help='a bag folder or file')
     add_model(parser)
     parser.add_argument('--out', required=True, metavar='FILE.npz', help='where the arrays go')
+    add_effects(parser)
     add_namespace(parser)
     add_progress(parser)
 
