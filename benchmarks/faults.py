@@ -491,6 +491,10 @@ UNTIMED = (
      'test_the_guard_against_two_controllers_sees_remapped_names'),
     ('driver that offers best effort only', 'discovery', 'heard; told where samples may be lost',
      'test_a_driver_that_offers_best_effort_only_is_heard'),
+    ('one forged or flawed message of joint states, commands, claims, or about the drive', '-',
+     'not used; the brake stays applied', 'test_one_message_takes_no_braking_away'),
+    ('primary deactivated beside a standby', '`takeover_time`',
+     'the standby goes on from the last torque', 'test_a_planned_hand_over_lets_nothing_go'),
     ('configuration fails', 'at the transition', 'told in one line; nothing stays behind',
      'test_a_failing_configuration_leaves_nothing_behind'),
 )

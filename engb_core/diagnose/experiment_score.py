@@ -94,14 +94,15 @@ def parts_of(fitter: Fitter, chosen: Fit, rivals: list[Fit], known: list[Array],
     missed = max(float(np.median(fitter.spread ** 2 - fitter.sigma ** 2)), 0.0)
     variance = fitter.problem.noise_floor ** 2 + run.sigma ** 2 - run.noise ** 2
     weight = 1.0 / (variance + missed)
-    expected = there.predict(chosen.hypothesis, chosen.vector)
+    expected = there.predict(chosen.hypothesis.throughout(), chosen.vector)
     time = run.motion.time[run.comparison.grid]
     rows = [slice(*np.searchsorted(time, span)) for span in spans]
     found = []
     for rival, fixed in zip(rivals, known, strict=True):
-        predicted = there.predict(rival.hypothesis, rival.vector)
+        hypothesis = rival.hypothesis.throughout()
+        predicted = there.predict(hypothesis, rival.vector)
         distance = expected - predicted
-        columns = there.finish(Fit(rival.hypothesis, rival.vector, predicted, distance,
+        columns = there.finish(Fit(hypothesis, rival.vector, predicted, distance,
                                    0.0)).jacobian
         if not (np.isfinite(columns).all() and np.isfinite(distance).all()):
             raise InputError('a rival has no finite effort on the reference')

@@ -195,6 +195,12 @@ class Hypothesis:
         return next((dict(zip(entry.names, values, strict=True))
                      for entry, values in self._given if entry.id == effect), {})
 
+    def throughout(self) -> Hypothesis:
+        """Return the hypothesis on a recording that is yet to come: what began within those at
+        hand acts all the time."""
+        return replace(self, given_onsets=(), variants=tuple(
+            replace(variant, onset=None) for variant in self.variants))
+
     def before(self, effect: str, onset: Onset) -> tuple[Hypothesis, NDArray[np.int64]]:
         """Return the hypothesis without an effect that has not begun yet, and which entries of
         the vector it keeps."""

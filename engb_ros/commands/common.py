@@ -31,8 +31,9 @@ def add_model(parser: argparse.ArgumentParser, required: bool = True, text: str 
 
 def add_effects(parser: argparse.ArgumentParser) -> None:
     """Add --effects, whose effects are read before the command runs (main.py)."""
-    parser.add_argument('--effects', metavar='FOLDER', help='effects of your own, a Python file '
-                        'each (docs/add-an-effect.md), beside those of ENGB_EFFECTS')
+    parser.add_argument('--effects', dest='effects_folder', metavar='FOLDER',
+                        help='effects of your own, a Python file each '
+                        '(docs/add-an-effect.md), beside those of ENGB_EFFECTS')
 
 
 def add_namespace(parser: argparse.ArgumentParser) -> None:

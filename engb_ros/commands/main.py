@@ -128,9 +128,10 @@ def run_command(name: str, given: Sequence[str]) -> int | None:
     module.add_arguments(parser)
     parsed = parser.parse_args(given)
     parsed.command_line = ('engb', name, *given)      # to be repeated in advice
-    if getattr(parsed, 'effects', None):
+    # Under this name only: `engb prove --effects` means names.
+    if getattr(parsed, 'effects_folder', None):
         from engb_core.effects.catalogue import read_effects_of
-        read_effects_of(parsed.effects)
+        read_effects_of(parsed.effects_folder)
     return module.run(parsed)
 
 

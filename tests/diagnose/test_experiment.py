@@ -12,6 +12,7 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
 from engb_core.recording import Signal
@@ -69,6 +70,19 @@ def test_the_reference_keeps_within_what_was_recorded(strokes):
     assert not speed[-20:].any()
     assert abs(position[0] - strokes.position[0]) < 0.01
     assert abs(position[-1] - position[0]) < 1e-9
+
+
+def test_what_began_within_one_of_several_recordings_acts_throughout_the_next(strokes):
+    """The onsets of two recordings were held against the one that is planned: a fault."""
+    fitter = Fitter(problem_of([strokes, replace(strokes, name='second')], NOMINAL))
+    variant = variants_of(get_effect('presliding_friction'), fitter.problem.scene)[0]
+    begun = fitter.fit(replace(variant, onset=Onset((np.inf, 3.0))), rounds=2, keep=1)
+    rival = fitter.fit(variants_of(get_effect('friction_drift'), fitter.problem.scene)[0],
+                       rounds=2, keep=1)
+    proposal = next_experiment(fitter, begun,
+                               [finding('presliding_friction', friction_drift=0.3)], [rival])
+    assert proposal.discriminates == ('presliding_friction', 'friction_drift')
+    assert proposal.time is not None
 
 
 def test_what_drifts_is_repeated_early_and_late(strokes):

@@ -21,6 +21,13 @@ def domain():
 
 
 @pytest.fixture
+def over_udp(monkeypatch):
+    """For tests that kill: who is killed while it holds a lock of Fast DDS's shared memory stops
+    the others for one or two seconds, at random (docs/hazards.md); over UDP nothing is shared."""
+    monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+
+
+@pytest.fixture
 def runner(domain):
     """Starts nodes; whatever still runs at the end is killed."""
     with Runner(domain) as made:

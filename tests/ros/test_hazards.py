@@ -300,13 +300,6 @@ def told(loop):
             {name: process.output for name, process in loop.runner.processes.items()})
 
 
-@pytest.fixture
-def over_udp(monkeypatch):
-    """Who is killed while it holds a lock of Fast DDS's shared memory stops the others for one or
-    two seconds, at random (docs/hazards.md): over UDP nobody shares anything with it."""
-    monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
-
-
 def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(over_udp, runner, probe):
     drive = plant(rate=200.0)
     loop = closed_loop(runner, probe, drive)
