@@ -121,13 +121,28 @@ def _in_folder(folder: Path, notes: list[str]) -> list[Path]:
                          'is' if len(files) == 1 else
                          f'{METADATA} is missing or damaged: all {len(files)} files were read')
     if not files:
-        raise InputError(f'{folder}: no recording in this folder (.mcap or .db3)')
+        below = _recordings_below(folder)
+        remedy = '' if not below else \
+            f'; give {below[0]}' if len(below) == 1 else \
+            f'; give one of the {len(below)} below it, such as {below[0]}'
+        raise InputError(f'{folder}: no recording in this folder (.mcap or .db3){remedy}')
     filled = [file for file in files if file.stat().st_size]
     if not filled:
         raise InputError(f'{folder}: {files[0].name} is empty; record again')
     if len(filled) < len(files):
         notes.append(f'{len(files) - len(filled)} of {len(files)} files are empty')
     return filled
+
+
+def _recordings_below(folder: Path) -> list[Path]:
+    """Return the folders right below this one that hold bag files."""
+    found = []
+    for entry in sorted(folder.iterdir(), key=_natural):
+        # Who may not look into a folder cannot be told to read from it.
+        with contextlib.suppress(OSError):
+            if entry.is_dir() and any(map(_is_storage, entry.iterdir())):
+                found.append(entry)
+    return found
 
 
 def _listed(metadata: Path) -> list[str] | None:

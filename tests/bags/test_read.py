@@ -56,6 +56,19 @@ def test_split_bag_is_put_together(tmp_path):
     assert read_recording(whole).time.size == 150
 
 
+def test_a_folder_whose_recordings_lie_one_deeper_names_them(tmp_path):
+    for name in ('second', 'first'):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / 'recording.mcap').touch()
+        (tmp_path / name / 'notes').mkdir()
+    (tmp_path / 'pictures').mkdir()
+    with pytest.raises(InputError, match='one of the 2 below it, such as .*first$'):
+        read_recording(tmp_path)
+    shutil.rmtree(tmp_path / 'first')
+    with pytest.raises(InputError, match='give .*second$'):
+        read_recording(tmp_path)
+
+
 def test_missing_velocity_stays_missing(tmp_path):
     run = Run().joint_states(velocity=False)
     assert read_recording(run.write(tmp_path / 'run')).velocity is None
