@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 import math
 import re
 
@@ -34,7 +35,8 @@ from engb_core.recording import Recording, Reference, Signal
 from engb_core.sample_table import sample_table
 from engb_core.simulation import simulate_closed_loop
 
-__all__ = ['faults_of_effect']
+__all__ = ['FLOOR', 'MODEL', 'RATE', 'TICK', 'TOLERANCE', 'compared', 'effort_needed',
+           'faults_of_effect', 'simulated_loop', 'with_effect']
 
 Array = NDArray[np.float64]
 
@@ -142,14 +144,15 @@ def _functions(effect: Effect) -> Iterator[str]:
 def _in_motion(effect: Effect) -> Iterator[str]:
     """Yield what a simulated motion shows: whether it is one definition, and does anything."""
     largest = 0.0
-    plain, _ = _looped(MODEL)
+    angle = _strokes()
+    plain, _ = simulated_loop(MODEL, angle)
     for values in _values(effect):
-        samples, effort = _looped(_with(effect, values))
+        samples, effort = simulated_loop(with_effect(effect, values), angle)
         if not np.isfinite(samples).all():
             yield f'the simulation ran away with {_shown(effect, values)}'
             continue
-        size = _size(_needed(samples, MODEL) - effort, samples)
-        off = _size(_needed(samples, _with(effect, values)) - effort, samples)
+        size = _size(effort_needed(samples, MODEL) - effort, samples)
+        off = _size(effort_needed(samples, with_effect(effect, values)) - effort, samples)
         largest = max(largest, size)
         if off > TOLERANCE * size + FLOOR:
             yield (f'simulation and inverse dynamics differ by {off:.2g} N·m of {size:.2g} with '
@@ -163,32 +166,35 @@ def _in_motion(effect: Effect) -> Iterator[str]:
         sizes = {entry.name: entry.none for name in (effect.id, *effect.contains)
                  for entry in get_effect(name).parameters if entry.none is not None}
         nothing = {**next(_values(effect)), **sizes}
-        left = float(np.max(np.abs(_needed(plain, _with(effect, nothing))
-                                   - _needed(plain, MODEL))))
+        left = float(np.max(np.abs(effort_needed(plain, with_effect(effect, nothing))
+                                   - effort_needed(plain, MODEL))))
         if not left < 1e-9:
             yield f'with {first.name} = {first.none:g} it should vanish, and is {left:.2g} N·m'
 
 
-def _with(effect: Effect, values: dict[str, float]) -> Model:
-    return Model(MODEL.motor, MODEL.load_torque, MODEL.friction, (), CONTROLLER,
-                 (EffectSetting(effect.id, dict(values)),))
+def with_effect(effect: Effect, values: dict[str, float]) -> Model:
+    """Return `MODEL` with one effect, its parameters and constants at these values."""
+    return replace(MODEL, effects=(EffectSetting(effect.id, dict(values)),))
 
 
-def _looped(model: Model) -> tuple[Array, Array]:
-    """Return a closed loop's samples (n, SAMPLE_SIZE), and the effort (n,) [N·m] that it held.
+def simulated_loop(model: Model, angle: Array) -> tuple[Array, Array]:
+    """Return a closed loop's samples (n - 1, SAMPLE_SIZE), and the effort (n - 1,) [N·m] that it
+    held.
 
-    A sample is the middle of a tick, over which effort and acceleration are constant.
+    A sample is the middle of a tick, over which effort and acceleration are constant and mean.
+
+    Args:
+        model: the simulated machine, with the feedback of `CONTROLLER`.
+        angle: (n,) what is tracked [rad], at `RATE`.
     """
-    time = np.arange(round(DURATION * RATE), dtype=np.float64) * TICK
-    # Strokes of 16 and of 6 rad with a stop after each; the sine's square has no jerk at its ends.
-    angle = (16.0 * np.sin(np.pi * np.clip(time / 1.6, 0.0, 1.0)) ** 2
-             + 6.0 * np.sin(np.pi * np.clip((time - 1.9) / 1.8, 0.0, 1.0)) ** 2)
+    time = np.arange(angle.size, dtype=np.float64) * TICK
     speed = np.gradient(angle, TICK)
     push = np.gradient(speed, TICK) * MODEL.motor.inertia + speed * MODEL.motor.viscous_friction
     disc: Array = 40.0 * np.clip(2.0 * time, 0.0, 1.0)
     warmth: Array = 20.0 + 40.0 * time
     position, velocity = simulate_closed_loop(Recording(
-        'loop', time, angle, np.zeros(time.size), reference=Reference(time, angle, speed, push),
+        'loop', time, angle.copy(), np.zeros(time.size),
+        reference=Reference(time, angle, speed, push),
         signals={'disc_speed': Signal(time, disc), 'pad_temperature': Signal(time, warmth)}),
         model)
     error = angle - position
@@ -204,15 +210,29 @@ def _looped(model: Model) -> tuple[Array, Array]:
     return samples, effort[:-1]
 
 
-def _needed(samples: Array, model: Model) -> Array:
+def effort_needed(samples: Array, model: Model) -> Array:
+    """Return the effort (n,) [N·m] that the motion of samples (n, SAMPLE_SIZE) needs."""
     return effort_of_motion(samples.copy(), TICK, physics_of(model))
 
 
-def _size(values: Array, samples: Array) -> float:
-    """Return the root mean square at moving samples, through a 60 Hz low-pass [N·m]."""
+def compared(values: Array, samples: Array) -> Array:
+    """Return `values` (n,) at the moving ones of samples (n, SAMPLE_SIZE), through a 60 Hz
+    low-pass."""
     moving = ~maximum_filter1d(np.abs(samples[:, VELOCITY]) < 0.3, 41)
-    left = convolve1d(values * moving, gaussian_kernel(60.0, TICK))[moving]
-    return float(np.sqrt(np.mean(left ** 2)))
+    return convolve1d(values * moving, gaussian_kernel(60.0, TICK))[moving]
+
+
+def _strokes() -> Array:
+    """Return strokes (n,) of 16 and of 6 rad with a stop after each; the sine's square has no jerk
+    at its ends."""
+    time = np.arange(round(DURATION * RATE), dtype=np.float64) * TICK
+    return (16.0 * np.sin(np.pi * np.clip(time / 1.6, 0.0, 1.0)) ** 2
+            + 6.0 * np.sin(np.pi * np.clip((time - 1.9) / 1.8, 0.0, 1.0)) ** 2)
+
+
+def _size(values: Array, samples: Array) -> float:
+    """Return the root mean square of what is compared [N·m]."""
+    return float(np.sqrt(np.mean(compared(values, samples) ** 2)))
 
 
 def _shown(effect: Effect, values: dict[str, float]) -> str:

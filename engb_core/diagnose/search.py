@@ -214,19 +214,18 @@ def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> lis
              if _goes_with(effect, first)]
     found = [entry for part in side_by_side(screened, cases, result.fitter.threads)
              for entry in part]
-    taken, begun_rugged, chosen = set(result.fits), set[tuple[str, ...]](), []
+    # Each set of effects, and whether it may be reached once more, by adding its rugged one last.
+    taken, chosen = dict.fromkeys(result.fits, False), []
     for first, most in zip(firsts, COMPANIONS, strict=False):
         best: list[_Companion] = []
         for entry in sorted((entry for entry in found
                              if entry.first is first and (entry.key not in taken or (
-                                 entry.key in begun_rugged and entry.variant.effect.rugged))),
+                                 taken[entry.key] and entry.variant.effect.rugged))),
                             key=lambda entry: entry.cost):
             alike = sum(other.key == entry.key for other in best)
             if alike < ALIKE and len(best) < most:
                 best.append(entry)
-        keys = {entry.key for entry in best}
-        begun_rugged = begun_rugged | keys if is_rugged(first) else begun_rugged - keys
-        taken |= keys
+        taken |= dict.fromkeys((entry.key for entry in best), is_rugged(first))
         chosen += best
     return chosen
 

@@ -104,10 +104,11 @@ def read_effects_of(folder: str | os.PathLike[str]) -> tuple[str, ...]:
     path = Path(folder)
     if not path.is_dir():
         raise InputError(f'{path}: no folder; give the folder that holds files of effects')
-    found = [effect_of_file(entry) for entry in _files(path)
-             if entry.resolve().parent != own_effects_folder().resolve()]
-    if not _files(path):
+    files = _files(path)
+    if not files:
         raise InputError(f'{path}: holds no effect (a .py file with an EFFECT)')
+    own = own_effects_folder().resolve()
+    found = [effect_of_file(entry) for entry in files if entry.resolve().parent != own]
     for effect in found:
         register(effect)
     return tuple(effect.id for effect in found)

@@ -12,24 +12,24 @@ import zlib
 
 import numpy as np
 
+from engb_core.effect_check import (
+    effort_needed,
+    MODEL,
+    RATE,
+    simulated_loop,
+    TICK,
+    with_effect,
+)
 from engb_core.effects.base import DIRECTION, Effect, Parameter, POSITION, SAMPLE_SIZE, Scene
 from engb_core.effects.catalogue import catalogue
 from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
+from engb_core.model import Model
 from engb_core.plant import physics_of
-from engb_core.recording import Recording, Reference, Signal
-from engb_core.sample_table import sample_table
-from engb_core.simulation import simulate_closed_loop
 
 from .bench import strokes
 
-__all__ = ['RATE', 'SCENE', 'drawn', 'looped', 'model_with', 'needed', 'nothing', 'numbers']
+__all__ = ['SCENE', 'drawn', 'looped', 'model_with', 'nothing', 'numbers']
 
-RATE = 1000.0
-TICK = 1.0 / RATE
-CONTROLLER = Controller(0.3, 1.0, 0.004, 10.0, RATE)
-MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6), contact_angle=2.0),
-              friction=Friction(0.012, 0.11, 0.1), controller=CONTROLLER)
 # Their own numbers, for what the model file has and for what only a recording can say.
 NOMINAL = {'inertia': MODEL.motor.inertia, 'viscous_friction': MODEL.motor.viscous_friction,
            'coulomb': MODEL.friction.coulomb, 'load_gain': MODEL.friction.load_gain,
@@ -99,42 +99,12 @@ def nothing(effect: Effect, seed: int) -> dict[str, float]:
 
 def model_with(effect: Effect | None, values: dict[str, float] | None = None) -> Model:
     """Return MODEL with one effect (None: without)."""
-    settings = () if effect is None else (EffectSetting(effect.id, dict(values or {})),)
-    return Model(MODEL.motor, MODEL.load_torque, MODEL.friction, (), CONTROLLER, settings)
+    return MODEL if effect is None else with_effect(effect, dict(values or {}))
 
 
 def looped(model: Model, duration: float = 10.0) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate the loop; return its samples (n, SAMPLE_SIZE) and the effort (n,) it held.
-
-    A sample is the middle of a tick, over which effort and acceleration are constant and mean.
-    """
-    angle = reference(duration)
-    time = np.arange(angle.size) * TICK
-    speed = np.gradient(angle, TICK)
-    push = np.gradient(speed, TICK) * 6.8e-5 + 1.1e-3 * speed
-    disc = 40.0 * np.clip(2.0 * time, 0.0, 1.0)
-    warmth = 20.0 + 40.0 * time
-    recording = Recording('loop', time, angle.copy(), np.zeros(time.size),
-                          reference=Reference(time, angle, speed, push),
-                          signals={'disc_speed': Signal(time, disc),
-                                   'pad_temperature': Signal(time, warmth)})
-    position, velocity = simulate_closed_loop(recording, model)
-    error = angle - position
-    integral = np.concatenate([[0.0], np.cumsum(CONTROLLER.integral * error * TICK)[:-1]])
-    effort = (push + CONTROLLER.proportional * error + CONTROLLER.derivative * (speed - velocity)
-              + integral)
-    middle = time[:-1] + 0.5 * TICK
-    middle[0] = 0.0  # a start at 0 tells the effects to begin anew
-    samples = sample_table(
-        TICK, middle, 0.5 * (position[1:] + position[:-1]), 0.5 * (velocity[1:] + velocity[:-1]),
-        np.diff(velocity) / TICK, disc[:-1],
-        (np.cumsum(disc) * TICK)[:-1] - 0.5 * disc[:-1] * TICK, warmth[:-1])
-    return samples, effort[:-1]
-
-
-def needed(samples: np.ndarray, model: Model) -> np.ndarray:
-    """Return the effort (n,) that a motion needs."""
-    return effort_of_motion(samples.copy(), TICK, physics_of(model))
+    """Simulate the loop; return its samples (n, SAMPLE_SIZE) and the effort (n,) it held."""
+    return simulated_loop(model, reference(duration))
 
 
 def numbers(duration: float = 0.25) -> dict[str, np.ndarray]:
@@ -145,7 +115,7 @@ def numbers(duration: float = 0.25) -> dict[str, np.ndarray]:
         model = model_with(effect, drawn(effect, 1))
         samples, effort = looped(model, duration)
         found[f'{effect.id} simulated'] = samples[:, POSITION]
-        found[f'{effect.id} needed'] = needed(samples, model)
+        found[f'{effect.id} needed'] = effort_needed(samples, model)
         physics = physics_of(model, inverse=False)
         for stage, functions in physics.stages.items():
             table = common.copy()

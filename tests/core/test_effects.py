@@ -13,8 +13,8 @@ import sys
 
 import numpy as np
 import pytest
-from scipy.ndimage import convolve1d, maximum_filter1d
 
+from engb_core.effect_check import compared, effort_needed, FLOOR, TOLERANCE
 from engb_core.effects.base import (
     ACCELERATION,
     COULOMB,
@@ -36,10 +36,9 @@ from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.errors import InputError
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
-from engb_core.motion import gaussian_kernel
 from engb_core.plant import physics_of
 
-from .loops import drawn, looped, model_with, needed, nothing, numbers, RATE
+from .loops import drawn, looped, model_with, nothing, numbers
 
 ROOT = Path(__file__).resolve().parents[2]
 CONTRACT = ROOT / 'docs' / 'contract.md'
@@ -47,21 +46,11 @@ CONTRACT = ROOT / 'docs' / 'contract.md'
 EFFECTS = [effect for effect in catalogue().values() if effect.made_of is None]
 EACH = pytest.mark.parametrize('effect', EFFECTS, ids=[effect.id for effect in EFFECTS])
 
-# How far simulation and inverse dynamics may differ: part of the effect, and what middles of
-# ticks cost with no effect at all [N·m].
-TOLERANCE = 0.015
-FLOOR = 3e-5
 # An impact in the gap happens within a sample; which part of it belongs to this one and which to
 # the next no inverse can say.
 TOLERANCES = {'backlash': 0.25}
 # So with the dry friction beyond a shaft, taken at the end of steps of another length.
 FLOORS = {'backlash': 1e-4, 'drivetrain_resonance': 5e-5}
-
-
-def compared(values: np.ndarray, samples: np.ndarray) -> np.ndarray:
-    """Return `values` at moving samples through a 60 Hz low-pass."""
-    moving = ~maximum_filter1d(np.abs(samples[:, VELOCITY]) < 0.3, 41)
-    return convolve1d(values * moving, gaussian_kernel(60.0, 1.0 / RATE))[moving]
 
 
 def rms(values: np.ndarray) -> float:
@@ -70,7 +59,7 @@ def rms(values: np.ndarray) -> float:
 
 def test_without_effects_simulation_and_inverse_agree():
     samples, effort = looped(model_with(None))
-    assert rms(compared(needed(samples, model_with(None)) - effort, samples)) < FLOOR
+    assert rms(compared(effort_needed(samples, model_with(None)) - effort, samples)) < FLOOR
     assert rms(effort) > 0.03
 
 
@@ -84,8 +73,8 @@ def test_one_definition(effect):
         model = model_with(effect, drawn(effect, seed))
         samples, effort = looped(model)
         assert np.isfinite(samples).all(), 'the simulation ran away'
-        with_it = rms(compared(needed(samples, model) - effort, samples))
-        size = rms(compared(needed(samples, model_with(None)) - effort, samples))
+        with_it = rms(compared(effort_needed(samples, model) - effort, samples))
+        size = rms(compared(effort_needed(samples, model_with(None)) - effort, samples))
         assert with_it < TOLERANCES.get(effect.id, TOLERANCE) * size + FLOORS.get(
             effect.id, FLOOR), (
             f'{effect.id} {model.effects[0].parameters}: differs by {with_it:.2e} N·m, the '
@@ -101,8 +90,8 @@ def test_nothing_at_none(effect):
     values = nothing(effect, 0)
     model = model_with(effect, values)
     samples, effort = looped(model_with(None))
-    np.testing.assert_allclose(needed(samples, model), needed(samples, model_with(None)),
-                               rtol=0, atol=1e-9)
+    np.testing.assert_allclose(effort_needed(samples, model),
+                               effort_needed(samples, model_with(None)), rtol=0, atol=1e-9)
     again, same = looped(model)
     # A friction direction of its own is stepped explicitly, the model's implicitly.
     close = 1e-4 if 'direction' in effect.stages else 1e-9
@@ -112,8 +101,9 @@ def test_nothing_at_none(effect):
 
 def test_sampling_delay_moves_the_effort_in_time():
     samples, effort = looped(model_with(None))
-    shifted = needed(samples, model_with(get_effect('sampling_delay'), {'delay': 0.003}))
-    np.testing.assert_allclose(shifted[:-3], needed(samples, model_with(None))[3:], atol=1e-12)
+    shifted = effort_needed(samples, model_with(get_effect('sampling_delay'), {'delay': 0.003}))
+    np.testing.assert_allclose(shifted[:-3], effort_needed(samples, model_with(None))[3:],
+                               atol=1e-12)
 
 
 @pytest.mark.parametrize('delay', [0.0004, 0.003, 0.0101])
@@ -188,7 +178,7 @@ def test_at_its_bounds_it_stays_finite(effect: Effect):
             values = drawn(effect, 0) | {parameter.name: value}
             if abs(value) > 1e5:
                 continue
-            found = needed(samples, model_with(effect, values))
+            found = effort_needed(samples, model_with(effect, values))
             assert np.isfinite(found).all(), (parameter.name, value)
 
 
@@ -265,7 +255,7 @@ def test_effects_add_up():
 
     def change(*settings):
         model = Model(base.motor, base.load_torque, base.friction, effects=settings)
-        return needed(samples, model) - needed(samples, base)
+        return effort_needed(samples, model) - effort_needed(samples, base)
 
     np.testing.assert_allclose(change(cogging, drag), change(cogging) + change(drag), atol=1e-12)
 

@@ -300,8 +300,8 @@ def told(loop):
             {name: process.output for name, process in loop.runner.processes.items()})
 
 
-def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(over_udp, runner, probe):
-    drive = plant(rate=200.0)
+def beside_a_standby(runner, probe, drive):
+    """Return a loop at 25 rad, whose controller has a standby that is ready beside it."""
     loop = closed_loop(runner, probe, drive)
     loop.go(25.0)
     runner.start_command('standby', node_command(
@@ -310,6 +310,11 @@ def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(over_udp, 
     loop.until(lambda: sum(message.data == 'enabled' for message in loop.state) >= 2,
                'the standby')
     loop.during(3.5)   # it may take 3 s until the drive has discovered the standby
+    return loop
+
+
+def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(over_udp, runner, probe):
+    loop = beside_a_standby(runner, probe, plant(rate=200.0))
     assert abs(loop.position - 25.0) < 0.5, told(loop)
     begin = len(loop.states)
     loop.kill('controller')
@@ -325,13 +330,7 @@ def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(over_udp, 
 
 def test_a_planned_hand_over_lets_nothing_go(runner, probe):
     """Deactivated beside a standby, a primary leaves it the torque that is there."""
-    loop = closed_loop(runner, probe, plant())
-    loop.go(25.0)
-    runner.start_command('standby', node_command(
-        'controller', name='standby', parameters={**loop.controller, 'standby': True}))
-    loop.until(lambda: sum(message.data == 'enabled' for message in loop.state) >= 2,
-               'the standby')
-    loop.during(3.5)   # it may take 3 s until the drive has discovered the standby
+    loop = beside_a_standby(runner, probe, plant())
     begin, sent = len(loop.states), len(loop.efforts)
     service = Service('~/change_state', 'lifecycle_msgs/srv/ChangeState', '')
     request = ChangeState.Request()
