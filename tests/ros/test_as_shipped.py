@@ -46,21 +46,28 @@ class Shipped(LiveLoop):
             self.probe.publish(CLAMP_FORCE_COMMAND, self.force)
         super().pump()
 
-    def clamp(self, force):
-        """Clamp with `force`, whatever a busy computer made the watchdogs find before."""
-        self.force = force
+    def reach(self, condition, what):
+        """Wait for `condition`, enabled, whatever a busy computer makes the watchdogs find."""
         asked = [0.0]
 
-        def clamped():
+        def reached():
             if self.is_in('fault') and time.monotonic() - asked[0] > 0.3:
                 asked[0] = time.monotonic()
                 self.clear()
+            return self.is_in('enabled') and condition()
+
+        self.until(reached, what, timeout=60.0)
+
+    def clamp(self, force):
+        """Clamp with `force`."""
+        def clamped():
             new = self.forces[count:]   # in a fault none are published
-            return len(new) > 20 and self.is_in('enabled') and all(
+            return len(new) > 20 and all(
                 abs(message.data - force) < max(0.05 * force, 50.0) for message in new[-20:])
 
+        self.force = force
         count = len(self.forces)
-        self.until(clamped, f'{force} N', timeout=60.0)
+        self.reach(clamped, f'{force} N')
 
     def holds(self, force, attempt):
         """Whether `attempt`, begun with this clamp force, is true at least once."""
