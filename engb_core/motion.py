@@ -23,8 +23,8 @@ from scipy.ndimage import convolve1d, maximum_filter1d
 from engb_core.recording import Recording
 from engb_core.sample_table import sample_table
 
-__all__ = ['MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered', 'gaussian_kernel',
-           'motion_of', 'quantum_of', 'without_counts']
+__all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered',
+           'gaussian_kernel', 'motion_of', 'quantum_of', 'without_counts']
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,8 @@ MOST_OF_RATE = 0.2
 # From so many steps on a pause between samples is a gap; the speed beside it is taken over [s].
 GAP_STEPS = 4.5
 BESIDE_GAP = 0.01
+# The side signal that is more than none where the recorded effort is only a bound of the true one.
+CUT_OFF = 'effort_cut_off'
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class Motion:
     """One run on an even grid, all arrays (n,).
 
     Position, its derivatives and effort have passed the same Gaussian of `bandwidth` [Hz].
-    `known` is False where the grid falls into a gap of the recording, and at its very ends;
+    `known` is False where the grid falls into a gap of the recording, where effort that was cut
+    off reaches, and at its very ends;
     `recorded_step` [s] is the recording's own; `sharp` tells a motion of sharp_motion.py.
     """
 
@@ -238,7 +241,12 @@ def _known(recording: Recording, time: Array, step: float, reach: int) -> NDArra
     following = np.clip(np.searchsorted(recording.time, time), 1, recording.time.size - 1)
     gap = recording.time[following] - recording.time[following - 1]
     # One lost sample is bridged by interpolation without harm.
-    return inside & ~maximum_filter1d(gap > 2.5 * step, 3)
+    known = inside & ~maximum_filter1d(gap > 2.5 * step, 3)
+    if CUT_OFF in recording.signals and time.size > 1:
+        beyond = recording.signals[CUT_OFF].at(time) > 0.0
+        spread = int(np.ceil(reach * step / (time[1] - time[0])))
+        known &= ~maximum_filter1d(beyond, 2 * spread + 1)
+    return known
 
 
 def quantum_of(position: Array) -> float:
