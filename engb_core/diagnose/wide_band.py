@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.multistart import followed, Promise, promises, search_around
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.problem import Problem, problem_of, Run
-from engb_core.diagnose.rugged import followed, Promise, promises, search_around
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.catalogue import get_effect
@@ -192,7 +192,7 @@ def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
     half of what it does, so that linear least squares may mistake the frequency."""
     promised = promises(fitter, fitter.base(), fitter.hypothesis((variant,)), [
         {**start, 'inertia_fraction': FRACTION} for start in variant.starts()])
-    return followed(fitter, promised[:PROMISED], 8)
+    return followed(fitter, promised[:PROMISED], 8, fitter.iterate)
 
 
 def _tells(fitter: Fitter, fit: Fit, before: float) -> bool:
