@@ -23,8 +23,13 @@ from engb_core.diagnose.evidence import (
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
-from engb_core.diagnose.load_shape import load_shape_finding, with_free_load_curve
+from engb_core.diagnose.load_shape import (
+    LOAD_SHAPE,
+    load_shape_finding,
+    with_free_load_curve,
+)
 from engb_core.diagnose.locate import intervals, zones
+from engb_core.diagnose.nameless import that_carries
 from engb_core.diagnose.numbers import level, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
@@ -229,7 +234,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
     corrected = problem.model if verdict == 'consistent' else _that_helps(
-        told, () if findings else (problem.model,))
+        told if findings else that_carries(fitter, nominal, told),
+        () if findings else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected, told)
@@ -237,11 +243,14 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
 
 def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
     """Return the outcome with a law for what names and numbers leave, where one is believed."""
-    if outcome.unexplained is None or outcome.load_is_absent:
+    # A free load curve describes, as a law does: each says what the other could have said.
+    described = any(entry.effect == LOAD_SHAPE for entry in outcome.findings)
+    if (outcome.unexplained is None and not described) or outcome.load_is_absent:
         return outcome
     # A name that is likelier right than wrong stands beside a law.
-    law = law_for(outcome.fitter, outcome.told,
-                  any(entry.probability >= 0.5 for entry in outcome.findings), tell)
+    likely = any(entry.probability >= 0.5 for entry in outcome.findings
+                 if entry.effect != LOAD_SHAPE)
+    law = law_for(outcome.fitter, outcome.told, likely, tell)
     if law is None:
         return outcome
     # A wrong number was told from a fit without the law.
@@ -249,7 +258,7 @@ def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
         finding for finding in outcome.findings if finding.effect not in law.fallen]
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))
     return replace(
-        outcome, explanation=law.explanation, findings=findings,
+        outcome, fitter=law.fitter, explanation=law.explanation, findings=findings,
         mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
         verdict='partly_explained' if findings else 'unexplained',
         unexplained=law.told(outcome.unexplained, left), corrected=law.model)

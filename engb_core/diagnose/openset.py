@@ -18,7 +18,7 @@ from engb_core.diagnose.numbers import level
 from engb_core.diagnose.selection import CLEAN_EXCESS, Selection
 from engb_core.model import Model
 
-__all__ = ['Explanation', 'explain']
+__all__ = ['Explanation', 'NAMED_PART', 'explain']
 
 Array = NDArray[np.float64]
 

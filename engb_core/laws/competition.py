@@ -15,11 +15,11 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.numbers import level
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.openset import Explanation, NAMED_PART
 from engb_core.diagnose.selection import CLEAN_EXCESS
 from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.diagnose.uncertainty import estimates
-from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time
+from engb_core.laws.blocks import Blocks, numbers_and_sizes, stretches_of_time
 from engb_core.laws.judgement import (
     contribution_of_last,
     depends_on,
@@ -52,9 +52,11 @@ class Won:
         model: the corrected model with it.
         fallen: names that add nothing beside it.
         contribution: (m,) what it adds to the filtered effort [N·m].
+        fitter: of the problem, that made the fit.
     """
 
     found: Found
+    fitter: Fitter
     explanation: Explanation
     model: Model
     fallen: tuple[str, ...]
@@ -83,25 +85,34 @@ def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str],
             ) -> Won | None:
     """Return the law that wins, None where none does.
 
+    First a law competes with all that was said: it takes the place of names where these explain
+    too small a part of what it explains, and of a load curve of another form where it predicts
+    clearly better without one. Else it is looked for beside likely names.
+
     Args:
-        fitter: of the problem.
+        fitter: of the problem; where its load curve is free, that is one of the things said.
         told: what the library says, with its models; tables and descriptions in it compete with
-            the law; likely names stay free beside it, others fall to a law that alone predicts
-            clearly better.
+            the law.
         likely: whether a name in it is likelier right than wrong.
         tell: is told what is being done.
     """
     named = _named(fitter, told.explanation.fit)
     left = level(named, fitter) - 1.0
-    if left <= CLEAN_EXCESS:
+    plain = fitter if not fitter.load_shape else Fitter(fitter.problem, fitter.threads,
+                                                        fitter.earlier)
+    if left <= CLEAN_EXCESS and plain is fitter:
         return None
-    if likely or not named.hypothesis.variants:
-        law = find_law(fitter, named, tell)
-        return _won(fitter, law and _without_idle_names(law), told, named)
-    law = find_law(fitter, fitter.finish(fitter.refine(fitter.base())), tell)
-    if law is None or not _beats(fitter, law, named):
+    base = plain.finish(plain.refine(plain.base()))
+    said = bool(named.hypothesis.variants) or plain is not fitter
+    law = find_law(plain, base, tell, approximately=not likely and left > CLEAN_EXCESS)
+    if law is not None and (not said or _beats(fitter, law, named, likely)):
+        won = _won(plain, law, told, named)
+        if won is not None:
+            return won
+    if not likely or left <= CLEAN_EXCESS or not named.hypothesis.variants:
         return None
-    return _won(fitter, law, told, named)
+    law = find_law(fitter, named, tell)
+    return _won(fitter, law and _without_idle_names(law), told, named)
 
 
 def _named(fitter: Fitter, fit: Fit) -> Fit:
@@ -116,13 +127,17 @@ def _fitted_without(fitter: Fitter, fit: Fit, gone: set[int]) -> Fit:
     return fitter.finish(fitter.refine(fitter.evaluate(*bare(fit, gone))))
 
 
-def _beats(fitter: Fitter, law: Found, named: Fit) -> bool:
-    """Whether a law without names predicts blocks left out clearly better than the names do."""
-    if law.fitter is not fitter:
+def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
+    """Whether a law without names predicts blocks left out clearly better than what was said; and,
+    where a name is likely, so much that the names explain too small a part of what it explains:
+    another formula of theirs would explain more, too, but not so much more."""
+    if law.fitter.problem is not fitter.problem:
         named = law.fitter.finish(law.fitter.refine(
             law.fitter.evaluate(named.hypothesis, named.vector)))
-        fitter = law.fitter
-    return 0.5 * math.log(_on_blocks(fitter, named) / law.after) > WORTH
+    left = _on_blocks(law.fitter, named)
+    if 0.5 * math.log(left / law.after) <= WORTH:
+        return False
+    return not likely or law.before - left < NAMED_PART * (law.before - law.after)
 
 
 def _without_idle_names(found: Found) -> Found:
@@ -149,7 +164,8 @@ def _without_idle_names(found: Found) -> Found:
 
 def _on_blocks(fitter: Fitter, fit: Fit) -> float:
     """Return the mean squared error of a finished fit on blocks left out (noise = 1)."""
-    return Blocks(fitter, fit, derivatives_of(fit), stretches_of_time(fitter)).without().level
+    return Blocks(fitter, fit, stretches_of_time(fitter),
+                  numbers_and_sizes(fit)).without().level
 
 
 def _won(fitter: Fitter, found: Found | None, told: Sharpened, named: Fit) -> Won | None:
@@ -163,8 +179,11 @@ def _won(fitter: Fitter, found: Found | None, told: Sharpened, named: Fit) -> Wo
     problem = told.problem
     errors = [pooled(unseen_errors(problem, model)) for model in models]
     model = models[int(np.argmin(errors))]
-    rivals = [*told.unseen, pooled(unseen_errors(problem, fitter.problem.model))]
-    if min(rivals) < CLEARLY * min(errors):
+    file = pooled(unseen_errors(problem, fitter.problem.model))
+    if min(*told.unseen, file) < CLEARLY * min(errors):
+        return None
+    # Of an approximation nothing else says that it is good for anything.
+    if found.approximate and min(errors) > CLEARLY * file:
         return None
     bare_model = replace(model, effects=model.effects[:-1])
     contribution = np.concatenate([
@@ -172,7 +191,7 @@ def _won(fitter: Fitter, found: Found | None, told: Sharpened, named: Fit) -> Wo
         for run in fitter.problem.runs])
     kept = fit.hypothesis.ids
     fallen = tuple(effect for effect in named.hypothesis.ids if effect not in kept)
-    return Won(found, explanation, model, fallen, contribution, _finding(found))
+    return Won(found, fitter, explanation, model, fallen, contribution, _finding(found))
 
 
 def _finding(found: Found) -> LawFinding:

@@ -168,7 +168,7 @@ def test_blocks_left_out_are_those_of_plain_least_squares():
     base = fitter.finish(fitter.base())
     labels = stretches_of_time(fitter)
     column = np.random.default_rng(5).normal(size=(base.residual.size, 1)) * fitter.spread[:, None]
-    score, = Blocks(fitter, base, base.jacobian, labels).scores([column])
+    score, = Blocks(fitter, base, labels).scores([column])
     weight = fitter.weight
     design = np.concatenate([base.jacobian, column], axis=1) * weight[:, None]
     target = base.residual * weight
