@@ -47,8 +47,8 @@ setup(
         'test': ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'jsonschema',
                  'sympy'],
         'mutants': ['cosmic-ray>=8.3,<9'],
-        # A rival in `engb prove --baselines`.
-        'proof': ['pysindy>=2.0'],
+        # Rivals in `engb prove --baselines`.
+        'proof': ['pysindy>=2.0', 'pyoperon>=0.6'],
     },
     entry_points={
         # How engb_core, which knows no format, reads files: engb_core.read.

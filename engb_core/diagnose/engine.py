@@ -44,7 +44,8 @@ from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.errors import InputError
-from engb_core.laws.competition import law_for
+from engb_core.laws.competition import law_for, nearest_told
+from engb_core.laws.judgement import Nearest
 from engb_core.model import Model
 from engb_core.plant import physics_of
 from engb_core.plausibility import refuse_implausible
@@ -253,6 +254,10 @@ def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
     law = law_for(outcome.fitter, outcome.told, likely, tell)
     if law is None:
         return outcome
+    if isinstance(law, Nearest):
+        return outcome if outcome.unexplained is None else replace(
+            outcome, unexplained=nearest_told(outcome.fitter, outcome.told, law,
+                                              outcome.unexplained))
     # A wrong number was told from a fit without the law.
     findings = [] if law.alone else [
         finding for finding in outcome.findings if finding.effect not in law.fallen]

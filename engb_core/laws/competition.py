@@ -13,6 +13,7 @@ from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation, NAMED_PART
@@ -26,13 +27,14 @@ from engb_core.laws.judgement import (
     excess_removed,
     find_law,
     Found,
+    Nearest,
     WORTH,
 )
-from engb_core.laws.statement import formula_of, said_line, statement_of
+from engb_core.laws.statement import formula_of, said_line, said_names, statement_of
 from engb_core.model import Model
 from engb_core.plant import physics_of
 
-__all__ = ['Won', 'law_for']
+__all__ = ['Won', 'law_for', 'nearest_told']
 
 Array = NDArray[np.float64]
 
@@ -82,8 +84,8 @@ class Won:
 
 
 def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str], None],
-            ) -> Won | None:
-    """Return the law that wins, None where none does.
+            ) -> Won | Nearest | None:
+    """Return the law that wins; where none does, what came nearest, if anything.
 
     First a law competes with all that was said: it takes the place of names where these explain
     too small a part of what it explains, and of a load curve of another form where it predicts
@@ -105,14 +107,32 @@ def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str],
     base = plain.finish(plain.refine(plain.base()))
     said = bool(named.hypothesis.variants) or plain is not fitter
     law = find_law(plain, base, tell, approximately=not likely and left > CLEAN_EXCESS)
-    if law is not None and (not said or _beats(fitter, law, named, likely)):
+    if isinstance(law, Found) and (not said or _beats(fitter, law, named, likely)):
         won = _won(plain, law, told, named)
         if won is not None:
             return won
-    if not likely or left <= CLEAN_EXCESS or not named.hypothesis.variants:
+    if left <= CLEAN_EXCESS:
         return None
+    if not likely or not named.hypothesis.variants:
+        return law if isinstance(law, Nearest) else None
     law = find_law(fitter, named, tell)
-    return _won(fitter, law and _without_idle_names(law), told, named)
+    return _won(fitter, _without_idle_names(law), told, named) if isinstance(law, Found) else law
+
+
+def nearest_told(fitter: Fitter, told: Sharpened, nearest: Nearest, unexplained: Unexplained,
+                 ) -> Unexplained:
+    """Return what is said of the rest, by what came nearest to a law, unless a table predicts
+    better what it was not fitted to."""
+    explanation = told.explanation
+    if explanation.table is not None and left_out(
+            fitter, explanation.fit, explanation.table.table,
+            stretches_of_time(fitter)) < nearest.candidate.score.level:
+        return unexplained
+    names = depends_on(nearest.candidate)
+    after = f'; what changes with {said_names(names)} predicts most of it, but no form that was ' \
+        f'tried explains more than {100.0 * nearest.explained:.0f} %.'
+    return replace(unexplained, depends_on=names, memory=nearest.memory,
+                   statement=unexplained.statement.removesuffix('.') + after)
 
 
 def _named(fitter: Fitter, fit: Fit) -> Fit:
@@ -168,9 +188,7 @@ def _on_blocks(fitter: Fitter, fit: Fit) -> float:
                   numbers_and_sizes(fit)).without().level
 
 
-def _won(fitter: Fitter, found: Found | None, told: Sharpened, named: Fit) -> Won | None:
-    if found is None:
-        return None
+def _won(fitter: Fitter, found: Found, told: Sharpened, named: Fit) -> Won | None:
     fit = found.candidate.fit
     if found.fitter is not fitter:
         fit = fitter.finish(fitter.evaluate(fit.hypothesis, fit.vector))

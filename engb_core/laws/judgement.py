@@ -27,7 +27,7 @@ from engb_core.laws.blocks import Blocks, kinds_of_motion
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
 from engb_core.laws.search import Candidate, Search, search_laws
 
-__all__ = ['Found', 'contribution_of_last', 'depends_on', 'excess_removed', 'find_law']
+__all__ = ['Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_removed', 'find_law']
 
 Array = NDArray[np.float64]
 
@@ -98,9 +98,28 @@ def depends_on(candidate: Candidate) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
+@dataclass(frozen=True)
+class Nearest:
+    """What predicts best of all that was tried, where it is no law.
+
+    Attributes:
+        candidate: the form and its fit.
+        explained: part of the excess that it explains on blocks left out.
+    """
+
+    candidate: Candidate
+    explained: float
+
+    @property
+    def memory(self) -> bool:
+        """Whether it depends on what went before."""
+        return has_memory(parse(self.candidate.form.formula))
+
+
 def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximately: bool = False,
-             ) -> Found | None:
-    """Return the law for what a finished fit leaves, None where none is believed.
+             ) -> Found | Nearest | None:
+    """Return the law for what a finished fit leaves; where none is believed, what came nearest;
+    None where nothing is worth its parameters.
 
     Args:
         fitter: of the problem.
@@ -123,7 +142,12 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximate
         return _found(search, chosen, alike, approximate=False)
     near = [entry for entry in search.candidates if _approximates(search, entry)] \
         if approximately else []
-    return _found(search, *_plainest(search.fitter, near), approximate=True) if near else None
+    if near:
+        return _found(search, *_plainest(search.fitter, near), approximate=True)
+    if not _pays(search, chosen):
+        return None
+    before, after = search.before.level, chosen.score.level
+    return Nearest(chosen, (before - after) / (before - 1.0))
 
 
 def _found(search: Search, chosen: Candidate, alike: list[Candidate], approximate: bool) -> Found:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from engb_core.laws.grammar import coordinates_of, parse, printed, with_values
@@ -9,7 +11,7 @@ from engb_core.laws.judgement import depends_on, Found
 from engb_core.laws.line import line_of
 from engb_core.laws.search import Candidate
 
-__all__ = ['formula_of', 'said_line', 'statement_of']
+__all__ = ['formula_of', 'said_line', 'said_names', 'statement_of']
 
 _SAYS = {'torque': 'A torque that', 'friction_gain': 'The friction changes by a part that',
          'load_gain': 'The load torque changes by a part that',
@@ -75,16 +77,21 @@ def said_line(found: Found) -> str:
     return line_of(form.acts_as, parse(form.formula), found.parameters)
 
 
+def said_names(coordinates: Sequence[str]) -> str:
+    """Return coordinates as a person lists them."""
+    names = [_COORDINATES[name] for name in coordinates]
+    return ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
 def statement_of(found: Found) -> str:
     """Return one or two sentences for a brake engineer."""
     candidate = found.candidate
     acts = candidate.form.acts_as
     # What the place to act brings in need not be told: an inertia takes acceleration, …
     own = coordinates_of(parse(candidate.form.formula))
-    names = [_COORDINATES[name] for name in depends_on(candidate)
-             if name in own or name in ('heat', 'time_at_rest')]
-    after = ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
-    text = f'{_SAYS[acts]} depends on {after}: ' if names else f'{_SAYS[acts]} acts: '
+    after = said_names([name for name in depends_on(candidate)
+                        if name in own or name in ('heat', 'time_at_rest')])
+    text = f'{_SAYS[acts]} depends on {after}: ' if after else f'{_SAYS[acts]} acts: '
     line = said_line(found)
     if found.settled:
         text += f'{line}.'
@@ -94,7 +101,7 @@ def statement_of(found: Found) -> str:
     if cause:
         text += f' A machine does so with {cause}.'
     text += f' It explains {100.0 * found.explained:.0f} % of what was left.'
-    if not found.settled:
+    if not found.settled and found.alternatives:
         text += f' {_to_settle(found)}'
     return text
 

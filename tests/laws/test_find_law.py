@@ -17,7 +17,7 @@ from engb_core.laws.blocks import Blocks, stretches_of_time
 from engb_core.laws.competition import _without_idle_names
 from engb_core.laws.forms import Form
 from engb_core.laws.grammar import parse
-from engb_core.laws.judgement import depends_on, find_law
+from engb_core.laws.judgement import depends_on, find_law, Found
 from engb_core.laws.search import _Searching, Screened
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 from engb_core.plant import physics_of
@@ -50,7 +50,8 @@ def law(formula: str, acts_as: str, **values: float) -> EffectSetting:
 
 def found_in(recording: Recording):
     fitter = Fitter(problem_of([recording], MODEL), 1)
-    return find_law(fitter, fitter.finish(fitter.refine(fitter.base())), lambda text: None)
+    found = find_law(fitter, fitter.finish(fitter.refine(fitter.base())), lambda text: None)
+    return found if isinstance(found, Found) else None
 
 
 def test_inertia_over_the_angle():
@@ -142,7 +143,7 @@ def test_a_name_that_adds_nothing_beside_the_law_falls(name, hidden, kept):
     (variant, *_) = variants_of(get_effect(name), fitter.problem.scene)
     named = fitter.refine(fitter.fit(variant))
     found = find_law(fitter, fitter.finish(named), lambda text: None)
-    assert found is not None
+    assert isinstance(found, Found)
     left = _without_idle_names(found)
     assert left.candidate.fit.hypothesis.ids == (*kept, 'law')
     # What the law explains is counted without the name that fell: it had hidden part of it.
