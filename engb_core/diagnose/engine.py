@@ -44,6 +44,7 @@ from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
+from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.laws.competition import law_for, nearest_told
 from engb_core.laws.judgement import Nearest
@@ -223,7 +224,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     findings, mismatch = findings_of(fitter, nominal, told.explanation, numbers, selection)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
-    if findings and not _carries_over(told, problem.model):
+    if findings and not (_carries_over(told, problem.model) and (
+            any(map(_is_physics, findings)) or that_carries(fitter, nominal, told).models)):
         told = _without_names(fitter, explanation, findings)
         explanation, findings, mismatch = told.explanation, [], nominal.residual
     absent = absent_load(fitter, nominal)
@@ -235,9 +237,12 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
-    corrected = problem.model if verdict == 'consistent' else _that_helps(
-        told if findings else that_carries(fitter, nominal, told),
-        () if findings else (problem.model,))
+    corrected = problem.model
+    if verdict != 'consistent':
+        # What is likelier wrong than right is told, but has to carry over to be in the model.
+        likely = any(_is_physics(entry) and entry.probability >= 0.5 for entry in findings)
+        applied = told if likely else that_carries(fitter, nominal, told)
+        corrected = _that_helps(applied, () if findings and applied.models else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected, told)
@@ -297,6 +302,11 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
             0.0, 1.0 - sum(finding.share for finding in findings)))
     return replace(outcome, findings=findings, mismatch=mismatch, verdict=verdict,
                    unexplained=unexplained)
+
+
+def _is_physics(finding: EffectFinding) -> bool:
+    """Whether more is named than a number, which a refit moves whatever is missing."""
+    return finding.effect != LOAD_SHAPE and not get_effect(finding.effect).number_only
 
 
 def _carries_over(told: Sharpened, file: Model) -> bool:

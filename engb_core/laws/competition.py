@@ -121,12 +121,12 @@ def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str],
 
 def nearest_told(fitter: Fitter, told: Sharpened, nearest: Nearest, unexplained: Unexplained,
                  ) -> Unexplained:
-    """Return what is said of the rest, by what came nearest to a law, unless a table predicts
-    better what it was not fitted to."""
-    explanation = told.explanation
-    if explanation.table is not None and left_out(
-            fitter, explanation.fit, explanation.table.table,
-            stretches_of_time(fitter)) < nearest.candidate.score.level:
+    """Return what is said of the rest, by what came nearest to a law, unless a description
+    predicts better what it was not fitted to."""
+    fit, table = told.explanation.fit, told.explanation.table
+    described = _on_blocks(fitter, fit) if table is None else left_out(
+        fitter, fit, table.table, stretches_of_time(fitter))
+    if described < nearest.candidate.score.level:
         return unexplained
     names = depends_on(nearest.candidate)
     after = f'; what changes with {said_names(names)} predicts most of it, but no form that was ' \
@@ -148,16 +148,43 @@ def _fitted_without(fitter: Fitter, fit: Fit, gone: set[int]) -> Fit:
 
 
 def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
-    """Whether a law without names predicts blocks left out clearly better than what was said; and,
-    where a name is likely, so much that the names explain too small a part of what it explains:
-    another formula of theirs would explain more, too, but not so much more."""
+    """Whether a law without names predicts blocks left out clearly better than what was said.
+
+    Where a name is likely, another formula of its would explain more, too: then the names must
+    explain too small a part of what the law explains; or the law must speak of other things than
+    they do, and they must add nothing beside it.
+    """
     if law.fitter.problem is not fitter.problem:
         named = law.fitter.finish(law.fitter.refine(
             law.fitter.evaluate(named.hypothesis, named.vector)))
     left = _on_blocks(law.fitter, named)
     if 0.5 * math.log(left / law.after) <= WORTH:
         return False
-    return not likely or law.before - left < NAMED_PART * (law.before - law.after)
+    if not likely or law.before - left < NAMED_PART * (law.before - law.after):
+        return True
+    return _speaks_of_else(law, named) and not _without_idle_names(
+        _beside(law, named)).candidate.fit.hypothesis.variants[:-1]
+
+
+def _speaks_of_else(law: Found, named: Fit) -> bool:
+    """Whether a law leaves out the coordinates that reveal the names: else it may be theirs, in
+    another form."""
+    told = depends_on(law.candidate)
+    names = {variant.effect.reveals.replace('motor_angle', 'position')
+             for variant in named.hypothesis.variants}
+    return not names & set(told)
+
+
+def _beside(law: Found, named: Fit) -> Found:
+    """Return the law with the names beside it, all fitted together."""
+    fitter, alone = law.fitter, law.candidate.fit
+    count = len(alone.hypothesis.numbers)
+    hypothesis = fitter.hypothesis(
+        (*named.hypothesis.variants, *alone.hypothesis.variants), alone.hypothesis.numbers)
+    vector = np.concatenate([alone.vector[:count],
+                             named.vector[len(named.hypothesis.numbers):], alone.vector[count:]])
+    both = fitter.finish(fitter.refine(fitter.evaluate(hypothesis, vector)))
+    return replace(law, candidate=replace(law.candidate, fit=both))
 
 
 def _without_idle_names(found: Found) -> Found:

@@ -144,10 +144,11 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximate
         if approximately else []
     if near:
         return _found(search, *_plainest(search.fitter, near), approximate=True)
-    if not _pays(search, chosen):
+    nearest = max(search.candidates, key=lambda entry: _gain(search, entry))
+    if not _pays(search, nearest):
         return None
-    before, after = search.before.level, chosen.score.level
-    return Nearest(chosen, (before - after) / (before - 1.0))
+    before, after = search.before.level, nearest.score.level
+    return Nearest(nearest, (before - after) / (before - 1.0))
 
 
 def _found(search: Search, chosen: Candidate, alike: list[Candidate], approximate: bool) -> Found:
@@ -229,17 +230,23 @@ def _believed(search: Search, law: Candidate) -> bool:
     if explained < EXPLAINED or (after > LEFT and explained < NEARLY_ALL):
         return False
     return _pays(search, law) and all(
-        _holds(search, law, labels) for labels in kinds_of_motion(search.fitter))
+        _holds(search, law, labels) and _same_size(search, law, labels)
+        for labels in kinds_of_motion(search.fitter))
 
 
 def _pays(search: Search, law: Candidate) -> bool:
     """Whether the gain pays for all the forms that were looked at, and nothing that merely begins
     at an instant does as well."""
-    before, after = search.before.level, law.score.level
+    after = law.score.level
     if search.onset is not None and search.onset.score.level < after * math.exp(2.0 * ALIKE):
         return False
-    gain = 0.5 * _independent(search, law) * math.log(before / after)
-    return gain >= math.log(FORMS) + PRIOR_ODDS + law.form.count * math.log(10.0)
+    return _gain(search, law) >= 0.0
+
+
+def _gain(search: Search, law: Candidate) -> float:
+    """Return the gain in log density less what all the forms that were looked at cost [nats]."""
+    gain = 0.5 * _independent(search, law) * math.log(search.before.level / law.score.level)
+    return gain - math.log(FORMS) - PRIOR_ODDS - law.form.count * math.log(10.0)
 
 
 def _approximates(search: Search, law: Candidate) -> bool:
@@ -251,7 +258,8 @@ def _approximates(search: Search, law: Candidate) -> bool:
 
 
 def _same_size(search: Search, law: Candidate, labels: NDArray[np.int64]) -> bool:
-    """Whether the law with the size that one kind of motion tells leaves less of the other one.
+    """Whether the law with the size that one kind of motion tells explains more of the other one
+    than it leaves.
 
     All other numbers are held: those of one kind of motion alone need not say anything of the
     other, with an approximation as without.
@@ -264,7 +272,8 @@ def _same_size(search: Search, law: Candidate, labels: NDArray[np.int64]) -> boo
     squares = (search.base.residual * fitter.weight) ** 2 / np.sum(
         (fitter.sigma * fitter.weight) ** 2)
     missed = np.array([squares[labels == label].sum() for label in np.unique(labels[rows])])
-    return bool((leaves < missed).all())
+    return bool((leaves < missed).all()
+                and (missed - leaves).sum() > ELSEWHERE * max(missed.sum() - 1.0, 0.0))
 
 
 def _independent(search: Search, law: Candidate) -> float:
@@ -283,25 +292,15 @@ def _independent(search: Search, law: Candidate) -> float:
 
 
 def _holds(search: Search, law: Candidate, labels: NDArray[np.int64]) -> bool:
-    """Whether the law, fitted to one kind of motion, explains the other."""
+    """Whether the law, fitted to one kind of motion with all numbers, explains more of the other
+    than the numbers do alone."""
     fitter, base, fit = search.fitter, search.base, law.fit
     if np.unique(labels[fitter.fitted]).size < 2:
         return True
     # The law's own numbers are held: what one kind of motion can't determine is no fault of it.
     # Its amplitude is the first of them.
     with_law = Blocks(fitter, fit, labels, range(base.hypothesis.size + 1)).without()
-    without = Blocks(fitter, base, labels).without()
-    noise = np.array([_noise_of(fitter, labels == label)
-                      for label in np.unique(labels[fitter.fitted])])
-    gained = without.by_block - with_law.by_block
-    return bool((gained > 0.0).all()
-                and gained.sum() > ELSEWHERE * max(float((without.by_block - noise).sum()), 0.0))
-
-
-def _noise_of(fitter: Fitter, rows: NDArray[np.bool_]) -> float:
-    """Return the part of the noise's squares that lies in some rows."""
-    squares = (fitter.sigma * fitter.weight) ** 2
-    return float(squares[rows].sum() / squares.sum())
+    return with_law.level < Blocks(fitter, base, labels).without().level
 
 
 def _explained(search: Search, law: Candidate) -> float:

@@ -277,6 +277,8 @@ def _ranges(fitter: Fitter) -> dict[str, tuple[float, float]]:
         return (min(float(part.min()) for part in values),
                 max(float(part.max()) for part in values))
 
-    found = {'position': span([motion.position for motion in motions]),
-             'velocity': span([motion.velocity for motion in motions])}
+    names = ['position', 'velocity', 'acceleration', 'time']
+    names += ['disc_speed'] if all(motion.has_disc for motion in motions) else []
+    names += ['pad_temperature'] if all(motion.has_temperature for motion in motions) else []
+    found = {name: span([getattr(motion, name) for motion in motions]) for name in names}
     return {name: values for name, values in found.items() if values[0] < values[1]}
