@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engb_core.laws.grammar import coordinates_of, parse, printed, with_values
 from engb_core.laws.judgement import depends_on, Found
@@ -96,13 +97,14 @@ def statement_of(found: Found) -> str:
     if found.settled:
         text += f'{line}.'
     else:
-        text = (f'What is left follows {after or "time"} like {line}; the form is not settled.')
+        text = (f'What is left follows {after or "time"} {"roughly " if found.approximate else ""}'
+                f'like {line}; the form is not settled.')
     cause = _cause(candidate)
-    if cause:
+    if cause and not found.approximate:
         text += f' A machine does so with {cause}.'
     text += f' It explains {100.0 * found.explained:.0f} % of what was left.'
-    if not found.settled and found.alternatives:
-        text += f' {_to_settle(found)}'
+    if not found.settled:
+        text += f' {_to_settle(found) if found.alternatives else _to_measure(found)}'
     return text
 
 
@@ -112,7 +114,9 @@ def _cause(candidate: Candidate) -> str:
     if candidate.form.acts_as == 'position_delay':
         return 'a position sensor whose reading comes late, the more so the larger these are'
     if candidate.form.acts_as == 'position_shift':
-        return 'an encoder that is off centre or interpolates wrongly'
+        along = {'position', 'motor_angle'} >= set(depends_on(candidate))
+        return 'an encoder that is off centre or interpolates wrongly' if along else \
+            'a part that grows with heat, wears or bends, so that contact comes elsewhere'
     for atom in candidate.form.factors:
         if atom.kind in _CAUSES:
             return _CAUSES[atom.kind]
@@ -126,7 +130,19 @@ def _cause(candidate: Candidate) -> str:
 def _to_settle(found: Found) -> str:
     """Say where the law and its rivals differ most, so that it can be measured."""
     rival = found.alternatives[0]
-    here = found.candidate.fit.predicted - rival.fit.predicted
+    where = _where_most(found, found.candidate.fit.predicted - rival.fit.predicted)
+    return (f'As well does {formula_of(rival)}; the two differ most at {where}: record more of '
+            'that, and beyond it.')
+
+
+def _to_measure(found: Found) -> str:
+    """Say where an approximation misses most, so that its form can be measured."""
+    where = _where_most(found, found.candidate.fit.residual)
+    return f'It misses most at {where}: record more of that, slower and faster.'
+
+
+def _where_most(found: Found, here: NDArray[np.float64]) -> str:
+    """Return the speeds and the part of the stroke in which values (m,) are largest."""
     motions = [entry.motion for entry in found.fitter.problem.runs]
     grids = [entry.comparison.grid for entry in found.fitter.problem.runs]
     speed, position = (np.concatenate([getattr(motion, name)[grid] for motion, grid in
@@ -136,6 +152,4 @@ def _to_settle(found: Found) -> str:
     low, high = np.quantile(np.abs(speed[rows]), [0.1, 0.9])
     first, last = np.quantile(position[rows], [0.1, 0.9])
     angle = 'rad' if found.fitter.problem.scene.joint_type == 'revolute' else 'm'
-    return (f'As well does {formula_of(rival)}; the two differ most at {low:.3g} to {high:.3g} '
-            f'{angle}/s between {first:.3g} and {last:.3g} {angle}: record more of that, and '
-            'beyond it.')
+    return f'{low:.3g} to {high:.3g} {angle}/s between {first:.3g} and {last:.3g} {angle}'
