@@ -333,9 +333,10 @@ def _over_speed(brakes: Sequence[BrakeResults]) -> Figure:
                 'see: friction builds up from zero speed; that it then falls is what B of the '
                 'step test takes off it. The paper’s way has it saturate at '
                 f'{widths[0][0]:.2f} rad/s, joint regression at {widths[0][1]:.2f}; the '
-                f'{form.label} has {form.truth.settings.saturation_velocity}. The {more.label} sticks by (13) and '
-                f'has none: there the paper’s way draws {widths[1][0]:.2f} rad/s, which is the '
-                'width of the observer’s low-pass; joint regression passes its model through the '
+                f'{form.label} has {form.truth.settings.saturation_velocity}. The {more.label} '
+                'sticks by (13) and has none: there the paper’s way draws '
+                f'{widths[1][0]:.2f} rad/s, which is the width of the observer’s low-pass; joint '
+                'regression passes its model through the '
                 f'same filter and gives {widths[1][1]:.2f}.')
 
 
