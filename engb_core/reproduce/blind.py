@@ -32,7 +32,8 @@ from engb_core.reproduce.self_energizing_chapter import (
 from engb_core.reproduce.truth import ANGLES, truth_of
 from engb_core.reproduce.ways import used_motions
 
-__all__ = ['BlindOutcome', 'drawing', 'estimate_brake', 'judge', 'NUMBERS', 'summarise', 'WAYS']
+__all__ = ['BlindOutcome', 'drawing', 'estimate_brake', 'estimate_strokes', 'judge', 'NUMBERS',
+           'summarise', 'WAYS']
 
 # From the brake's drive: runs of the free motor, strokes, strokes with the disc set turning.
 RUNS = ('steps', 'steps_added', 'sweep', 'cogging', 'strokes', 'disc_helping')
@@ -95,9 +96,13 @@ def estimate_brake(record: Callable[[Experiment, Model], Recording], mechanism: 
         found[way] = _by_paper(recordings, nominal, mechanism, delayed)
     joint = identify([recordings['strokes']], nominal.nominal, prior=nominal.prior)
     found[WAYS[2]] = _by_regression(joint, nominal, recordings, mechanism)
-    alone = identify([recordings['strokes']], replace(nominal.classical, cogging=()))
-    found[WAYS[3]] = _found(alone)
+    found[WAYS[3]] = estimate_strokes(recordings['strokes'], nominal.classical)
     return found
+
+
+def estimate_strokes(recording: Recording, start: Model) -> Way:
+    """Identify a brake from its strokes alone, from a start that knows no cogging."""
+    return _found(identify([recording], replace(start, cogging=())))
 
 
 def drawing(mechanism: Mechanism) -> Mechanism:

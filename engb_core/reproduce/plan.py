@@ -16,7 +16,7 @@ from engb_core.control.reference import ReferenceSettings
 from engb_core.model import Model
 from engb_core.reproduce import chosen
 
-__all__ = ['Experiment', 'OBSERVER_CUTOFFS', 'plan_of', 'REFERENCE', 'SPIN_UP', 'STAGES',
+__all__ = ['Experiment', 'length', 'OBSERVER_CUTOFFS', 'plan_of', 'REFERENCE', 'SPIN_UP', 'STAGES',
            'stepwise_reference', 'STROKES', 'Table', 'tracking_reference']
 
 Array = NDArray[np.float64]
