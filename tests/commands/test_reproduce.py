@@ -24,6 +24,7 @@ def test_offline_report_from_the_kept_bags(tmp_path, capsys):
     model = Model.read(out / 'model.yaml')
     assert model.friction.load_gain == pytest.approx(0.111, abs=0.01)
 
+
 @pytest.mark.parametrize(('options', 'word'), [
     (['--offline', '--bags', 'nowhere'], 'nowhere'), (['--seed', '-1'], 'seed'),
     (['--every', '0'], 'every'), (['--seeds', '0'], 'seeds'), (['--sealed', '-1'], 'sealed'),
