@@ -22,6 +22,7 @@ import time
 
 from engb_core.errors import InputError
 from engb_core.model import Model
+from engb_core.printable import printable
 from engb_core.recording import Recording
 from engb_ros.commands.common import add_progress, folder_output, Progress
 
@@ -90,7 +91,7 @@ def run(arguments: argparse.Namespace) -> None:
                        allow_nan=False), encoding='utf-8')
         reproduction_page(results, origin, sealed).write(scratch / 'report.html')
     _tell(results, time.monotonic() - begin)
-    print(f'report: {Path(arguments.out) / "report.html"}')
+    print(printable(f'report: {Path(arguments.out) / "report.html"}'))
 
 
 def _opened(folder: Path):
