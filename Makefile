@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: demo check test lint types mutants clean
+.PHONY: demo check test lint types mutants simulators docs clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -26,6 +26,14 @@ check: $(VENV)/.ready lint types
 mutants: $(VENV)/.mutants
 	$(BIN)/python -m tests.mutants.run --jobs $(WORKERS) $(MODULES)
 
+# With other people's simulators: what `engb export` makes, run in FMPy and MuJoCo (PyPI, 0.2 GB).
+simulators: $(VENV)/.simulators
+	$(BIN)/python -m pytest -q -n $(WORKERS) tests/export tests/simulators
+
+# The documentation as a site, out/site; a warning is an error.
+docs: $(VENV)/.docs
+	$(BIN)/python docs/make_site.py out/site
+
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .
 
@@ -42,6 +50,14 @@ $(VENV)/.ready: setup.py requirements.txt
 
 $(VENV)/.mutants: $(VENV)/.ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[mutants]'
+	touch $@
+
+$(VENV)/.docs: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[docs]'
+	touch $@
+
+$(VENV)/.simulators: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[simulators]'
 	touch $@
 
 clean:
