@@ -46,11 +46,12 @@ setup(
         'fleet': ['dask[distributed]>=2024.1', 'pandas>=2.1', 'pyarrow>=14'],
         'test': ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'jsonschema',
                  'sympy'],
+        'docs': ['sphinx>=7', 'myst-parser>=3'],
         # The tests that run what `engb export` makes, and FMUs and MJCF files as nominals.
         'simulators': ['fmpy>=0.3.20', 'mujoco>=3.4'],
         'mutants': ['cosmic-ray>=8.3,<9'],
-        # A rival in `engb prove --baselines`.
-        'proof': ['pysindy>=2.0'],
+        # Rivals in `engb prove --baselines`.
+        'proof': ['pysindy>=2.0', 'pyoperon>=0.6'],
     },
     entry_points={
         # How engb_core, which knows no format, reads files: engb_core.read.

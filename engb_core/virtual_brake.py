@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import math
 from typing import NamedTuple, TYPE_CHECKING
 
-import yaml
-
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
 from engb_core.sensors import SensorChain, SensorSettings
 from engb_core.simulation import BrakePlant
+from engb_core.yaml_text import load_yaml, shown
 
 if TYPE_CHECKING:
     from engb_core.bench.brake import BenchBrake
@@ -162,12 +161,12 @@ def parse_effects(text: str) -> tuple[EffectSetting, ...]:
     if not text.strip():
         return ()
     try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError:
-        raise InputError(f'effects {text!r}: not valid YAML; write '
+        data = load_yaml(text)
+    except InputError as error:
+        raise InputError(f'effects {shown(text)}: {error}; write '
                          '"stribeck_friction: {breakaway_ratio: 1.4}"') from None
     if not isinstance(data, dict):
-        raise InputError(f'effects {text!r}: write "name: {{parameter: value}}"')
+        raise InputError(f'effects {shown(text)}: write "name: {{parameter: value}}"')
     settings = []
     for name, parameters in data.items():
         parameters = parameters or {}
@@ -178,7 +177,7 @@ def parse_effects(text: str) -> tuple[EffectSetting, ...]:
             try:
                 values[str(key)] = float(value)
             except (TypeError, ValueError):
-                raise InputError(f'effects: {name}.{key} is {value!r}; it must be a number'
+                raise InputError(f'effects: {name}.{key} is {shown(value)}; it must be a number'
                                  ) from None
             if not math.isfinite(values[str(key)]):
                 raise InputError(f'effects: {name}.{key} is {value}; it must be finite')

@@ -120,6 +120,17 @@ def test_recording_without_strokes_is_refused(motion):
         identify([Recording.from_samples('bare', time, position, 0.01 * np.ones_like(time))])
 
 
+def test_strokes_that_meet_no_load_are_told():
+    """A bench that moves to and fro is no brake: its load friction came out as 3.6 ± 2."""
+    found = identify([simulate(stroke_reference(count=2), {'load': (0.0, 0.0, 0.0, 0.0)})])
+    assert not found.load_seen
+    assert found.model.friction.load_gain == 0.0
+    assert np.ptp(found.load_torque(np.linspace(0.0, 20.0, 50))) == 0.0
+    assert found.model.friction.coulomb == pytest.approx(PAPER['coulomb'], rel=0.1)
+    told = found.summary()
+    assert 'no load torque stands out' in told and 'engb model' in told
+
+
 def test_no_recording_is_refused():
     with pytest.raises(InputError):
         identify([])
