@@ -243,7 +243,11 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         likely = any(_is_physics(entry) and entry.probability >= 0.5 for entry in findings)
         applied = told if likely else that_carries(fitter, nominal, told)
         corrected = _that_helps(applied, () if findings and applied.models else (problem.model,))
-    verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
+    # Numbers that are not right for every kind of motion may help all the same: not consistent.
+    helps = corrected is not problem.model or (
+        verdict != 'consistent'
+        and _that_helps(told, (problem.model,)) is not problem.model)
+    verdict = unless_nothing_helps(verdict, findings, helps)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected, told)
 
