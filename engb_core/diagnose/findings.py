@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -169,7 +170,8 @@ def _stands_out(effect: Effect, parameters: dict[str, ParameterEstimate]) -> boo
     if effect.rugged:
         return True
     for parameter in effect.parameters:
-        if parameter.none is not None and parameter.name in parameters:
+        if parameter.none is not None and math.isfinite(parameter.none) \
+                and parameter.name in parameters:
             found = parameters[parameter.name]
             if found.std is None:
                 return False

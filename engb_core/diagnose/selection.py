@@ -166,7 +166,8 @@ def _at_the_edge(fit: Fit, chosen: Fit) -> bool:
         return False
     for index, variant in enumerate(fit.hypothesis.variants):
         sizing = variant.sizing
-        if sizing.none is None or variant.effect.id in chosen.hypothesis.ids:
+        if sizing.none is None or math.isinf(sizing.none) \
+                or variant.effect.id in chosen.hypothesis.ids:
             continue
         size = fit.hypothesis.named(fit.vector, index)[sizing.name]
         most = sizing.high if size > sizing.none else sizing.low
