@@ -23,6 +23,7 @@ from engb_core.diagnose.evidence import (
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import load_shape_finding, with_free_load_curve
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.numbers import level, wrong_numbers
@@ -209,6 +210,9 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, explanation.fit)
+        grows = missing_load_friction(fitter, explanation.fit)
+        if grows is not None and all(entry.effect != grows.effect for entry in numbers):
+            numbers.append(grows)
         shape = load_shape_finding(fitter, explanation.fit)
         numbers += [] if shape is None else [shape]
         tell('taking the numbers from a sharper motion')

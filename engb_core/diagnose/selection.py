@@ -16,6 +16,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.load_cause import moved_by, standing, told_by_the_load
 from engb_core.diagnose.ranking import excess, price, simplest
+from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE
 
@@ -190,7 +191,7 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fi
         excess(other, fitter) > NEXT_LEAVES * new for other in others
         if not further & set(other.hypothesis.ids))
     return gain > FURTHER_LEAST and gain > FURTHER_PART * old and (
-        gain > least * whole or unmistakable)
+        gain > least * whole or unmistakable or better_on_others(fitter, chosen, best))
 
 
 def worth_a_further_effect(old: float, new: float, whole: float) -> bool:

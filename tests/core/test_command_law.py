@@ -24,11 +24,11 @@ PENDULUM = Model(motor=Motor(0.57, 0.05, 1.3), friction=Friction(0.1, 0.0, 0.05)
 
 
 def servo(*settings: EffectSetting, gain: float = 18.0, limit: float = 6.8,
-          duration: float = 8.0) -> Recording:
+          duration: float = 8.0, machine: Model = PENDULUM) -> Recording:
     """Return what a servo with these effects records: 100 Hz, counts, no torque."""
     time = np.arange(0.0, duration, STEP)
     wanted = np.sin(2.0 * time) + 0.5 * np.sign(np.sin(3.1 * time))
-    model = replace(PENDULUM, effects=settings,
+    model = replace(machine, effects=settings,
                     controller=Controller(gain, 0.0, 0.0, limit, 1000.0))
     empty = Recording('servo', time, np.zeros(time.size), np.zeros(time.size),
                       reference=Reference(time, wanted))
