@@ -20,12 +20,15 @@ from engb_ros.interface import (
     Service,
 )
 from engb_ros.probe import Probe
-from engb_ros.runner import Runner
+from engb_ros.runner import Runner, RunnerError
 
 __all__ = ['Drive', 'LiveLoop']
 
 # Position commands [s apart].
 COMMAND_PERIOD = 0.05
+
+# A fault that was just cleared may still be the last word for so long [s].
+LASTING_FAULT = 3.0
 
 Drive = Sequence[tuple[str, Mapping[str, Any]]]
 
@@ -80,10 +83,26 @@ class LiveLoop:
         self.probe.spin(0.01)
 
     def until(self, condition: Callable[[], Any], what: str, timeout: float = 60.0) -> float:
-        """Wait for `condition` and return how long it took [s]; RunnerError after `timeout`."""
+        """Wait for `condition` and return how long it took [s].
+
+        Raises:
+            RunnerError: not met within `timeout`, or a node ended; it says what the loop was at.
+        """
         begin = time.monotonic()
-        self.runner.wait_until(condition, what, timeout, pause=self.pump)
+        try:
+            self.runner.wait_until(condition, what, timeout, pause=self.pump)
+        except RunnerError as error:
+            raise RunnerError(f'{error}; {self.words()}') from None
         return time.monotonic() - begin
+
+    def words(self) -> str:
+        """Return what the loop is at: the controller's state and causes, the angle, the torque."""
+        state = self.state[-1].data if self.state else 'unknown'
+        causes = (Cause(self.causes[-1].data).name or 'no cause') if self.causes else 'unknown'
+        shaft = (f'{self.position:.3f} rad, {self.effort:.4f} N·m' if self.states
+                 else 'no joint states')
+        return (f'the controller is {state} ({causes}), the drive at {shaft}, '
+                f'{self.target} rad commanded')
 
     def during(self, seconds: float) -> None:
         """Let time pass."""
@@ -93,10 +112,26 @@ class LiveLoop:
         self.runner.check()
 
     def go(self, angle: float) -> None:
-        """Track `angle` [rad] and wait until the brake is there."""
+        """Track `angle` [rad] and wait until the brake is there.
+
+        Raises:
+            RunnerError: it is not there within a minute, or the controller stays in a fault, which
+                nothing but clearing ends: waiting would not help.
+        """
         self.target = angle
-        self.until(lambda: abs(self.position - angle) < 0.3 and self.is_in('enabled'),
-                   f'{angle} rad')
+        fault_since: float | None = None
+
+        def there() -> bool:
+            nonlocal fault_since
+            if not self.is_in('fault'):
+                fault_since = None
+            elif fault_since is None:
+                fault_since = time.monotonic()
+            elif time.monotonic() - fault_since > LASTING_FAULT:
+                raise RunnerError(f'a fault keeps the brake from {angle} rad')
+            return abs(self.position - angle) < 0.3 and self.is_in('enabled')
+
+        self.until(there, f'{angle} rad')
 
     def is_in(self, state: str) -> bool:
         """Whether the controller's last word was this state."""

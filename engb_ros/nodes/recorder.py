@@ -68,6 +68,8 @@ class RecorderNode(ManagedNode):
         names = [name for name in values['topics'] if name] or [
             topic.name for topic in _OWN]
         self._wanted = {self.resolve_topic_name(name) for name in names}
+        self._statuses = {self.resolve_topic_name(topic.name) for topic in _OWN
+                          if topic.kind == 'status'}
         for topic in _OWN:
             name = self.resolve_topic_name(topic.name)
             if name in self._wanted:
@@ -105,14 +107,24 @@ class RecorderNode(ManagedNode):
                 self._subscribe(name, types[0])
 
     def _subscribe(self, name: str, type_name: str) -> None:
-        offered = [info.qos_profile for info in self.get_publishers_info_by_topic(name)]
-        best_effort = any(entry.reliability == ReliabilityPolicy.BEST_EFFORT for entry in offered)
-        durable = bool(offered) and all(entry.durability == DurabilityPolicy.TRANSIENT_LOCAL
-                                        for entry in offered)
         before = self._recorded.get(name)
-        if name in self._recorded and (before is None or before.qos_profile.reliability
-                                       == ReliabilityPolicy.BEST_EFFORT or not best_effort):
+        if name in self._recorded and before is None:
             return
+        offered = [info.qos_profile for info in self.get_publishers_info_by_topic(name)]
+        # A best-effort reader hears both kinds of publisher, a reliable one only its own.
+        best_effort = any(entry.reliability == ReliabilityPolicy.BEST_EFFORT for entry in offered)
+        # A transient local reader gets what was said before it came, but hears nobody who is
+        # volatile. Who publishes is not known at first: what is a status is read as one.
+        durable = (all(entry.durability == DurabilityPolicy.TRANSIENT_LOCAL for entry in offered)
+                   if offered else name in self._statuses)
+        if before is not None:
+            was_best_effort = before.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
+            was_durable = before.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            best_effort = best_effort or was_best_effort
+            if not offered or self._written[name]:   # else what was heard would be written twice
+                durable = durable and was_durable
+            if (best_effort, durable) == (was_best_effort, was_durable):
+                return
         try:
             kind = message_class(type_name)
         except (ImportError, AttributeError, ValueError):
@@ -124,7 +136,6 @@ class RecorderNode(ManagedNode):
             self.get_logger().warning(f'{name}: rosbags does not know {type_name}; not recorded')
             self._recorded[name] = None
             return
-        # A best-effort reader hears both kinds of publisher, a reliable one only its own.
         qos = QoSProfile(
             history=HistoryPolicy.KEEP_LAST, depth=_BACKLOG,
             reliability=(ReliabilityPolicy.BEST_EFFORT if best_effort

@@ -21,6 +21,7 @@ from engb_ros.interface import (
     DISC_SPEED,
     EFFORT_COMMAND,
     JOINT_STATES,
+    RECORDED,
 )
 from engb_ros.runner import node_command
 
@@ -36,6 +37,12 @@ def send(probe, runner, count, pause=0.001):
         if index % 10 == 0:
             probe.publish(DISC_SPEED, index)
         time.sleep(pause)
+
+
+def until_recorded(runner, probe, *topics):
+    """Wait until the recorder says that a message of each topic is in its bag."""
+    runner.wait_until(lambda: all(topic in probe.call('recorder', RECORDED).message
+                                  for topic in topics), 'a message in the bag', pause=probe.spin)
 
 
 def read(path):
@@ -122,6 +129,8 @@ def test_what_publishers_offer_is_in_the_bag_and_diagnostics_and_clock_are(runne
         for topic, kind in ((JOINT_STATES, JointState), (DIAGNOSTICS, DiagnosticArray),
                             (CLOCK, Clock)):
             probe.publish(topic, kind())
+    until_recorded(runner, probe, '/diagnostics', '/clock', '/engb/joint_states',
+                   '/engb/controller_state')
     runner.stop()
     metadata = yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text(encoding='utf-8'))
     offered = {entry['topic_metadata']['name']: entry['topic_metadata']['offered_qos_profiles']
@@ -130,6 +139,28 @@ def test_what_publishers_offer_is_in_the_bag_and_diagnostics_and_clock_are(runne
     assert offered['/engb/controller_state'][0]['durability'] == 'transient_local'
     assert offered['/engb/joint_states'][0]['durability'] == 'volatile'
     assert offered['/engb/joint_states'][0]['reliability'] == 'reliable'
+
+
+def test_a_status_said_before_the_recorder_came_is_in_the_bag(runner, probe, tmp_path):
+    probe.publish(CONTROLLER_STATE, String(data='enabled'))
+    runner.start('recorder', parameters={'bag': str(tmp_path / 'bag')})
+    probe.publish(JOINT_STATES, JointState())
+    runner.wait_until(lambda: probe.subscribers(CONTROLLER_STATE), 'the recorder',
+                      pause=probe.spin)
+    until_recorded(runner, probe, '/engb/controller_state')
+    runner.stop()
+    assert [message.data for message in read(tmp_path / 'bag')['/engb/controller_state']] == [
+        'enabled']
+
+
+def test_a_status_of_a_publisher_that_keeps_nothing_is_heard(runner, probe, tmp_path):
+    runner.start('recorder', parameters={'bag': str(tmp_path / 'bag')})
+    publisher = probe.node.create_publisher(String, CONTROLLER_STATE.name, 10)
+    runner.wait_until(publisher.get_subscription_count, 'the recorder', pause=probe.spin)
+    publisher.publish(String(data='ready'))
+    until_recorded(runner, probe, '/engb/controller_state')
+    runner.stop()
+    assert read(tmp_path / 'bag')['/engb/controller_state'][0].data == 'ready'
 
 
 def test_a_bag_in_several_files_holds_everything(runner, probe, tmp_path):
