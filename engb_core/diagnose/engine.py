@@ -13,6 +13,7 @@ from engb_core.data_faults import cleaned, DataFault
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
+from engb_core.diagnose.effort_scale import with_effort_scale
 from engb_core.diagnose.evidence import (
     evidence_of,
     pooled,
@@ -196,7 +197,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
             fitter, nominal, selection = free, free.nominal(), select(search(free, tell))
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('asking whether an effect begins within the recordings')
-        selection = with_onset(fitter, selection)
+        selection = with_effort_scale(fitter, with_onset(fitter, selection))
     tell('refining')
     chosen = selection.chosen
     if is_rugged(chosen):

@@ -41,10 +41,10 @@ NOTHING_LEFT = 0.15
 
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
 # is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
-# without one moves along θ by its own coefficients.
+# without one moves along θ by its own coefficients. The scale of effort is that of all numbers.
 _NOT_SEARCHED = {'unexplained_surface', 'law', 'inertia_error', 'viscous_friction_error',
                  'coulomb_friction_error', 'load_stiffness_error', 'load_dependent_friction',
-                 'sampling_delay', 'contact_shift', 'load_curve_shape'}
+                 'sampling_delay', 'contact_shift', 'load_curve_shape', 'effort_scale_error'}
 
 
 @dataclass

@@ -6,7 +6,8 @@ counts is how much of the mismatch an effect takes away, not whether it does.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import partial
 import math
 
@@ -61,6 +62,8 @@ class Selection:
         nominal_excess: of the model file as it stands.
         excess_before: of the refitted nominal model.
         excess_after: of the chosen.
+        believed: effect → (its probability, its rival), where it follows from other evidence than
+            how much of the mismatch is taken away.
     """
 
     chosen: Fit
@@ -68,6 +71,7 @@ class Selection:
     nominal_excess: float
     excess_before: float
     excess_after: float
+    believed: Mapping[str, tuple[float, str]] = field(default_factory=dict)
 
     @property
     def share(self) -> float:
