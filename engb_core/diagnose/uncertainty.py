@@ -92,7 +92,7 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
         if parameter.logarithmic:
             value = float(np.exp(value))
             std *= value
-        if parameter.name == 'phase':
+        if parameter.kind == 'phase':
             value = float(np.remainder(value + np.pi, 2.0 * np.pi) - np.pi)
         # What is none at infinity is measured from nothing, as what has no none.
         none = parameter.none if parameter.none is not None else 0.0

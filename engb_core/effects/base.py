@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+import re
 
 from engb_core.compiled import EffectFunction
 from engb_core.model import EffectSetting
@@ -73,6 +74,11 @@ class Parameter:
     form: float = 0.01
     form_steps: float = 0.0
     default: float | None = None
+
+    @property
+    def kind(self) -> str:
+        """The name without the number of one of several alike: `order_2` is an `order`."""
+        return re.sub(r'_\d$', '', self.name)
 
 
 @dataclass(frozen=True)
