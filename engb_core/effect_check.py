@@ -30,7 +30,7 @@ from engb_core.effects.base import (
 )
 from engb_core.effects.catalogue import get_effect, registered
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.inverse_dynamics import effort_of_motion, measured
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
 from engb_core.motion import gaussian_kernel
 from engb_core.plant import physics_of, setting_values
@@ -189,7 +189,7 @@ def simulated_loop(model: Model, angle: Array) -> tuple[Array, Array]:
 
     A sample is the middle of a tick, over which effort and acceleration are constant and mean;
     its reference is that of the tick's begin. The effort is what the feedback asks for by the
-    reference as it is given, whatever set-point the drive acts on.
+    reference as it is given, whatever set-point the drive acts on, as it is then measured.
 
     Args:
         model: the simulated machine, with its feedback.
@@ -217,7 +217,8 @@ def simulated_loop(model: Model, angle: Array) -> tuple[Array, Array]:
         np.diff(velocity) / TICK, disc[:-1],
         (np.cumsum(disc) * TICK)[:-1] - 0.5 * disc[:-1] * TICK, warmth[:-1])
     samples[:, REFERENCE] = angle[:-1]
-    return samples, effort[:-1]
+    physics = physics_of(model)
+    return samples, measured(samples.copy(), physics, physics.fresh_state(), effort[:-1])
 
 
 def effort_needed(samples: Array, model: Model) -> Array:

@@ -222,6 +222,14 @@ class BrakePlant:
                         physics.owner, physics.parameters, self._state, sample,
                         torque if math.isfinite(torque) else 0.0, steps)
 
+    def measured_effort(self, torque: float, duration: float) -> float:
+        """Return the effort [N·m] that is recorded of `torque` after another `duration` [s]."""
+        physics, sample = self._physics, self._sample.copy()
+        sample[TIME_STEP], sample[EFFORT] = duration, torque
+        for function, effect in physics.stages['measurement']:
+            sample[EFFORT] = function(physics.parameters[effect], self._state[effect], sample)
+        return float(sample[EFFORT])
+
     @property
     def time(self) -> float:
         """[s] since the start."""

@@ -136,7 +136,8 @@ class VirtualBrake:
         self.samples += 1
         time = self.samples * self.period
         position, velocity, effort = self._sensors.measure(
-            time, self._plant.position, self.torque)
+            time, self._plant.position,
+            self._plant.measured_effort(self.torque, self.period))
         return Measurement(time, position, velocity, effort, disc_speed, temperature)
 
 

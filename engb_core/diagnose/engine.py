@@ -40,6 +40,7 @@ from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
+from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.laws.competition import law_for
 from engb_core.model import Model
@@ -149,7 +150,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         return problem, _judged(settled, tell, threads, earlier)
 
     problem, outcome = judged(0.0)
-    lag = sum(entry.parameters.get('lag', 0.0) for entry in outcome.corrected.effects)
+    lag = _lateness(outcome.corrected)
     if lag < SHORTEST_LAG:
         return problem, outcome
     tell('judging once more without what comes too late before a stop')
@@ -157,8 +158,13 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         again = judged(LATE * lag, outcome.fitter)
     except InputError:
         return problem, outcome
-    still = any('lag' in entry.parameters for entry in again[1].corrected.effects)
-    return again if still else (problem, outcome)
+    return again if _lateness(again[1].corrected) > 0.0 else (problem, outcome)
+
+
+def _lateness(model: Model) -> float:
+    """Return by how much torque comes late [s], which nothing of a late measurement is."""
+    return sum(entry.parameters.get('lag', 0.0) for entry in model.effects
+               if get_effect(entry.effect).lead is not None)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,10 @@ Stages, in the order in which a sample passes them:
 and, before all of them, where effort is a command (command_law.py):
 
     command    returns the set-point on which the drive acts, given sample[REFERENCE] [rad]
+
+and, behind them, what a recording makes of it:
+
+    measurement  returns the effort that is recorded, given sample[EFFORT], the true one [N·m]
 """
 
 from __future__ import annotations
@@ -40,7 +44,8 @@ SAMPLE_SIZE = 19
 STATE_SIZE = 72
 # How the statement begins of an effect that is no missing physics.
 NUMBER_OFF = 'A number is off, which is no missing physics: '
-STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation', 'command')
+STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation', 'command',
+          'measurement')
 
 
 @dataclass(frozen=True)

@@ -14,4 +14,5 @@ TABLE_4 = NUMBERS | {
     'pad_creep', 'self_energizing', 'pad_friction_fade', 'disc_runout'}
 
 # What only a drive that is seen from outside shows.
-DRIVES = frozenset({'effort_scale_error', 'command_delay', 'command_rate_limit'})
+DRIVES = frozenset({'effort_scale_error', 'effort_measurement_lag', 'command_delay',
+                    'command_rate_limit'})
