@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: demo check test lint types mutants clean
+.PHONY: demo check test lint types mutants simulators clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -26,6 +26,10 @@ check: $(VENV)/.ready lint types
 mutants: $(VENV)/.mutants
 	$(BIN)/python -m tests.mutants.run --jobs $(WORKERS) $(MODULES)
 
+# With other people's simulators: what `engb export` makes, run in FMPy and MuJoCo (PyPI, 0.2 GB).
+simulators: $(VENV)/.simulators
+	$(BIN)/python -m pytest -q -n $(WORKERS) tests/export
+
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .
 
@@ -42,6 +46,10 @@ $(VENV)/.ready: setup.py requirements.txt
 
 $(VENV)/.mutants: $(VENV)/.ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[mutants]'
+	touch $@
+
+$(VENV)/.simulators: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[simulators]'
 	touch $@
 
 clean:

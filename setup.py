@@ -21,7 +21,7 @@ setup(
     maintainer_email='maintainers@engb-ros.invalid',
     packages=find_packages(exclude=['tests', 'tests.*', 'benchmarks', 'benchmarks.*']),
     package_data={
-        'engb_core': ['py.typed', '**/*.yaml', '**/*.json'],
+        'engb_core': ['py.typed', '**/*.yaml', '**/*.json', 'export/c/*'],
         'engb_ros': ['py.typed', 'resource/*', 'launch/*', 'config/*'],
     },
     data_files=[
@@ -46,6 +46,8 @@ setup(
         'fleet': ['dask[distributed]>=2024.1', 'pandas>=2.1', 'pyarrow>=14'],
         'test': ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'jsonschema',
                  'sympy'],
+        # The tests that run what `engb export` makes, and FMUs and MJCF files as nominals.
+        'simulators': ['fmpy>=0.3.20', 'mujoco>=3.4'],
         'mutants': ['cosmic-ray>=8.3,<9'],
         # A rival in `engb prove --baselines`.
         'proof': ['pysindy>=2.0'],

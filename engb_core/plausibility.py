@@ -1,16 +1,19 @@
 """Whether a recording can be what it says: units, a signal that is missing, an angle that wraps.
 
 A recording in degrees or amperes gets a name for physics that isn't there: scaled wrongly, every
-effect looks like some other one. Each factor of a usual slip is known exactly. It is told where
+effect looks like some other one. What tells it is the model file with no number refitted.
 
-- the model as it stands explains next to nothing of the effort (its residual is as large as the
-  effort itself), and
-- with the recording scaled by exactly that factor, and no number refitted, it explains most, and
-- a free refit of inertia, friction and load to the unscaled recording explains hardly more:
-  the scaled model leaves no room for a cause within the machine.
+Effort: which one factor makes the file's torque of the motion and the recorded effort most alike
+is known by projection. Where it is above 10 or below 0.1, or negative, and the two are alike then,
+effort is no torque in N·m: no machine differs from its file like that, whatever it misses.
 
-A wrong load stiffness or torque constant fails the first two: such a model is off by a part, and
-no factor of 57 or 1000 makes it better.
+Position and time: the factors of the usual slips are known exactly. One is told where
+
+- the file explains most of the effort with it, and far more than with the recording as it stands,
+- no factor nearby does it better, and those further off do it worse: the data determine it, and
+  it is not a number of the file that is off by another factor,
+- a free refit of inertia, friction and load to the recording as it stands explains hardly more:
+  a cause within the machine is not needed.
 """
 
 from __future__ import annotations
@@ -34,18 +37,34 @@ __all__ = ['Plausibility', 'refuse_implausible']
 
 Array = NDArray[np.float64]
 
-# Residual over effort, rms: as it stands at least so much, with the right units at most so much.
-# 0.9: less than a fifth of the variance is explained; 0.5: three quarters are.
-NOTHING, MOST = 0.9, 0.5
+# What may be left of the effort, rms over rms, where the file explains it: three quarters of the
+# variance are gone.
+MOST = 0.5
+# A slip leaves at most this part of what is left as it stands (both with the best factor of
+# effort).
+BETTER = 0.5
+# Effort that is off by more than such a factor, or by less than its inverse, is another quantity.
+OTHER_QUANTITY = 10.0
+# Torque constants in data sheets hold within so much; a unit is named if the factor is that near.
+LIKE = 1.25
+# Encoders that are told apart differ by more.
+NEAR = 1.05
 # How much more a free refit may leave unexplained at least, as a part of the scaled model's rms.
 NEAR_FREE = 0.3
+# Factors beside a slip's own, in octaves, that tell whether the data determine it, and by how
+# much the outermost must be worse.
+BESIDE, WORSE = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5), 1.1
 # An encoder's counts in a turn: powers of two, and four times the usual lines of optical ones.
 COUNTS = tuple(2 ** power for power in range(8, 25)) + tuple(
     4 * lines for lines in (100, 200, 250, 360, 400, 500, 1000, 1250, 2000, 2500, 3600, 5000))
+# Sampling intervals of recordings [s]: 50 kHz to 17 Hz.
+INTERVALS = 2e-5, 0.06
 # Samples looked at: a diagnosis takes seconds, this must not.
 LONGEST = 10_000
 # A jump of the angle of at least this part of its range, against the motion, is a wrap.
 OF_RANGE = 0.9
+# Samples from one jump to the one back that a reading error takes at most.
+MISREAD = 5
 
 
 @dataclass(frozen=True)
@@ -57,6 +76,16 @@ class _Unit:
 
 
 _SI = _Unit(1.0, '')
+
+
+@dataclass(frozen=True)
+class _Likeness:
+    """Of recorded effort and the file's torque: what is left of effort at best, rms over rms; the
+    factor of effort that this takes; the motor's mean power [arbitrary unit]."""
+
+    left: float
+    factor: float
+    power: float
 
 
 @dataclass(frozen=True)
@@ -84,6 +113,9 @@ class Plausibility:
         step = np.diff(position)
         span = float(np.ptp(position))
         jump = np.flatnonzero(np.abs(step) > OF_RANGE * span)
+        # There and back within a few samples: those were misread, the angle didn't begin again.
+        back = np.flatnonzero((np.diff(jump) < MISREAD) & (np.diff(np.sign(step[jump])) != 0.0))
+        jump = np.delete(jump, np.union1d(back, back + 1))
         jump = jump[(jump > 0) & (jump < step.size - 1)]
         # The motion goes on behind it as before it: the angle began again.
         against = jump[(np.sign(step[jump - 1]) == -np.sign(step[jump]))
@@ -96,21 +128,55 @@ class Plausibility:
 
     def _units(self) -> str:
         recording = self._short()
-        stands = self._left(recording, _SI, _SI, _SI)
-        if not stands > NOTHING:
+        stands = self._likeness(recording, 1.0, 1.0)
+        position, time, found = _SI, _SI, stands
+        slips = [(self._likeness(recording, place.factor, clock.factor), place, clock)
+                 for place, clock in self._slips(recording)]
+        # Nobody records effort in a unit that much larger, and position in a wrong one beside.
+        best = min((entry for entry in slips if abs(entry[0].factor) <= OTHER_QUANTITY),
+                   key=lambda entry: entry[0].left, default=(stands, _SI, _SI))
+        if best[0].left < MOST and best[0].left < BETTER * stands.left \
+                and self._determined(recording, *best) \
+                and self._free(recording) >= NEAR_FREE * best[0].left:
+            found, position, time = best
+        if not found.left < MOST:
             return ''
-        found = [(self._left(recording, *units), units) for units in self._slips(recording)]
-        left, units = min(found, key=lambda entry: entry[0], default=(math.inf, ()))
-        if not left < MOST or self._free(recording) < NEAR_FREE * left:
+        effort = self._effort_unit(found)
+        if effort is _SI and position is _SI and time is _SI:
             return ''
         told, remedy = [], []
-        for name, unit in zip(('position', 'effort', 'time'), units, strict=True):
+        for name, unit in (('position', position), ('effort', effort), ('time', time)):
             if unit is not _SI:
                 told.append(f'{name} looks like {unit.name}, not {self._si(name)}')
                 remedy.append(f'--scale {name}={unit.factor:.7g}')
-        return (f'{" and ".join(told)}: as it stands the model explains nothing of it, scaled '
-                f'it explains {1.0 - left ** 2:.0%}; record in SI units, or import the table with '
-                f'{" ".join(remedy)}')
+        return (f'{" and ".join(told)}: scaled so, the model explains '
+                f'{1.0 - found.left ** 2:.0%} of it with no number changed; record in SI units, '
+                f'or import the table with {" ".join(remedy)}')
+
+    def _effort_unit(self, found: _Likeness) -> _Unit:
+        """Return what effort is, told by the factor that makes it the torque of the motion."""
+        if found.factor < 0.0 and found.power > 0.0:
+            # The motor drives: it is the file's load that acts the other way.
+            return _SI
+        sign, opposite = (1.0, '') if found.factor > 0.0 else (-1.0, ' of the opposite sign')
+        size = abs(found.factor)
+        if 1.0 / OTHER_QUANTITY <= size <= OTHER_QUANTITY:
+            return _Unit(-1.0, 'a torque of the opposite sign (or position is counted '
+                         'backwards)') if opposite else _SI
+        linear = self.model.joint.type == 'prismatic'
+        constant = self.model.motor.torque_constant
+        known = [_Unit(1e-3, 'mN'), _Unit(1e3, 'kN')] if linear else [
+            _Unit(1e-3, 'mN·m'), _Unit(1e-2, 'N·cm'), _Unit(1e3, 'kN·m')]
+        known += [_Unit(constant, 'amperes'), _Unit(1e-3 * constant, 'milliamperes')]
+        near = min(known, key=lambda unit: abs(math.log(size / unit.factor)))
+        if abs(math.log(size / near.factor)) < math.log(LIKE):
+            return _Unit(sign * near.factor, near.name + opposite)
+        shown = float(f'{size:.2g}')
+        per = 'N/A' if linear else 'N·m/A'
+        return _Unit(sign * shown, (
+            f'a current of a motor with {shown:g} {per} (the file says {constant:g})'
+            if size < 1.0 else f'another quantity ({1.0 / size:.2g} of what the motion needs)')
+            + opposite)
 
     def _si(self, name: str) -> str:
         linear = self.model.joint.type == 'prismatic'
@@ -125,34 +191,48 @@ class Plausibility:
         begin = (recording.time.size - LONGEST) // 2
         return recording.between(recording.time[begin], recording.time[begin + LONGEST])
 
-    def _slips(self, recording: Recording) -> Iterator[tuple[_Unit, _Unit, _Unit]]:
-        """Yield what position, effort and time may be."""
-        linear = self.model.joint.type == 'prismatic'
-        positions = [_SI, *([_Unit(1e-3, 'mm')] if linear else [
-            _Unit(math.pi / 180.0, 'degrees'), _Unit(2.0 * math.pi, 'turns')])]
-        if not linear and (recording.position == np.rint(recording.position)).all():
-            positions += [_Unit(2.0 * math.pi / counts, f'counts of {counts} in a turn')
+    def _slips(self, recording: Recording) -> Iterator[tuple[_Unit, _Unit]]:
+        """Yield what position and time may be."""
+        positions = [_Unit(1e-3, 'mm')] if self.model.joint.type == 'prismatic' else [
+            _Unit(math.pi / 180.0, 'degrees'), _Unit(2.0 * math.pi, 'turns')]
+        if self.model.joint.type != 'prismatic' and (
+                recording.position == np.rint(recording.position)).all():
+            positions += [_Unit(2.0 * math.pi / counts, f'counts of {_alike(counts)} in a turn')
                           for counts in COUNTS]
-        efforts = [_SI, _Unit(1e-3, 'mN' if linear else 'mN·m'),
-                   _Unit(self.model.motor.torque_constant, 'amperes')]
-        times = [_SI, _Unit(1e-3, 'ms')]
-        for position in positions:
-            for effort in efforts:
-                for time in times[:1] if position.name.startswith('counts') else times:
-                    units = position, effort, time
-                    if any(unit is not _SI for unit in units):
-                        yield units
+        times = [unit for unit in (_Unit(1e-3, 'ms'), _Unit(1e-6, 'µs'), _Unit(1e-9, 'ns'))
+                 if INTERVALS[0] <= recording.interval * unit.factor <= INTERVALS[1]]
+        yield from ((position, _SI) for position in positions)
+        yield from ((_SI, time) for time in times)
+        yield from ((position, time) for position in positions[:2] for time in times)
 
-    def _left(self, recording: Recording, position: _Unit, effort: _Unit, time: _Unit) -> float:
-        """Return what the file's model leaves of the effort, rms over rms, with these units."""
-        motion = _motion(recording, position.factor, effort.factor, time.factor)
+    def _likeness(self, recording: Recording, position: float, time: float) -> _Likeness:
+        """Return how alike effort and the torque that the file needs for the motion are."""
+        motion = _motion(recording, position, time)
+        effort = motion.effort[motion.known]
         with np.errstate(all='ignore'):
             wanted = effort_of_motion(motion.samples(), motion.step, physics_of(self.model))
-            return _part((motion.effort - wanted)[motion.known], motion.effort[motion.known])
+            wanted = wanted[motion.known]
+            both = float(effort @ wanted)
+            sizes = float(np.linalg.norm(effort) * np.linalg.norm(wanted))
+            cosine = both / sizes if sizes > 0.0 else 0.0
+        if not math.isfinite(cosine) or both == 0.0:
+            return _Likeness(1.0, 1.0, 1.0)
+        return _Likeness(math.sqrt(max(1.0 - cosine ** 2, 0.0)), float(wanted @ wanted) / both,
+                         float(effort @ motion.velocity[motion.known]))
+
+    def _determined(self, recording: Recording, found: _Likeness, position: _Unit,
+                    time: _Unit) -> bool:
+        """Whether the data tell the factor of position: none nearby is better, those further off
+        are worse. (Factors of time are a thousand apart.)"""
+        if position is _SI:
+            return True
+        left = [self._likeness(recording, position.factor * 2.0 ** octaves, time.factor).left
+                for octaves in BESIDE]
+        return min(left) >= found.left and min(left[0], left[-1]) > WORSE * found.left
 
     def _free(self, recording: Recording) -> float:
         """Return what a free refit of inertia, friction, load and offset leaves, rms over rms."""
-        motion = _motion(recording, 1.0, 1.0, 1.0)
+        motion = _motion(recording, 1.0, 1.0)
         speed = motion.velocity / (np.abs(motion.velocity).max() or 1.0)
         angle = motion.position - motion.position.mean()
         angle /= np.abs(angle).max() or 1.0
@@ -168,6 +248,12 @@ class Plausibility:
         return _part(effort - fitted, effort)
 
 
+def _alike(counts: int) -> str:
+    """Return encoders' counts that a file with honest errors cannot tell from these."""
+    near = [other for other in COUNTS if other != counts and 1.0 / NEAR < other / counts < NEAR]
+    return ' or '.join(map(str, (counts, *near)))
+
+
 def refuse_implausible(recordings: Sequence[Recording], model: Model) -> None:
     """Raise InputError where a recording cannot be what it says; names it and the remedy."""
     for recording in recordings:
@@ -176,10 +262,10 @@ def refuse_implausible(recordings: Sequence[Recording], model: Model) -> None:
             raise InputError(f'{recording.name}: {fault}')
 
 
-def _motion(recording: Recording, position: float, effort: float, time: float) -> Motion:
+def _motion(recording: Recording, position: float, time: float) -> Motion:
     return motion_of(dataclasses.replace(
         recording, time=recording.time * time, position=recording.position * position,
-        effort=recording.effort * effort, velocity=None, reference=None, signals={}))
+        velocity=None, reference=None, signals={}))
 
 
 def _part(rest: Array, whole: Array) -> float:

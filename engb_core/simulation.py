@@ -46,7 +46,7 @@ from engb_core.plant import (
 )
 from engb_core.recording import Recording
 
-__all__ = ['BrakePlant', 'simulate_closed_loop']
+__all__ = ['BrakePlant', 'INNER_STEP', 'advance_steps', 'simulate_closed_loop']
 
 Array = NDArray[np.float64]
 
@@ -58,8 +58,8 @@ _BLOCK = 1 << 16
 
 
 @compiled
-def _advance(nominal, cogging, functions, bounds, owner, parameters, state, sample, effort,
-             steps):
+def advance_steps(nominal, cogging, functions, bounds, owner, parameters, state, sample, effort,
+                  steps):
     """Advance inner steps with the measured effort held; the sample carries the motion."""
     if bounds[6] == 0:
         _advance_nominal(nominal, cogging, sample, effort, steps)
@@ -101,8 +101,8 @@ def _after_friction(velocity, step, inertia, saturation, drive, level):
 
 @compiled
 def _advance_nominal(nominal, cogging, sample, effort, steps):
-    """Do what `_advance` does where no effect acts, number for number, with the motion held in
-    the processor's registers: six times as fast."""
+    """Do what `advance_steps` does where no effect acts, number for number, with the motion held
+    in the processor's registers: six times as fast."""
     step = sample[TIME_STEP]
     inertia = nominal[N_INERTIA]
     viscous = nominal[N_VISCOUS]
@@ -177,8 +177,8 @@ def _loop(nominal, cogging, functions, bounds, owner, parameters, state, sample,
             integral += gains[1] * error * gains[4]
         out[row, 0] = sample[POSITION]
         out[row, 1] = sample[VELOCITY]
-        _advance(nominal, cogging, functions, bounds, owner, parameters, state, sample, effort,
-                 steps)
+        advance_steps(nominal, cogging, functions, bounds, owner, parameters, state, sample,
+                      effort, steps)
     return integral
 
 
@@ -218,9 +218,9 @@ class BrakePlant:
         sample[DISC_SPEED] = disc_speed
         sample[PAD_TEMPERATURE] = pad_temperature
         physics = self._physics
-        _advance(physics.nominal, physics.cogging, physics.functions, physics.bounds,
-                        physics.owner, physics.parameters, self._state, sample,
-                        torque if math.isfinite(torque) else 0.0, steps)
+        advance_steps(physics.nominal, physics.cogging, physics.functions, physics.bounds,
+                      physics.owner, physics.parameters, self._state, sample,
+                      torque if math.isfinite(torque) else 0.0, steps)
 
     def measured_effort(self, torque: float, duration: float) -> float:
         """Return the effort [N·m] that is recorded of `torque` after another `duration` [s]."""

@@ -20,6 +20,7 @@ from typing import Any
 from engb_core.effects.catalogue import catalogue, own_effects_folder
 from engb_core.errors import InputError
 from engb_core.model import Model
+from engb_core.printable import printable
 from engb_ros.outputs import folder_output
 
 __all__ = ['add_arguments', 'run']
@@ -64,9 +65,9 @@ def run(arguments: argparse.Namespace) -> None:
     with folder_output(own, names, [folder]) as scratch:
         (scratch / names[0]).write_text(text, encoding='utf-8')
         (scratch / names[1]).write_text(test_text(arguments.name), encoding='utf-8')
-    print(f'{own / names[0]}: {law.get("acts_as")} {law.get("pattern")}')
+    print(f'{printable(str(own / names[0]))}: {law.get("acts_as")} {law.get("pattern")}')
     if own != own_effects_folder():
-        print(f'to have it read by every command: ENGB_EFFECTS={own}')
+        print(f'to have it read by every command: ENGB_EFFECTS={printable(str(own))}')
 
 
 def _document(path: Path) -> dict[str, Any]:

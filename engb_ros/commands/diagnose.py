@@ -119,9 +119,10 @@ def run(arguments: argparse.Namespace) -> None:
         progress('writing the report')
         write_results(scratch, diagnosis)
     print(summary(diagnosis))
-    print(f'report: {Path(arguments.out) / REPORT}')
+    out = printable(arguments.out)
+    print(f'report: {Path(out) / REPORT}')
     if diagnosis.next_experiment is not None and diagnosis.next_experiment.time is not None:
-        print(f'next experiment: {Path(arguments.out) / EXPERIMENT}')
+        print(f'next experiment: {Path(out) / EXPERIMENT}')
 
 
 def write_results(folder: Path, diagnosis: Diagnosis) -> None:

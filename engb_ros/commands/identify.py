@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 
+from engb_core.printable import printable
 from engb_ros.commands.common import (
     add_model,
     add_namespace,
@@ -50,4 +51,4 @@ def run(arguments: argparse.Namespace) -> None:
             identified = identify(recordings, model)
         identified.model.write(scratch)
     print(identified.summary())
-    print(f'model: {arguments.out}')
+    print(f'model: {printable(arguments.out)}')

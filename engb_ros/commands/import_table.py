@@ -78,11 +78,12 @@ def run(arguments: argparse.Namespace) -> None:
         write_recording(made, measured, arguments.joint, arguments.namespace)
     for text in measured.told:
         print(text)
-    print(f'{arguments.out}: {recording.time.size} samples, {recording.duration:.2f} s at '
-          f'{1 / recording.interval:.6g} Hz, joint {arguments.joint}'
+    print(f'{printable(arguments.out)}: {recording.time.size} samples, '
+          f'{recording.duration:.2f} s at {1 / recording.interval:.6g} Hz, '
+          f'joint {printable(arguments.joint)}'
           + ('' if recording.velocity is not None else ', no velocity'))
     for note in recording.notes:
-        print(f'note: {note}')
+        print(printable(f'note: {note}'))
 
 
 def _listing(path: str) -> str:

@@ -37,7 +37,12 @@ class Inputs:
 def recording_names(paths: Sequence[str]) -> tuple[str, ...]:
     """Return the names under which tables among `paths` are written as recordings."""
     from engb_ros.tables.open import is_table
-    return tuple(f'{Path(path).stem}.mcap' for path in paths if is_table(path))
+    return tuple(_recording_name(path) for path in paths if is_table(path))
+
+
+def _recording_name(path: str) -> str:
+    # A byte that is no UTF-8 may be in a file's name, but not within a bag.
+    return Path(path).stem.encode(errors='replace').decode().replace('?', '_') + '.mcap'
 
 
 def read_inputs(paths: Sequence[str], model: Model | None, namespace: str | None,
@@ -66,7 +71,7 @@ def read_inputs(paths: Sequence[str], model: Model | None, namespace: str | None
             continue
         progress(f'reading {path}')
         measured, request = measured_of(path, request)
-        tables[f'{Path(path).stem}.mcap'] = measured
+        tables[_recording_name(path)] = measured
         kinds.add(measured.joint_type)
         told += [f'{printable(Path(path).name)}: {text}' for text in measured.told]
         recordings.append(measured.recording(model.joint.name if model else 'motor'))

@@ -37,6 +37,7 @@ COMMANDS = {
     'adopt': ('adopt', 'give a law that a diagnosis found a name, as an effect of the library'),
     'check-effect': ('check_effect', 'whether an effect of your own is fit for use'),
     'predict': ('predict', 'what a model says about a recording, as numbers'),
+    'export': ('export', 'take a model along: C, FMU, Modelica, MJCF, URDF, JSON'),
     'import': ('import_table', 'turn a table (.csv, .npz, .mat) into a recording'),
     'survey': ('survey', 'diagnose many recordings and compare the units'),
     'prove': ('prove', 'measure the diagnosis on cases whose truth is sealed'),

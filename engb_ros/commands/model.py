@@ -18,6 +18,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from engb_core.printable import printable
 from engb_ros.commands.common import add_namespace, add_progress, folder_output, Progress
 from engb_ros.commands.inputs import (
     add_table_options,
@@ -59,4 +60,5 @@ def run(arguments: argparse.Namespace) -> None:
     for told in inputs.told:
         print(told)
     print(first.summary())
-    print(f'model: {out}\nreport: {page}')
+    print(printable(f'model: {out}'))
+    print(printable(f'report: {page}'))

@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
 from engb_ros.commands.common import (
     add_effects,
     add_model,
@@ -64,7 +65,7 @@ def run(arguments: argparse.Namespace) -> None:
                                  f'{arguments.recording}; check their size and unit')
         with scratch.open('wb') as file:
             np.savez_compressed(file, **arrays)
-    print(f'{arguments.out}: {recording.time.size} samples, {recording.duration:.1f} s, '
-          f'{", ".join(arrays)}')
+    print(f'{printable(arguments.out)}: {recording.time.size} samples, '
+          f'{recording.duration:.1f} s, {", ".join(arrays)}')
     difference = float(np.sqrt(np.mean((arrays['effort'] - recording.effort) ** 2)))
     print(f'effort: predicted and recorded differ by {difference:.3g} rms (unfiltered)')

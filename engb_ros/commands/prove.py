@@ -40,6 +40,7 @@ import sys
 from types import ModuleType
 
 from engb_core.errors import InputError
+from engb_core.printable import printable
 from engb_ros.commands.common import add_progress, Progress
 
 __all__ = ['add_arguments', 'run']
@@ -121,7 +122,7 @@ def run(arguments: argparse.Namespace) -> int:
     if 'thresholding' in summary:
         print(f'sparse regression by {summary["thresholding"]}')
     print(f'{summary["wall_seconds"]:.0f} s in all')
-    print(f'scores: {job.out / "index.html"}')
+    print(printable(f'scores: {job.out / "index.html"}'))
     wrong = proof.strict_failures(summary) if arguments.strict else []
     if arguments.frozen:
         wrong += [f'{one["case"]} failed: {one["failure"]}' for one in summary['failures']]
@@ -202,7 +203,7 @@ def _real(arguments: argparse.Namespace) -> None:
                                  shlex.join(['engb', *sys.argv[1:]]), progress)
     print(real.as_text(result))
     print(f'{result["wall_seconds"]:.0f} s in all')
-    print(f'scores: {out / "index.html"}')
+    print(printable(f'scores: {out / "index.html"}'))
 
 
 def _proof(name: str) -> ModuleType:

@@ -20,6 +20,7 @@ import time
 
 from engb_core.errors import InputError
 from engb_core.model import Model
+from engb_core.printable import printable
 from engb_core.recording import Recording
 from engb_ros.commands.common import add_progress, folder_output, Progress
 
@@ -69,7 +70,7 @@ def run(arguments: argparse.Namespace) -> None:
             encoding='utf-8')
         reproduction_page(results, origin).write(scratch / 'report.html')
     _tell(results, time.monotonic() - begin)
-    print(f'report: {Path(arguments.out) / "report.html"}')
+    print(printable(f'report: {Path(arguments.out) / "report.html"}'))
 
 
 def _kept_bags(given: str | None) -> Path:

@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace) -> None:
         progress('writing the survey')
         _write(store.folder, entries)
     print(_summary(entries, resumed))
-    print(f'survey: {Path(arguments.out) / "survey.html"}')
+    print(printable(f'survey: {Path(arguments.out) / "survey.html"}'))
 
 
 def _version() -> str:

@@ -14,6 +14,7 @@ from datetime import date
 import itertools
 from pathlib import Path
 import re
+from typing import TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,7 +108,7 @@ class TextTable(Table):
     def _rows(self) -> Iterator[list[str]]:
         layout = self._layout
         with self.path.open(encoding=layout.encoding, errors='replace', newline='') as file:
-            rows = _split(_filled(file), layout.delimiter)
+            rows = _split(_filled(_lines(self.path, file)), layout.delimiter)
             for row in itertools.islice(rows, layout.first, None):
                 if row and not row[0].lstrip().startswith('#'):
                     yield row
@@ -140,7 +141,7 @@ def clock_seconds(text: str, days: dict[int, int] | None = None, place: int = 0)
 def _layout(path: Path) -> _Layout:
     encoding = _encoding(path)
     with path.open(encoding=encoding, errors='replace', newline='') as file:
-        head = list(itertools.islice(_filled(file), _HEAD))
+        head = list(itertools.islice(_filled(_lines(path, file)), _HEAD))
     best, most, chosen = _as_rows(head, ','), (-1, 0), ','
     for delimiter in _DELIMITERS:
         try:
@@ -183,6 +184,15 @@ def _encoding(path: Path) -> str:
         if error.start < len(head) - 4:
             return 'cp1252'
     return 'utf-8-sig'
+
+
+def _lines(path: Path, file: TextIO) -> Iterator[str]:
+    """Yield a text's lines; the cells of one that never ends would take hours."""
+    while line := file.readline(_LONGEST_LINE + 1):
+        if len(line) > _LONGEST_LINE:
+            raise InputError(f'{path}: has a line of more than {_LONGEST_LINE >> 20} MiB; a table '
+                             'has one row per sample')
+        yield line
 
 
 def _filled(lines: Iterable[str]) -> Iterator[str]:

@@ -71,11 +71,14 @@ def test_names_out_of_a_file_do_not_steer_the_terminal(tmp_path):
     bag = tmp_path / 'run'
     write_bag(bag, {'/a\x1b[2J/joint_states': joint, '/b\r\x9b31m\u202e/joint_states': joint})
     table = tmp_path / 't.csv'
-    table.write_text('\x1b[31mt [s],\x07phi [deg],\u202eI [A]\n' + '0,1,2\n1,2,3\n' * 9)
+    table.write_text('\x1b[31mt [s],\x07phi [deg],\u202eI [A]\n'
+                     + ''.join(f'{n},{n % 3},1\n' for n in range(30)))
     Model().write(tmp_path / 'model.yaml')
     told = b''
     for arguments in (('predict', 'run', '--model', 'model.yaml', '--out', 'x.npz'),
-                      ('import', '--list', 't.csv'), ('import', 't.csv', '--out', 'y')):
+                      ('import', '--list', 't.csv'), ('import', 't.csv', '--out', 'y'),
+                      ('import', 't.csv', '--torque-constant', '1', '--out', 'y\x1b[31m',
+                       '--joint', 'j\x07')):
         outcome = process(*arguments, cwd=tmp_path)
         told += outcome.stdout + outcome.stderr
     text = told.decode()

@@ -38,10 +38,23 @@ def recording():
     ({'position': 180.0 / math.pi, 'effort': 1.0 / 0.0174},
      ['degrees', 'amperes', 'position=0.01745', 'effort=0.0174']),
     ({'effort': 0.0}, ['effort is 0', 'all 2000 samples']),
+    # A motor whose torque constant the file has not.
+    ({'effort': 1.0 / 0.05}, ['a current of a motor with 0.05 N·m/A (the file says 0.0174)',
+                              '--scale effort=0.05']),
+    ({'effort': 1000.0 / 0.0174}, ['milliamperes', '--scale effort=1.74e-05']),
+    ({'effort': 100.0}, ['N·cm', '--scale effort=0.01']),
+    ({'effort': -1.0}, ['opposite sign', '--scale effort=-1']),
+    ({'position': 180.0 / math.pi, 'effort': 1.0 / 0.05},
+     ['degrees', '0.05 N·m/A', 'position=0.01745', 'effort=0.05']),
+    ({'position': 0.5 / math.pi}, ['turns', '--scale position=6.283']),
+    ({'position': 4000 / (2.0 * math.pi)}, ['counts of 4', '4000']),
+    ({'time': 1000.0}, ['time looks like ms', '--scale time=0.001']),
+    ({'time': 1000.0, 'position': 180.0 / math.pi}, ['degrees', 'ms']),
+    ({'time': 1e6}, ['time looks like µs']),
 ])
 def test_wrong_units_are_told(recording, change, words):
     columns = {name: getattr(recording, name) * factor for name, factor in change.items()}
-    if 'counts' in words[0]:
+    if 'counts' in words[0] or 'counts' in words[-1]:
         columns['position'] = np.rint(columns['position'])
     changed = dataclasses.replace(recording, **columns)
     with pytest.raises(InputError) as caught:
@@ -55,6 +68,16 @@ def test_an_angle_within_one_turn(recording):
     assert 'numpy.unwrap' in Plausibility(changed, MODEL).fault()
 
 
+@pytest.mark.parametrize('lasting', [1, 3])
+def test_a_misread_position_is_no_turn(recording, lasting):
+    """One answer of a servo's bus that was lost and read as -π, as such recordings hold."""
+    position = recording.position.copy()
+    for place in (100, 700, 1300):
+        position[place:place + lasting] = -40.0
+    changed = dataclasses.replace(recording, position=position)
+    assert 'unwrap' not in Plausibility(changed, MODEL).fault()
+
+
 @pytest.mark.parametrize('model', [
     MODEL,
     dataclasses.replace(MODEL, load_torque=dataclasses.replace(
@@ -62,7 +85,12 @@ def test_an_angle_within_one_turn(recording):
     dataclasses.replace(MODEL, load_torque=LoadTorque()),
     dataclasses.replace(MODEL, motor=Motor(0.0174, 6.8e-4, 1.1e-2)),
     dataclasses.replace(MODEL, motor=Motor(0.5, 6.8e-5, 1.1e-3)),
-    dataclasses.replace(MODEL, friction=Friction(0.1, 0.5, 1.5))])
+    dataclasses.replace(MODEL, motor=Motor(0.0174, 3e-3, 1.1e-3)),
+    dataclasses.replace(MODEL, motor=Motor(0.0174, 6.8e-5, 7e-3)),
+    dataclasses.replace(MODEL, motor=Motor(0.0174, 1.4e-5, 2.2e-4)),
+    dataclasses.replace(MODEL, motor=Motor(0.0174, 1e-6, 1e-6)),
+    dataclasses.replace(MODEL, friction=Friction(0.1, 0.5, 1.5)),
+    Model(Motor(0.0174, 1e-3, 1e-2), LoadTorque(), Friction(0.012, 0.0, 1.5))])
 @pytest.mark.parametrize('gain', [0.5, 1.0, 2.0])
 def test_a_wrong_number_is_no_wrong_unit(recording, model, gain):
     """Load three times too stiff or missing, other friction or inertia, torque constant off."""

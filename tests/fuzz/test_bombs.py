@@ -15,8 +15,8 @@ OUT = {'predict': 'out.npz', 'identify': 'out.yaml', 'diagnose': 'result', 'impo
 # What a process takes that imports everything and reads an honest recording is 0.3 GB of this.
 MEMORY, SECONDS = 1000, 60.0
 # Of each kind the first draw; of tables those that once took the process down or its memory.
-SEEDS = [*((kind, 1) for kind in BOMBS), ('mat', 6), ('loop rate', 15), ('slow samples', 4),
-         ('slow samples', 6), ('slow samples', 7)]
+SEEDS = [*((kind, 1) for kind in BOMBS), ('csv', 2), ('csv', 5), ('csv', 14), ('mat', 6),
+         ('loop rate', 15), ('slow samples', 4), ('slow samples', 6), ('slow samples', 7)]
 CODE = '''
 import json, resource, sys
 from engb_ros.commands.main import main

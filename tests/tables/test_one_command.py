@@ -2,6 +2,7 @@
 benchmarks/ten_tables.py."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -38,3 +39,16 @@ def test_the_name(tmp_path, table):
     names = [entry['effect'] for entry in found['effects']]
     assert names[:1] == ([] if table.effect is None else [table.effect])
     assert (out / 'first_model.yaml').exists() and (out / f'{path.stem}.mcap').exists()
+
+
+@pytest.mark.slow
+def test_a_table_whose_name_is_no_utf_8(tmp_path, monkeypatch, capsys):
+    """A byte of a file's name that is no UTF-8 stops nothing: in a bag's name it is replaced."""
+    monkeypatch.chdir(tmp_path)
+    path = os.fsdecode(b'b\xffse.csv')
+    os.rename(write_table(TABLES[0], tmp_path), path)
+    assert main(['diagnose', path, '--torque-constant', '0.05', '--out', 'out']) == 0
+    assert (tmp_path / 'out' / 'b_se.mcap').exists()
+    found = json.loads((tmp_path / 'out' / 'diagnosis.json').read_text(encoding='utf-8'))
+    assert {entry['recording'] for entry in found['fit']['held_out']} == {'b\\xffse'}
+    assert 'b\\xffse.csv: time' in capsys.readouterr().out

@@ -1,0 +1,339 @@
+"""A model as C: its plant with all effects and laws, and its feedforward.
+
+The functions are those that simulate here, translated (translate.py). What is written is C99
+that needs nothing but <math.h>: no heap, no recursion, no data that is shared between plants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from engb_core import plant
+from engb_core.compiled import PARAMETER_SIZE
+from engb_core.effects import base
+from engb_core.effects.base import Effect, SAMPLE_SIZE, STAGES, STATE_SIZE
+from engb_core.export.expressions import number
+from engb_core.export.kinds import Array, LONG, REAL, TABLE
+from engb_core.export.translate import helpers_of, Translator
+from engb_core.load_friction import load_friction_gain
+from engb_core.model import Model
+from engb_core.plant import effects_of, NOMINAL_SIZE, Physics, physics_of
+from engb_core.simulation import advance_steps, INNER_STEP
+
+__all__ = ['CModel', 'Quantity', 'c_model', 'feedforward_header']
+
+# What the nominal vector holds, in its order, with units of a revolute joint.
+_NOMINAL = (('motor.inertia', 'kg.m2'), ('motor.viscous_friction', 'N.m.s/rad'),
+            ('friction.coulomb', 'N.m'), ('friction.load_gain', '1'),
+            ('friction.load_curvature', '1'), ('friction.reference_load', 'N.m'),
+            ('friction.saturation_velocity', 'rad/s'), ('load_torque.contact_angle', 'rad'))
+_TOP = '''\
+/* Written by `engb export`: do not edit, export the model again.
+ *
+ * The simulated brake with all effects of its model. Units are SI; angles are motor angles
+ * [rad], torques motor-side [N.m] (a prismatic joint: m and N). No heap, no recursion, no shared
+ * data: each engb_plant stands for itself. C99; compile with -ffp-contract=off where results have
+ * to agree to the last digits with those of engb_core.
+ */
+'''
+_HEADER = '''\
+#ifndef ENGB_MODEL_H
+#define ENGB_MODEL_H
+
+#define ENGB_NOMINAL_SIZE {nominal}
+#define ENGB_COGGING_TERMS {cogging}
+#define ENGB_EFFECTS {effects}
+#define ENGB_PARAMETER_SIZE {parameters}
+#define ENGB_STATE_SIZE {state}
+#define ENGB_SAMPLE_SIZE {sample}
+
+/* Places in engb_plant.sample. */
+enum {{
+{places}
+}};
+
+/* One brake. The numbers of `nominal`, `cogging` (order, amplitude, phase of each wave) and
+ * `parameters` (a row for each effect) may be changed after engb_plant_init. */
+typedef struct {{
+    double step; /* longest inner step [s] */
+    double nominal[ENGB_NOMINAL_SIZE];
+    double cogging[ENGB_COGGING_TERMS * 3 + 1];
+    double parameters[(ENGB_EFFECTS + 1) * ENGB_PARAMETER_SIZE];
+    double state[(ENGB_EFFECTS + 1) * ENGB_STATE_SIZE];
+    double sample[ENGB_SAMPLE_SIZE];
+}} engb_plant;
+
+/* Set all numbers to the model's; the motor stands at `position` [rad]. */
+void engb_plant_init(engb_plant *plant, double position);
+
+/* Run on for `duration` [s] with `effort` [N.m], the torque that is measured or commanded, held;
+ * `disc_speed` [rad/s] and `pad_temperature` [degC] are held too. */
+void engb_plant_advance(engb_plant *plant, double effort, double duration, double disc_speed,
+                        double pad_temperature);
+
+#endif
+'''
+_PLANT = '''\
+void engb_plant_init(engb_plant *plant, double position)
+{{
+    memset(plant, 0, sizeof *plant);
+    plant->step = {step};
+    memcpy(plant->nominal, engb_nominal, sizeof engb_nominal);
+    memcpy(plant->cogging, engb_cogging, sizeof engb_cogging);
+    memcpy(plant->parameters, engb_parameters, sizeof engb_parameters);
+    plant->sample[ENGB_POSITION] = position;
+    plant->sample[ENGB_PAD_TEMPERATURE] = 20.0;
+}}
+
+void engb_plant_advance(engb_plant *plant, double effort, double duration, double disc_speed,
+                        double pad_temperature)
+{{
+    const long steps = engb_max_long(1, (long)ceil(duration / plant->step - 1e-9));
+    plant->sample[ENGB_TIME_STEP] = duration / (double)steps;
+    plant->sample[ENGB_DISC_SPEED] = disc_speed;
+    plant->sample[ENGB_PAD_TEMPERATURE] = pad_temperature;
+    {advance}(plant->nominal, plant->cogging, engb_bounds, engb_owner, plant->parameters,
+        plant->state, plant->sample, isfinite(effort) ? effort : 0.0, steps);
+}}
+'''
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of the model that may be changed from outside.
+
+    Attributes:
+        name: such as 'motor.inertia' or 'stribeck_friction.breakaway_ratio'.
+        unit: SI, '1' for none.
+        array: member of engb_plant that holds it.
+        index: its place there.
+        value: what the model says.
+    """
+
+    name: str
+    unit: str
+    array: str
+    index: int
+    value: float
+
+
+@dataclass(frozen=True)
+class CModel:
+    """A model as C.
+
+    Attributes:
+        header: engb_model.h.
+        source: engb_model.c.
+        quantities: numbers that may be changed.
+        beside: what the plant does not hold since it acts on the measurement, a sentence each.
+    """
+
+    header: str
+    source: str
+    quantities: tuple[Quantity, ...]
+    beside: tuple[str, ...]
+
+
+def c_model(model: Model) -> CModel:
+    """Return the simulated brake as C.
+
+    Raises:
+        InputError: an effect holds Python that does not become C; the message names the line.
+    """
+    effects = effects_of(model)
+    physics = physics_of(model, effects, inverse=False)
+    rows = max(len(effects), 1)
+    translator = Translator(_constant_names())
+    functions = [translator.function(
+        function.definition, (Array(PARAMETER_SIZE), Array(STATE_SIZE), Array(SAMPLE_SIZE)),
+        writes=('state', 'sample')).name
+        for stage in STAGES for function, _ in physics.stages[stage]]
+    advance = translator.function(advance_steps, (
+        Array(NOMINAL_SIZE), Array(physics.cogging.shape[0], 3), TABLE, Array(7, item=LONG),
+        Array(len(functions), item=LONG), Array(rows, PARAMETER_SIZE), Array(rows, STATE_SIZE),
+        Array(SAMPLE_SIZE), REAL, LONG), writes=('state', 'sample'))
+    header = _TOP + _HEADER.format(
+        nominal=NOMINAL_SIZE, cogging=physics.cogging.shape[0], effects=len(effects),
+        parameters=PARAMETER_SIZE, state=STATE_SIZE, sample=SAMPLE_SIZE,
+        places='\n'.join(f'    ENGB_{name} = {place},' for name, place in _PLACES))
+    parts = [_TOP, '#include "engb_model.h"\n\n#include <math.h>\n#include <stdlib.h>\n'
+                   '#include <string.h>\n']
+    nominal = [f'    ENGB_{name} = {place},' for name, place in _NOMINAL_PLACES]
+    parts.append('\n'.join(['/* Places in engb_plant.nominal. */', 'enum {', *nominal, '};', '']))
+    plant_text = _PLANT.format(step=number(INNER_STEP), advance=advance.name)
+    parts += ['\n'.join(_tables(physics, functions)),
+              helpers_of('\n'.join([*translator.functions.values(), plant_text])),
+              '\n'.join(translator.structures.values()),
+              'typedef double (*engb_function)(const double *parameters, double *state, '
+              'double *sample);\n']
+    # The table stands between the functions in it and the ones that call by it.
+    written = list(translator.functions.values())
+    own = [index for index, name in enumerate(translator.functions) if name in functions]
+    first = max(own, default=-1) + 1
+    names = ', '.join(functions) or '0'
+    parts += [*written[:first],
+              f'static const engb_function engb_functions[{max(len(functions), 1)}] = {{{names}}};'
+              '\n', *written[first:], plant_text]
+    quantities = tuple(_quantities(model, effects, physics))
+    return CModel(header, '\n'.join(part for part in parts if part), quantities,
+                  tuple(_beside(effects)))
+
+
+_PLACES = tuple((name, getattr(base, name)) for name in (
+    'TIME_STEP', 'TIME', 'POSITION', 'VELOCITY', 'ACCELERATION', 'DISC_SPEED', 'DISC_ANGLE',
+    'PAD_TEMPERATURE', 'SHIFT', 'LOAD', 'LEVEL', 'DIRECTION', 'EFFORT', 'INERTIA', 'VISCOUS',
+    'COULOMB', 'LOAD_GAIN', 'TORQUE'))
+_NOMINAL_PLACES = tuple((name, value) for name, value in vars(plant).items()
+                        if name.startswith('N_'))
+
+
+def _constant_names() -> dict[tuple[str, float], str]:
+    return {(name, value): f'ENGB_{name}' for name, value in (*_PLACES, *_NOMINAL_PLACES)}
+
+
+def _tables(physics: Physics, functions: list[str]) -> Iterator[str]:
+    """Yield the numbers of the model as constant arrays."""
+    arrays = {'nominal': (REAL, physics.nominal), 'cogging': (REAL, physics.cogging.ravel()),
+              'parameters': (REAL, physics.parameters.ravel())}
+    yield '/* The numbers of the model. */'
+    for name, (kind, values) in arrays.items():
+        # What follows the last number that is not 0 is 0 in C.
+        used = max((place for place, value in enumerate(values) if value != 0.0), default=0) + 1
+        text = ', '.join(number(value) for value in values[:used]) or '0'
+        yield f'static const {kind} engb_{name}[{max(values.size, 1)}] = {{{_wrapped(text)}}};'
+    yield '/* Where each stage of the balance begins among the functions; whose they are. */'
+    bounds = ', '.join(str(one) for one in physics.bounds)
+    yield f'static const long engb_bounds[7] = {{{bounds}}};'
+    owner = ', '.join(str(one) for one in physics.owner) or '0'
+    yield f'static const long engb_owner[{max(len(functions), 1)}] = {{{owner}}};\n'
+
+
+def _wrapped(text: str) -> str:
+    import textwrap
+    return '\n'.join(textwrap.wrap(text, 92, initial_indent='\n    ', subsequent_indent='    '))
+
+
+def _quantities(model: Model, effects: list[tuple[Effect, list[float]]],
+                physics: Physics) -> Iterator[Quantity]:
+    for index, (name, unit) in enumerate(_NOMINAL):
+        if name == 'load_torque.contact_angle' and model.load_torque.contact_angle is None:
+            continue
+        yield Quantity(name, unit, 'nominal', index, float(physics.nominal[index]))
+    if model.load_torque.form == 'sinusoid':
+        yield Quantity('load_torque.amplitude', 'N.m', 'nominal', plant.N_AMPLITUDE,
+                       model.load_torque.amplitude)
+        yield Quantity('load_torque.phase', 'rad', 'nominal', plant.N_PHASE,
+                       model.load_torque.phase)
+    else:
+        for power, value in enumerate(model.load_torque.coefficients):
+            yield Quantity(f'load_torque.coefficients[{power}]', '1', 'nominal',
+                           plant.N_TERMS + 1 + power, value)
+    for row, wave in enumerate(model.cogging):
+        for column, (name, unit) in enumerate((('order', '1'), ('amplitude', 'N.m'),
+                                               ('phase', 'rad'))):
+            yield Quantity(f'cogging[{row}].{name}', unit, 'cogging', 3 * row + column,
+                           float(getattr(wave, name)))
+    for row, (effect, values) in enumerate(effects):
+        times = sum(one.id == effect.id for one, _ in effects[:row])
+        title = effect.id if not times else f'{effect.id}_{times + 1}'
+        named = [(entry.name, entry.unit) for entry in effect.parameters]
+        if effect.written is None:      # a law's constants are its program
+            named += effect.constants
+        for place, (name, unit) in enumerate(named):
+            yield Quantity(f'{title}.{name}', unit.replace('·', '.').replace('-', '1')
+                           .replace('²', '2').replace('°C', 'degC'), 'parameters',
+                           row * PARAMETER_SIZE + place, values[place])
+
+
+def _beside(effects: list[tuple[Effect, list[float]]]) -> Iterator[str]:
+    for effect, _ in effects:
+        if not effect.stages:
+            yield (f'{effect.id} is when effort and position are recorded, not what the brake '
+                   'does: the plant does not hold it')
+
+
+def feedforward_header(model: Model) -> str:
+    """Return engb_feedforward.h: the torque of `control.feedforward.Feedforward`, bit by bit."""
+    translator = Translator({})
+    gain = translator.function(load_friction_gain, (REAL, REAL, REAL, REAL))
+    friction, load = model.friction, model.load_torque
+    if load.form == 'sinusoid':
+        curve = [f'return {number(load.amplitude)} * sin(position + ({number(load.phase)}));']
+    else:
+        curve = ['double total = 0.0;']
+        if load.contact_angle is not None:
+            curve += [f'position -= {number(load.contact_angle)};', 'if (position < 0.0) {',
+                      '    return 0.0;', '}']
+        curve += [f'total = total * position + ({number(value)});'
+                  for value in reversed(load.coefficients)]
+        curve.append('return total;')
+    waves = ['total += engb_cogging_torque(position);'] if model.cogging else []
+    cogging = [f'total += {number(one.amplitude)} * sin({number(one.order)} * position + '
+               f'({number(one.phase)}));' for one in model.cogging]
+    lines = '\n'.join(f'    {line}' for line in curve)
+    return _FEEDFORWARD.format(
+        gain=(helpers_of(translator.functions[gain.name]) + translator.functions[gain.name]
+              ).replace('static double', 'static inline double'),
+        name=gain.name, curve=lines, inertia=number(model.motor.inertia),
+        viscous=number(model.motor.viscous_friction), coulomb=number(friction.coulomb),
+        load_gain=number(friction.load_gain), curvature=number(friction.load_curvature),
+        reference=number(friction.reference_load),
+        saturation=number(friction.saturation_velocity),
+        cogging='\n'.join(f'    {line}' for line in cogging) or '    (void)position;',
+        waves='\n'.join(f'    {line}' for line in waves))
+
+
+_FEEDFORWARD = '''\
+/* Written by `engb export`: do not edit, export the model again.
+ *
+ * The feedforward torque of equation (27) with load, friction and cogging torque of the model:
+ * engb_feedforward(position [rad], velocity [rad/s], acceleration [rad/s2]) in N.m, motor side.
+ * Double precision, no heap, no state, one exit for each case; the numbers are the model's, the
+ * effects that a diagnosis added are not in it.
+ */
+#ifndef ENGB_FEEDFORWARD_H
+#define ENGB_FEEDFORWARD_H
+
+#include <math.h>
+
+{gain}
+static inline double engb_load_torque(double position)
+{{
+{curve}
+}}
+
+static inline double engb_friction_torque(double load, double velocity)
+{{
+    double direction = velocity / {saturation};
+    if (direction < -1.0) {{
+        direction = -1.0;
+    }}
+    if (direction > 1.0) {{
+        direction = 1.0;
+    }}
+    return ({coulomb} + {name}({load_gain}, {curvature}, {reference}, load) * fabs(load))
+           * direction;
+}}
+
+static inline double engb_cogging_torque(double position)
+{{
+    double total = 0.0;
+{cogging}
+    return total;
+}}
+
+static inline double engb_feedforward(double position, double velocity, double acceleration)
+{{
+    double total = {inertia} * acceleration + {viscous} * velocity;
+    const double load = engb_load_torque(position);
+    total += load;
+    if (velocity != 0.0) {{
+        total += engb_friction_torque(load, velocity);
+    }}
+{waves}
+    return total;
+}}
+
+#endif
+'''
