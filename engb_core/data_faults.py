@@ -16,8 +16,8 @@ from scipy.stats import norm
 
 from engb_core.command_law import command_law
 from engb_core.model import Model
-from engb_core.motion import quantum_of
-from engb_core.recording import Recording
+from engb_core.motion import CUT_OFF, quantum_of
+from engb_core.recording import Recording, Signal
 
 __all__ = ['DataFault', 'cleaned']
 
@@ -62,10 +62,15 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
                 f'(first at {times[0]:.3f} s); they are left out. Look at the current '
                 'sensor and at the bus.'))
     faults += [*_lost(recording), *_jitter(recording)]
+    keep = ~(position_bad | effort_bad)
     computed = _computed(recording)
     # A command is cut off by its own law, which is no fault.
-    faults += computed or _clipped(recording, model)
-    keep = ~(position_bad | effort_bad)
+    cut_off = [] if computed else _clipped(recording, model, ~effort_bad)
+    faults += computed or [fault for fault, _ in cut_off]
+    if cut_off:
+        beyond = np.any([rows for _, rows in cut_off], axis=0)
+        recording = replace(recording, signals={
+            **recording.signals, CUT_OFF: Signal(recording.time, beyond.astype(float))})
     repeated = _repeated(recording)
     if repeated:
         faults += repeated
@@ -174,29 +179,33 @@ def _repeated(recording: Recording) -> list[DataFault]:
         'Only the samples at which the values change are used. Record the source itself.')]
 
 
-def _clipped(recording: Recording, model: Model) -> list[DataFault]:
-    """Effort that stands at its largest value again and again: the sensor or the drive's limit."""
+def _clipped(recording: Recording, model: Model, rows: NDArray[np.bool_],
+             ) -> list[tuple[DataFault, NDArray[np.bool_]]]:
+    """Effort that stands at its largest value again and again: the sensor or the drive's limit.
+    Of the samples (n,) that are no spikes (`rows`); each fault with the samples (n,) that only say
+    that there was at least so much."""
     effort = recording.effort
     faults = []
     for sign, side in ((1.0, 'above'), (-1.0, 'below')):
-        most = float(np.max(sign * effort))
-        at_most = np.flatnonzero(sign * effort >= most - 1e-9 * abs(most))
+        most = float(np.max(sign * effort[rows]))
+        beyond = rows & (sign * effort >= most - 1e-9 * abs(most))
+        at_most = np.flatnonzero(beyond)
         limit = model.controller.effort_limit if model.controller is not None else None
         if most <= 0.0 or at_most.size < CLIPPED_LEAST or (
                 limit is not None and most > 0.98 * limit):
             continue
         # A source of few counts also stands at one value often: only a limit crowds there.
         step = quantum_of(effort)
-        next_below = int(np.sum((sign * effort < most - 0.5 * step)
+        next_below = int(np.sum(rows & (sign * effort < most - 0.5 * step)
                                 & (sign * effort >= most - 1.5 * step))) if step > 0.0 else 0
         if at_most.size <= 3 * max(next_below, 1):
             continue
-        faults.append(DataFault(
+        faults.append((DataFault(
             'clipped_effort', recording.name, float(recording.time[at_most[0]]),
             float(recording.time[at_most[-1]]),
-            f'Effort is cut off {side} {sign * most:.4g} ({at_most.size} samples). Widen the '
-            "current sensor's range, or give the drive's limit in the model file "
-            '(controller.effort_limit).'))
+            f'Effort is cut off {side} {sign * most:.4g} ({at_most.size} samples); nothing is '
+            "judged there. Widen the current sensor's range, or give the drive's limit in the "
+            'model file (controller.effort_limit).'), beyond))
     return faults
 
 

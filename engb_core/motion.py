@@ -2,8 +2,11 @@
 
 Position comes in encoder counts. Between two counts nothing is known, at the instant of a count
 the position is known well; so the counts' edges are joined by straight lines and smoothed by a
-Gaussian whose derivatives give velocity and acceleration. No lag: it is all done offline, and
-model and measurement pass the same filter afterwards (filtering.py).
+Gaussian whose derivatives give velocity and acceleration. Where several counts pass from one
+sample to the next, the samples themselves are joined: the middle between two of them is a mean,
+which attenuates a motion of frequency f by cos²(πfh) at a sampling interval h, and nothing
+attenuates the measured effort likewise. No lag: it is all done offline, and model and measurement
+pass the same filter afterwards (filtering.py).
 """
 
 from __future__ import annotations
@@ -21,8 +24,8 @@ from engb_core.command_law import Commanded, commanded_of
 from engb_core.recording import Recording
 from engb_core.sample_table import sample_table
 
-__all__ = ['MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered', 'gaussian_kernel',
-           'motion_of', 'quantum_of', 'without_counts']
+__all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered',
+           'gaussian_kernel', 'motion_of', 'quantum_of', 'without_counts']
 
 Array = NDArray[np.float64]
 
@@ -35,6 +38,8 @@ MOST_OF_RATE = 0.2
 # From so many steps on a pause between samples is a gap; the speed beside it is taken over [s].
 GAP_STEPS = 4.5
 BESIDE_GAP = 0.01
+# The side signal that is more than none where the recorded effort is only a bound of the true one.
+CUT_OFF = 'effort_cut_off'
 
 
 @dataclass(frozen=True)
@@ -42,9 +47,10 @@ class Motion:
     """One run on an even grid, all arrays (n,).
 
     Position, its derivatives and effort have passed the same Gaussian of `bandwidth` [Hz].
-    `known` is False where the grid falls into a gap of the recording, and at its very ends;
-    `recorded_step` [s] is the recording's own; `sharp` tells a motion of sharp_motion.py;
-    `commanded` says what effort was computed from, where it is a command.
+    `known` is False where the grid falls into a gap of the recording, where effort that was cut
+    off reaches, and at its very ends; `recorded_step` [s] is the recording's own; `sharp` tells a
+    motion of sharp_motion.py; `commanded` says what effort was computed from, where it is a
+    command.
     """
 
     name: str
@@ -145,22 +151,38 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
 
 
 def without_counts(recording: Recording, values: Array | None = None) -> tuple[Array, Array]:
-    """Return times and positions of the counts' edges: what the encoder says for certain; or what
-    other `values` (n,) at the samples are at these edges."""
+    """Return times and positions of the counts' edges: what the encoder says for certain; and of
+    the samples between two changes by several counts each, which it says as well as the next. Or
+    what other `values` (n,) at the samples are there."""
     time, position = recording.time, recording.position
     values = position if values is None else values
     change = np.flatnonzero(np.diff(position))
     if change.size < 2:
         return time, values
     beside = _beside_rest(recording, change, values)
-    edge = np.concatenate([0.5 * (time[change] + time[change + 1]), beside[0]])
-    middle = np.concatenate([0.5 * (values[change] + values[change + 1]), beside[1]])
+    passing = _passing(recording)
+    single = change[~(passing[change] & passing[change + 1])]
+    edge = np.concatenate([0.5 * (time[single] + time[single + 1]), time[passing], beside[0]])
+    middle = np.concatenate([0.5 * (values[single] + values[single + 1]), values[passing],
+                             beside[1]])
     order = np.argsort(edge, kind='stable')
     edge, middle = edge[order], middle[order]
     end = max(time[-1], edge[-1] + 1e-9)
     return (np.concatenate([[time[0]], edge, [end]]),
             np.concatenate([[_beyond(edge[:2], middle[:2], time[0])], middle,
                             [_beyond(edge[-1:-3:-1], middle[-1:-3:-1], end)]]))
+
+
+def _passing(recording: Recording) -> NDArray[np.bool_]:
+    """Return which samples (n,) lie between two changes by several counts, none of them lost; at
+    both ends of the recording there is but one change."""
+    quantum = quantum_of(recording.position)
+    if quantum <= 0.0:
+        return np.zeros(recording.time.size, bool)
+    several = ((np.abs(np.diff(recording.position)) > 1.5 * quantum)
+               & (np.diff(recording.time) < 1.5 * recording.interval))
+    return (np.concatenate([several[:1], several])
+            & np.concatenate([several, several[-1:]]))
 
 
 def _beyond(edge: Array, middle: Array, time: float) -> float:
@@ -223,7 +245,12 @@ def _known(recording: Recording, time: Array, step: float, reach: int) -> NDArra
     following = np.clip(np.searchsorted(recording.time, time), 1, recording.time.size - 1)
     gap = recording.time[following] - recording.time[following - 1]
     # One lost sample is bridged by interpolation without harm.
-    return inside & ~maximum_filter1d(gap > 2.5 * step, 3)
+    known = inside & ~maximum_filter1d(gap > 2.5 * step, 3)
+    if CUT_OFF in recording.signals and time.size > 1:
+        beyond = recording.signals[CUT_OFF].at(time) > 0.0
+        spread = int(np.ceil(reach * step / (time[1] - time[0])))
+        known &= ~maximum_filter1d(beyond, 2 * spread + 1)
+    return known
 
 
 def quantum_of(position: Array) -> float:

@@ -34,7 +34,7 @@ MOST_PARTS = 64
 
 def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     """Bring a recording onto an even grid of about `step` [s], no coarser than its own, and derive
-    its motion, low-passed there and back."""
+    its motion; position and effort are low-passed alike, there and back."""
     recorded = motion_of(recording, BANDWIDTH)
     bandwidth = min(BANDWIDTH, MOST_OF_RATE / recording.interval)
     count = recording.time[-1] / recording.interval
@@ -45,15 +45,17 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     edges = np.interp(time, *without_counts(recording))
     samples = np.interp(time, recording.time, recording.position)
     raw = bridged(time, 0.5 * (edges + samples), recording)
-    position = sosfiltfilt(butter(ORDER, bandwidth, fs=1.0 / step, output='sos'), raw)
+    low_pass = butter(ORDER, bandwidth, fs=1.0 / step, output='sos')
+    position = sosfiltfilt(low_pass, raw)
     velocity = np.gradient(position, step)
+    effort = sosfiltfilt(low_pass, np.interp(time, recording.time, recording.effort))
 
     def on_grid(values: np.ndarray) -> np.ndarray:
         return np.interp(time, recorded.time, values)
 
     return replace(
         recorded, step=step, time=time, position=position, velocity=velocity,
-        acceleration=np.gradient(velocity, step), effort=on_grid(recorded.effort),
+        acceleration=np.gradient(velocity, step), effort=effort,
         disc_speed=on_grid(recorded.disc_speed), disc_angle=on_grid(recorded.disc_angle),
         pad_temperature=on_grid(recorded.pad_temperature),
         known=on_grid(recorded.known.astype(float)) > 0.5, bandwidth=bandwidth, sharp=True)

@@ -11,6 +11,7 @@ import numpy as np
 
 from engb_core.data_faults import cleaned, DataFault
 from engb_core.diagnose.absent_load import absent_load
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
 from engb_core.diagnose.effort_scale import with_effort_scale
@@ -33,7 +34,7 @@ from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
-from engb_core.diagnose.selection import CLEAN_EXCESS, select, Selection
+from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.sharpened import explained_problem, Sharpened, sharpened
 from engb_core.diagnose.side_by_side import processors, side_by_side
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider

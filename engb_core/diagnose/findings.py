@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +17,8 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import rival_weights, something_known
 from engb_core.diagnose.ranking import excess
 from engb_core.diagnose.selection import Selection
-from engb_core.diagnose.uncertainty import estimates, vector_deviations
-from engb_core.effects.base import Effect, NUMBER_OFF
+from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
+from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 
 __all__ = ['findings_of', 'in_order']
@@ -31,8 +30,6 @@ TOLD = 0.02
 COMPANION = 0.45
 # A finding is sure from here on.
 SURE = 2.0 / 3.0
-# An effect is no nearer to none than this many standard deviations of its size.
-STANDS_OUT = 2.0
 # How sure a wrong number is beside what has no name.
 NUMBER_BESIDE = 0.9
 
@@ -121,7 +118,7 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
         values = chosen.hypothesis.named(chosen.vector, index)
         parameters = estimates(chosen, fitter, index)
         believed = known * (variant.effect.credence(values) if variant.effect.credence else 1.0)
-        if not _stands_out(variant.effect, parameters):
+        if not stands_out(chosen, fitter, index):
             believed = 0.0
         elif _something_left(explanation) and not repeats(fitter, variant.effect, values):
             believed *= COMPANION
@@ -163,28 +160,6 @@ def _something_left(explanation: Explanation) -> bool:
     """Whether a part of the mismatch has no name."""
     return explanation.table is not None or any(
         variant.effect.unnamed for variant in explanation.fit.hypothesis.variants)
-
-
-def _stands_out(effect: Effect, parameters: dict[str, ParameterEstimate]) -> bool:
-    """Whether the data tell the effect's size from none.
-
-    Derivatives tell nothing of that where the cost goes by jumps: a gap that is never crossed
-    to its end has no size, and is there.
-    """
-    if effect.rugged:
-        return True
-    for parameter in effect.parameters:
-        if parameter.none is not None and math.isfinite(parameter.none) \
-                and parameter.name in parameters:
-            found = parameters[parameter.name]
-            if found.std is None:
-                return False
-            distance = found.value - parameter.none
-            # By the data alone: how wrong the formula may be is no question of there or not.
-            variance = found.std ** 2 - (parameter.form * distance) ** 2
-            if distance ** 2 < STANDS_OUT ** 2 * variance:
-                return False
-    return True
 
 
 def _differs_by(rival: Fit, chosen: Fit, effect_id: str) -> bool:

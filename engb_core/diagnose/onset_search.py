@@ -12,13 +12,14 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.onset import cost_by_onset, Onset
 from engb_core.diagnose.ranking import excess, price
 from engb_core.diagnose.rugged import best_promised, promises
 from engb_core.diagnose.search import physics_effects, variants_and_starts
-from engb_core.diagnose.selection import CLEAN_EXCESS, Selection, worth_a_further_effect
+from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect

@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table, Flexible
 from engb_core.diagnose.numbers import level
-from engb_core.diagnose.selection import CLEAN_EXCESS, Selection
+from engb_core.diagnose.selection import Selection
 from engb_core.model import Model
 
 __all__ = ['Explanation', 'explain']

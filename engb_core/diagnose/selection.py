@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.load_cause import moved_by, standing, told_by_the_load
@@ -21,10 +22,8 @@ from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE
 
-__all__ = ['CLEAN_EXCESS', 'Selection', 'select', 'worth_a_further_effect']
+__all__ = ['Selection', 'select', 'worth_a_further_effect']
 
-# Excess that a clean recording may show through errors of noise level and derivatives.
-CLEAN_EXCESS = 0.30
 # A further effect must take away this part of the remaining excess, this much in units of the
 # noise, and this part of the whole mismatch.
 FURTHER_PART = 0.28

@@ -7,20 +7,28 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import CLEAN_EXCESS, STANDS_OUT
 from engb_core.diagnose.descent import delay_held
 from engb_core.diagnose.diagnosis import ParameterEstimate
+from engb_core.diagnose.discrepancy import discrepancy_deviations, state_cells
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
+from engb_core.diagnose.numbers import level
 
-__all__ = ['estimates', 'vector_deviations']
+__all__ = ['estimates', 'stands_out', 'vector_deviations']
 
-def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+
+
+def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
+                      ) -> NDArray[np.float64]:
     """Return the standard deviation of each entry of the fit's vector.
 
     From the Fisher information of the filtered values with the residual's own size and colour
-    (autocorrelation) rather than the noise's. The prior's part is left out: an entry that only
-    the prior holds gets a large deviation. The others are not to suffer from that: where the
-    data leave a parameter of an effect freer than its bounds, these count as knowledge of it.
+    (autocorrelation) rather than the noise's, and, unless `by_noise_alone`, from the discrepancy
+    of a model that is only nearly right: as large as what is left above the noise, or as what may
+    be there unseen. The prior's part is left out: an entry that only the prior holds gets a large
+    deviation. The others are not to suffer from that: where the data leave a parameter of an
+    effect freer than its bounds, these count as knowledge of it.
     """
     gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
     free = np.ones(fit.vector.size, bool)
@@ -29,23 +37,28 @@ def vector_deviations(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
         # What was not free is known, and takes nothing from a lag that acts just like it.
         free[held] = False
     residual = (fit.residual / fitter.spread)[fitter.fitted]
-    information = gram[np.ix_(free, free)] / _inflation(residual)
+    gram, inflation = gram[np.ix_(free, free)], _inflation(residual)
     width = (np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0))[free]
     effects = (np.arange(free.size) >= len(fit.hypothesis.numbers))[free]
+    alone = _deviations(gram / inflation)
+    loose = effects & (alone > width)
     deviations = np.zeros(free.size)
-    deviations[free] = _beside_bounds(information, width, effects)
-    return deviations
+    deviations[free] = _beside_bounds(gram / inflation, width, loose) if loose.any() else alone
+    if by_noise_alone:
+        return deviations
+    unseen = max(level(fit, fitter) - 1.0, CLEAN_EXCESS)
+    covariance = _inverse(gram + np.diag(np.where(loose, width, np.inf) ** -2.0))
+    found = np.zeros(free.size)
+    found[free] = discrepancy_deviations(
+        fit.jacobian[:, free], covariance, fitter.weight, fitter.sigma, state_cells(fitter),
+        float(np.sqrt(unseen)))
+    return np.hypot(deviations, found)
 
 
 def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],
-                   effects: NDArray[np.bool_]) -> NDArray[np.float64]:
+                   loose: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Return the deviations (size,), where effects' parameters that the data leave freer than
-    `width` (size,) are held by that for all others."""
-    alone = _deviations(information)
-    loose = effects & (alone > width)
-    if not loose.any():
-        return alone
-
+    `width` (size,), the `loose` ones, are held by that for all others."""
     def with_bounds(loose: NDArray[np.bool_]) -> NDArray[np.float64]:
         return _deviations(information + np.diag(np.where(loose, width, np.inf) ** -2.0))
 
@@ -57,10 +70,14 @@ def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],
 
 
 def _deviations(information: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.sqrt(np.maximum(np.diag(_inverse(information)), 0.0))
+
+
+def _inverse(information: NDArray[np.float64]) -> NDArray[np.float64]:
     norm = np.sqrt(np.diag(information))
     norm[norm == 0.0] = 1e-300
     inverse = np.linalg.pinv(information / norm / norm[:, None], rcond=1e-10, hermitian=True)
-    return np.sqrt(np.maximum(np.diag(inverse), 0.0)) / norm
+    return inverse / norm / norm[:, None]
 
 
 def _inflation(residual: NDArray[np.float64]) -> float:
@@ -77,6 +94,29 @@ def _inflation(residual: NDArray[np.float64]) -> float:
             break
         colour += 2.0 * rho
     return variance * colour
+
+
+def stands_out(fit: Fit, fitter: Fitter, variant: int) -> bool:
+    """Return whether the data tell the size of an effect from none.
+
+    By noise alone: how wrong the formula may be is no question of there or not. Derivatives tell
+    nothing of that where the cost goes by jumps: a gap that is never crossed to its end has no
+    size, and is there.
+    """
+    if fit.hypothesis.variants[variant].effect.rugged:
+        return True
+    deviations = vector_deviations(fit, fitter, by_noise_alone=True)
+    offset = len(fit.hypothesis.numbers)
+    for entry, (owner, _, run) in enumerate(fit.hypothesis.places):
+        parameter = fit.hypothesis.parameter(entry)
+        if owner == variant and run <= 0 and parameter.none is not None:
+            value, std = fit.vector[offset + entry], deviations[offset + entry]
+            none = parameter.none
+            if parameter.logarithmic:
+                value, std = np.exp(value), std * np.exp(value)
+            if abs(value - none) < STANDS_OUT * std:
+                return False
+    return True
 
 
 def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEstimate]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.locate import zones
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.selection import CLEAN_EXCESS
 
 __all__ = ['unless_nothing_helps', 'verdict_of']
 

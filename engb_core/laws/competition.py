@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
@@ -16,7 +17,6 @@ from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.selection import CLEAN_EXCESS
 from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time

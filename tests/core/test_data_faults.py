@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 
 from engb_core.data_faults import cleaned
-from engb_core.model import Controller, Model
+from engb_core.diagnose.problem import problem_of
+from engb_core.model import Controller, Friction, LoadTorque, Model
+from engb_core.plant import physics_of
 from engb_core.recording import Recording, Reference
 
 from .bench import Bench, strokes
 
 MODEL = Model()
+# Of the bench's brake.
+TRUE = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
+             friction=Friction(0.012, 0.11, 0.03))
 
 
 @pytest.fixture(scope='module')
@@ -80,6 +85,26 @@ def test_a_sensor_at_its_limit(healthy):
     # A limit that the model file knows of is the controller's own.
     known = replace(MODEL, controller=Controller(0.3, 1.0, 0.004, limit, 1000.0))
     assert names(clipped, known) == []
+
+
+def test_a_spike_beyond_the_limit_does_not_hide_it(healthy):
+    effort = np.minimum(healthy.effort, 0.7 * float(healthy.effort.max()))
+    effort[healthy.time.size // 2] = 3.0 * effort.max()
+    assert names(replace(healthy, effort=effort)) == ['effort_glitch', 'clipped_effort']
+
+
+def test_effort_that_was_cut_off_is_not_judged(healthy):
+    """It only says that there was at least so much: the true model is no worse beside it."""
+    clipped = replace(healthy, effort=np.minimum(healthy.effort,
+                                                 0.6 * float(healthy.effort.max())))
+    clean, _ = cleaned(clipped, MODEL)
+
+    def error(recording: Recording) -> float:
+        (run,) = problem_of([recording], TRUE).runs
+        return float(np.sqrt(np.mean((run.measured - run.predicted(physics_of(TRUE))) ** 2)))
+
+    assert error(clean) < 1.2 * error(healthy)
+    assert error(clipped) > 3.0 * error(healthy)
 
 
 def test_an_effort_that_is_a_command(healthy):
