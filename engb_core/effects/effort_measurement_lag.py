@@ -22,8 +22,9 @@ def _measurement(parameters, state, sample):
 EFFECT = Effect(
     id='effort_measurement_lag',
     title='Effort measured late',
-    parameters=(Parameter('lag', 's', 0.0, 1.0, none=0.0, starts=(0.02, 0.06, 0.15), form=0.02,
-                          form_steps=0.25),),
+    # Refitted numbers stand far off beside a long lag: no fit leads there from a short one.
+    parameters=(Parameter('lag', 's', 1e-4, 1.0, none=0.0, starts=(0.005, 0.015, 0.04, 0.12),
+                          logarithmic=True, form=0.02, form_steps=0.25),),
     stages={'measurement': _measurement},
     equation='effort = T_M through 1/(lag · s + 1)',
     reference='contract, additions; filtered current estimates of motor drives',
