@@ -49,8 +49,8 @@ setup(
         # The tests that run what `engb export` makes, and FMUs and MJCF files as nominals.
         'simulators': ['fmpy>=0.3.20', 'mujoco>=3.4'],
         'mutants': ['cosmic-ray>=8.3,<9'],
-        # A rival in `engb prove --baselines`.
-        'proof': ['pysindy>=2.0'],
+        # Rivals in `engb prove --baselines`.
+        'proof': ['pysindy>=2.0', 'pyoperon>=0.6'],
     },
     entry_points={
         # How engb_core, which knows no format, reads files: engb_core.read.

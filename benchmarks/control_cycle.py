@@ -32,8 +32,9 @@ import time
 import numpy as np
 
 from benchmarks.page import write_table
+from engb_ros.transport import stay_on_this_computer
 
-os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+stay_on_this_computer(os.environ)
 
 ECHO = '''
 import signal, sys

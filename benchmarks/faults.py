@@ -221,14 +221,17 @@ def primary_killed(loop: WatchedLoop) -> Times:
     standby = loop.runner.start_command('standby', node_command(
         'controller', name='standby', parameters={**loop.controller, 'standby': True}))
 
-    def follows() -> bool:
-        return any(status.name.endswith(': standby') and entry.value in ('enabled', 'degraded')
-                   for message in loop.diagnostics for status in message.status
-                   for entry in status.values if entry.key == 'state')
+    def ready() -> bool:
+        for message in reversed(loop.diagnostics):
+            status = message.status[0]
+            if status.name.endswith(': standby'):
+                values = {entry.key: entry.value for entry in status.values}
+                return (values['state'] in ('enabled', 'degraded')
+                        and values['standby_not_ready'] == '0')
+        return False
 
     loop.diagnostics.clear()
-    loop.until(follows, 'the standby')
-    loop.during(3.5)   # it may take 3 s until the drive has discovered it
+    loop.until(ready, 'the standby')
     arrivals: list[float] = []
     loop.probe.listen(EFFORT_COMMAND, lambda message: arrivals.append(time.monotonic()))
     loop.until(lambda: len(arrivals) > 20, 'torque')

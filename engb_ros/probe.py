@@ -13,6 +13,7 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from engb_ros.interface import DEFAULT_NAMESPACE, Service, Topic
 from engb_ros.nodes.messages import message_class, publisher_qos
+from engb_ros.transport import stay_on_this_computer
 
 __all__ = ['Probe']
 
@@ -28,7 +29,7 @@ class Probe:
     """
 
     def __init__(self, domain: int | None = None, namespace: str = DEFAULT_NAMESPACE) -> None:
-        os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        stay_on_this_computer(os.environ)
         self._context = rclpy.Context()
         self._context.init(domain_id=domain)
         self.node = rclpy.create_node('probe', context=self._context, namespace=namespace)

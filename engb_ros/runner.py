@@ -18,6 +18,7 @@ import time
 from typing import Any
 
 from engb_ros.interface import DEFAULT_NAMESPACE
+from engb_ros.transport import stay_on_this_computer
 
 __all__ = ['NodeProcess', 'Runner', 'RunnerError', 'node_command', 'reserved_domain']
 
@@ -144,7 +145,7 @@ class Runner:
         if domain is not None:
             self.environment['ROS_DOMAIN_ID'] = str(domain)
         if local:
-            self.environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+            stay_on_this_computer(self.environment)
         self.environment.update(environment or {})
         self.processes: dict[str, NodeProcess] = {}
 

@@ -69,6 +69,7 @@ class Cause(IntFlag):
     NOT_WATCHED = 1 << 26
     DISC_SPEED_STALE = 1 << 27
     OTHER_DRIVE = 1 << 28
+    STANDBY_NOT_READY = 1 << 29
 
     @property
     def word(self) -> str:
@@ -193,6 +194,10 @@ CAUSES: dict[Cause, CauseInfo] = {
     Cause.OTHER_DRIVE: CauseInfo(
         Severity.DEGRADED, 'more than one node publishes `joint_states`',
         'samples that jump or do not advance are not used'),
+    Cause.STANDBY_NOT_READY: CauseInfo(
+        Severity.DEGRADED, 'this standby hears no torque of a primary yet, or has not yet found '
+        'its drive among the listeners of `effort_command`',
+        'should the primary die now, the brake lets go: wait until this is over'),
 }
 
 # Faults whose torque is stopped by a parameter `stop_…`.

@@ -177,5 +177,5 @@ class Pid:
         if time <= 0.0 and gains.i > 0.0:
             time = (math.sqrt(gains.d / gains.i) if gains.d > 0.0
                     else gains.p / gains.i if gains.p > 0.0 else 0.1)
-        self._tracking_time = max(time, 1e-6)
+        self._tracking_time = time
         self._fade_time = max(gains.tracking_time_constant, 0.5)

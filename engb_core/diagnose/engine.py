@@ -26,24 +26,30 @@ from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.load_friction import missing_load_friction
-from engb_core.diagnose.load_shape import load_shape_finding, with_free_load_curve
+from engb_core.diagnose.load_shape import (
+    LOAD_SHAPE,
+    load_shape_finding,
+    with_free_load_curve,
+)
 from engb_core.diagnose.locate import intervals, zones
+from engb_core.diagnose.multistart import is_rugged, search_around
+from engb_core.diagnose.nameless import that_carries
 from engb_core.diagnose.numbers import level, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
-from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.sharpened import explained_problem, Sharpened, sharpened
 from engb_core.diagnose.side_by_side import processors, side_by_side
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
-from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
+from engb_core.diagnose.wind_up import with_resonance
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
-from engb_core.laws.competition import law_for
+from engb_core.laws.competition import law_for, nearest_told
+from engb_core.laws.judgement import Nearest
 from engb_core.model import Model
 from engb_core.plant import physics_of
 from engb_core.plausibility import refuse_implausible
@@ -228,7 +234,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     findings, mismatch = findings_of(fitter, nominal, told.explanation, numbers, selection)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
-    if findings and not _carries_over(told, problem.model):
+    if findings and not (_carries_over(told, problem.model) and (
+            any(map(_is_physics, findings)) or that_carries(fitter, nominal, told).models)):
         told = _without_names(fitter, explanation, findings)
         explanation, findings, mismatch = told.explanation, [], nominal.residual
     absent = absent_load(fitter, nominal)
@@ -240,8 +247,12 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch)
-    corrected = problem.model if verdict == 'consistent' else _that_helps(
-        told, () if findings else (problem.model,))
+    corrected = problem.model
+    if verdict != 'consistent':
+        # What is likelier wrong than right is told, but has to carry over to be in the model.
+        likely = any(_is_physics(entry) and entry.probability >= 0.5 for entry in findings)
+        applied = told if likely else that_carries(fitter, nominal, told)
+        corrected = _that_helps(applied, () if findings and applied.models else (problem.model,))
     verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected, told)
@@ -249,19 +260,26 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
 
 def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
     """Return the outcome with a law for what names and numbers leave, where one is believed."""
-    if outcome.unexplained is None or outcome.load_is_absent:
+    # A free load curve describes, as a law does: each says what the other could have said.
+    described = any(entry.effect == LOAD_SHAPE for entry in outcome.findings)
+    if (outcome.unexplained is None and not described) or outcome.load_is_absent:
         return outcome
     # A name that is likelier right than wrong stands beside a law.
-    law = law_for(outcome.fitter, outcome.told,
-                  any(entry.probability >= 0.5 for entry in outcome.findings), tell)
+    likely = any(entry.probability >= 0.5 for entry in outcome.findings
+                 if entry.effect != LOAD_SHAPE)
+    law = law_for(outcome.fitter, outcome.told, likely, tell)
     if law is None:
         return outcome
+    if isinstance(law, Nearest):
+        return outcome if outcome.unexplained is None else replace(
+            outcome, unexplained=nearest_told(outcome.fitter, outcome.told, law,
+                                              outcome.unexplained))
     # A wrong number was told from a fit without the law.
     findings = [] if law.alone else [
         finding for finding in outcome.findings if finding.effect not in law.fallen]
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))
     return replace(
-        outcome, explanation=law.explanation, findings=findings,
+        outcome, fitter=law.fitter, explanation=law.explanation, findings=findings,
         mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
         verdict='partly_explained' if findings else 'unexplained',
         unexplained=law.told(outcome.unexplained, left), corrected=law.model)
@@ -294,6 +312,11 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
             0.0, 1.0 - sum(finding.share for finding in findings)))
     return replace(outcome, findings=findings, mismatch=mismatch, verdict=verdict,
                    unexplained=unexplained)
+
+
+def _is_physics(finding: EffectFinding) -> bool:
+    """Whether more is named than a number, which a refit moves whatever is missing."""
+    return finding.effect != LOAD_SHAPE and not get_effect(finding.effect).number_only
 
 
 def _carries_over(told: Sharpened, file: Model) -> bool:

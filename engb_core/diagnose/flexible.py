@@ -33,7 +33,7 @@ from engb_core.effects.unexplained_surface import (
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting
 
-__all__ = ['Flexible', 'Table', 'best_table']
+__all__ = ['Flexible', 'Table', 'best_table', 'left_out']
 
 Array = NDArray[np.float64]
 
@@ -207,28 +207,53 @@ def _knots(values: Array, span: tuple[float, float], count: int) -> tuple[Array,
 
 
 def _fitted(fitter: Fitter, fit: Fit, table: Table) -> Flexible:
-    columns = _columns(fitter.problem.runs, table)
-    weight = 1.0 / fitter.spread
-    nuisance = fit.jacobian * weight[:, None]
-    norm = np.sqrt(np.mean(nuisance ** 2, axis=0)) + 1e-300
-    nuisance = nuisance / norm
-    design = np.concatenate([nuisance, columns * weight[:, None]], axis=1)
-    target = fit.residual * weight
-    penalty = _penalty(table, design.shape[1], nuisance.shape[1], weight)
-    folds = _folds(fitter)
-    best = None
-    for smoothness in SMOOTHNESS:
-        left = np.empty_like(target)
-        for fold in range(FOLDS):
-            seen = fitter.fitted & (folds != fold)
-            solution = _solve(design[seen], target[seen], smoothness * penalty)
-            left[folds == fold] = (target - design @ solution)[folds == fold]
-        value = float(np.sum(left ** 2) / np.sum((fitter.sigma * weight) ** 2))
-        if best is None or value < best[0]:
-            best = (value, smoothness)
-    solution = _solve(design[fitter.fitted], target[fitter.fitted], best[1] * penalty)
-    values = solution[nuisance.shape[1]:]
-    return Flexible(table, values, solution[:nuisance.shape[1]] / norm, best[0], columns @ values)
+    made = _Regression(fitter, fit, table)
+    reached, smoothness = made.best(_folds(fitter))
+    solution = made.solved(fitter.fitted, smoothness)
+    count = made.norm.size
+    values = solution[count:]
+    return Flexible(table, values, solution[:count] / made.norm, reached, made.columns @ values)
+
+
+def left_out(fitter: Fitter, fit: Fit, table: Table, labels: NDArray[np.int64]) -> float:
+    """Return the mean square (noise = 1) that a table and the numbers beside it leave of values
+    with each label (m,) when they are fitted to all others."""
+    return _Regression(fitter, fit, table).best(labels)[0]
+
+
+class _Regression:
+    """Least squares of a table's torques, and of how far a fit's numbers move along."""
+
+    def __init__(self, fitter: Fitter, fit: Fit, table: Table) -> None:
+        if fit.jacobian is None:
+            raise ValueError('a table is fitted beside a finished fit')
+        self._fitter = fitter
+        self.columns = _columns(fitter.problem.runs, table)
+        weight = 1.0 / fitter.spread
+        nuisance = fit.jacobian * weight[:, None]
+        self.norm = np.sqrt(np.mean(nuisance ** 2, axis=0)) + 1e-300
+        self._design = np.concatenate([nuisance / self.norm, self.columns * weight[:, None]],
+                                      axis=1)
+        self._target = fit.residual * weight
+        self._noise = float(np.sum((fitter.sigma * weight) ** 2))
+        self._penalty = _penalty(table, self._design.shape[1], self.norm.size, weight)
+
+    def solved(self, seen: NDArray[np.bool_], smoothness: float) -> Array:
+        """Return the numbers and torques that fit the rows `seen` (m,) best."""
+        return _solve(self._design[seen], self._target[seen], smoothness * self._penalty)
+
+    def best(self, labels: NDArray[np.int64]) -> tuple[float, float]:
+        """Return the least mean square (noise = 1) of values left out by label, and at which
+        smoothness."""
+        found = []
+        for smoothness in SMOOTHNESS:
+            left = np.empty_like(self._target)
+            for label in np.unique(labels):
+                out = labels == label
+                solution = self.solved(self._fitter.fitted & ~out, smoothness)
+                left[out] = (self._target - self._design @ solution)[out]
+            found.append((float(np.sum(left ** 2)) / self._noise, smoothness))
+        return min(found)
 
 
 def _folds(fitter: Fitter) -> NDArray[np.int64]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.kept_number import LOAD
+from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber
 from engb_core.diagnose.side_by_side import side_by_side
 
@@ -87,7 +87,7 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     the file was refitted with this one number held: a file that was refitted around missing
     physics has all its numbers moved.
     """
-    load_kept = bool(explained.hypothesis.variants) and fitter.kept == (LOAD,)
+    load_kept = bool(explained.hypothesis.variants) and fitter.held == (LOAD,)
     if load_kept and refitted(fitter):
         # All others moved to make up for the load curve, which has its own cause.
         return []
@@ -101,7 +101,7 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         alone = next((finding for finding in insisted if finding.matters >= least
                       and _all_but(fitter, explained, finding)), None)
         return [] if alone is None else [alone]
-    kept = [_BY_NUMBER[name] for name in fitter.kept if name in _BY_NUMBER]
+    kept = [_BY_NUMBER[name] for name in fitter.held if name in _BY_NUMBER]
     if explained.hypothesis.variants and len(kept) > 1:
         # What is missing may have passed for one of them.
         kept = []
@@ -140,7 +140,7 @@ def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[Number
              for number, fit in zip(asked, held, strict=True)}
     whole = _whole(fitter, explained)
     least = {name: max(INSISTED, min(INSISTED_PART * whole, KEPT_LEFT * max(floor - 1.0, 0.0))
-                       if told or name in fitter.kept else INSISTED_PART * whole)
+                       if told or name in fitter.held else INSISTED_PART * whole)
              for name in rises}
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least[name]
@@ -186,7 +186,7 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
                                                                    0.1 * finding.matters):
             return [finding]
     for pair in itertools.combinations(insisted, 2):
-        leave = TWO_LEAVE if fitter.kept else max(TWO_LEAVE, TWO_LEAVE_PART * pair[1].matters)
+        leave = TWO_LEAVE if fitter.held else max(TWO_LEAVE, TWO_LEAVE_PART * pair[1].matters)
         if _with_only(fitter, explained, pair) < floor + leave:
             return list(pair)
     held = [finding for finding in insisted if finding.kept]

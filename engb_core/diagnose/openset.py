@@ -19,7 +19,7 @@ from engb_core.diagnose.numbers import level
 from engb_core.diagnose.selection import Selection
 from engb_core.model import Model
 
-__all__ = ['Explanation', 'explain']
+__all__ = ['Explanation', 'NAMED_PART', 'explain']
 
 Array = NDArray[np.float64]
 

@@ -175,7 +175,8 @@ def law_effect(formula: str, acts_as: str, parameters: tuple[Parameter, ...],
         late_position=acts_as == 'position_delay',
         written=lambda values: EffectSetting('law', {
             entry.name: values[entry.name] for entry in parameters}, formula, acts_as,
-            {name: (float(low), float(high)) for name, (low, high) in within.items()}))
+            {name: (float(low), float(high)) for name, (low, high) in within.items()
+             if name in (*used, 'position', 'velocity')}))
 
 
 def _made_of(setting: EffectSetting) -> tuple[Effect, list[float]]:

@@ -17,7 +17,8 @@ __all__ = ['effect_text', 'test_text']
 
 # How far beside its value a number may lie: a size, a width or order, a place.
 _SIZE, _WIDTH, _ORDER, _PLACE = 30.0, 20.0, 1.5, 3.0
-_WIDTHS = ('step', 'bell', 'lag', 'heat', 'travel_lag', 'stop', 'drag', 'rested')
+_WIDTHS = ('step', 'bell', 'lag', 'heat', 'travel_lag', 'stop', 'drag', 'rested',
+           'highest')
 
 
 def effect_text(name: str, law: Mapping[str, Any], within: Mapping[str, tuple[float, float]],

@@ -46,7 +46,9 @@ def _positions(s: Scales) -> list[Atom]:
                   Atom('zone', 'step({0} - position, {1})', (place, wide)),
                   Atom('spot', 'bell(position - {0}, {1})', (place, wide)),
                   Atom('spot', 'bell(position - {0}, {1})',
-                       (place, replace(wide, start=0.1 * s.stroke)))]
+                       (place, replace(wide, start=0.1 * s.stroke))),
+                  Atom('detent', '(position - {0}) / {1} * bell(position - {0}, {1})',
+                       (place, wide))]
     if u == 'rad':
         found += [_turn(times) for times in (1, 2)]
     return found + list(_waves(s))
@@ -69,7 +71,10 @@ def _sensors(s: Scales) -> list[Atom]:
     for part in (0.006, 0.025):
         way = Slot(u, part * s.stroke, 5e-4 * s.stroke, s.stroke, True)
         found.append(Atom('stop', 'stop(position, {0})', (way,)))
-    return found
+    # What grows with heat, wears along the way, or bends under load moves the sensor's zero too.
+    slow = [atom for atom in _memories(s) if atom.kind.startswith(('heat ', 'distance', 'set'))
+            or atom.kind == 'lag load']
+    return found + slow + _loads(s)[:2] + _times(s) + _discs(s)
 
 
 def _waves(s: Scales, count: int = MOST_ORDERS) -> Iterator[Atom]:
@@ -103,6 +108,10 @@ def _speeds(s: Scales) -> list[Atom]:
                   Atom('peak', 'peak(velocity / {0})', (width,)),
                   Atom('slow', 'exp(-abs(velocity) / {0})', (width,)),
                   Atom('fast', 'positive(abs(velocity) - {0})', (width,), u)]
+    for part in (0.15, 0.35, 0.7):
+        found.append(Atom('band', 'bell(abs(velocity) - {0}, {1})', (
+            Slot(f'{s.angle}/s', part * s.speed, 0.0, s.speed),
+            Slot(f'{s.angle}/s', 0.1 * s.speed, 0.01 * s.speed, s.speed, True))))
     return found
 
 
@@ -118,6 +127,10 @@ def _loads(s: Scales) -> list[Atom]:
         found += [Atom('load hinge', 'positive(load - {0})', (level,), u),
                   Atom('load step', 'step(load - {0}, {1})',
                        (level, Slot('N·m', 0.03 * s.load, 2e-3 * s.load, 0.5 * s.load, True)))]
+        # A film carries by speed over pressure (Hersey's number).
+        film = Slot(f'{s.angle}/s/(N·m)', part * s.speed / s.load,
+                    0.003 * s.speed / s.load, 30.0 * s.speed / s.load, True)
+        found.append(Atom('film', 'exp(-abs(velocity) / ({0} * abs(load)))', (film,)))
     return found
 
 
@@ -126,6 +139,8 @@ def _efforts(s: Scales) -> list[Atom]:
     u = (('N·m', 1),)
     found = [Atom('effort', 'abs(effort)', (), u), Atom('effort', 'effort', (), u),
              Atom('effort2', 'effort**2', (), (('N·m', 2),))]
+    found.append(Atom('power', 'positive(effort * velocity)', (),
+                      (('N·m', 1), (f'{s.angle}/s', 1))))
     width = Slot('N·m', 0.03 * s.effort, 1e-3 * s.effort, s.effort, True)
     found.append(Atom('effort sign', 'tanh(effort / {0})', (width,)))
     for part in (0.2, 0.5):
@@ -154,6 +169,8 @@ def _memories(s: Scales) -> list[Atom]:
                ('velocity**2', ((speed, 2),)), ('direction', ())]
     if s.load > 0.0:
         sources += [('load', (('N·m', 1),)), ('abs(load * velocity)', (('N·m', 1), (speed, 1)))]
+        if s.disc:
+            sources.append(('abs(load * disc_speed)', (('N·m', 1), ('rad/s', 1))))
     for source, unit in sources:
         for part in (0.002, 0.008, 0.03, 0.12):
             settling = Slot('s', max(part * s.duration, 3.0 * s.sampling), 2.0 * s.sampling,
@@ -169,12 +186,26 @@ def _memories(s: Scales) -> list[Atom]:
         found += [Atom('stop', 'stop(position, {0})', (way,)),
                   Atom('drag', 'drag(position, {0})', (way,)),
                   Atom('fresh', 'exp(-since_reversal / {0})', (way,))]
+        found.append(Atom('picked up', 'step(since_reversal - {0}, {1})',
+                          (way, replace(way, start=0.2 * way.start))))
         if s.load > 0.0:
             found.append(Atom('travel load', 'travel_lag(load, {0})', (way,), (('N·m', 1),)))
+            width = Slot('N·m', part * s.load, 1e-3 * s.load, s.load, True)
+            found += [Atom('load stop', 'stop(load, {0})', (width,)),
+                      Atom('load drag', 'drag(load, {0})', (width,))]
     found.append(Atom('rested', 'rested({0}, {1})',
                       (Slot('s', 0.3, 1e-3, 100.0, True),
                        Slot(u, 0.03 * s.stroke, 1e-3 * s.stroke, s.stroke, True))))
     found.append(Atom('distance', 'distance', (), ((u, 1),)))
+    for part in (2.0, 20.0):
+        found.append(Atom('run in', 'exp(-distance / {0})',
+                          (Slot(u, part * s.stroke, 0.2 * s.stroke, 1e3 * s.stroke, True),)))
+    if s.load > 0.0:
+        # What was pressed once keeps the mark, for good or until it has recovered.
+        for part in (0.1, 10.0):
+            found.append(Atom('set', 'highest(load, {0})', (
+                Slot('s', part * s.duration, 0.02 * s.duration, 100.0 * s.duration, True),),
+                (('N·m', 1),)))
     return found
 
 
@@ -195,7 +226,9 @@ def _discs(s: Scales) -> list[Atom]:
                       Atom('disc level', 'tanh(disc_speed / {0})', (width,))]
     if s.temperature is not None and s.temperature[1] - s.temperature[0] > 1.0:
         low, high = s.temperature
-        found.append(Atom('temperature', 'pad_temperature', (), (('°C', 1),)))
+        # About the middle, where the model's own numbers hold: else these had to move along.
+        found.append(Atom('temperature', f'(pad_temperature - {0.5 * (low + high):.3g})', (),
+                          (('°C', 1),)))
         found.append(Atom('temperature hinge', 'positive(pad_temperature - {0})',
                           (Slot('°C', 0.5 * (low + high), low, high),), (('°C', 1),)))
     return found
@@ -275,7 +308,7 @@ def limits_of(form: Form) -> Iterator[Form]:
             continue
         call = parse(atom.filled())
         around = (*form.factors[:place], *form.factors[place + 1:])
-        if isinstance(call, Call) and call.function in ('lag', 'travel_lag'):
+        if isinstance(call, Call) and call.function in ('lag', 'travel_lag', 'highest'):
             source = printed(call.arguments[0])
             yield replace(form, factors=(*around, Atom(source, source, (), atom.unit)))
         elif isinstance(call, Call) and call.function in ('stop', 'drag'):

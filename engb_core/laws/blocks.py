@@ -6,6 +6,7 @@ each with all free numbers fitted anew without the block, cost little more than 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 
-__all__ = ['Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'stretches_of_time']
+__all__ = ['Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'numbers_and_sizes',
+           'stretches_of_time']
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -44,12 +46,15 @@ class Blocks:
 
     Args:
         fitter: weighs the values.
-        fit: whose residual is to be explained.
-        nuisance: (m, p) derivatives by all that stays free.
+        fit: finished; its residual is to be explained.
         labels: (m,) block of each value.
+        free: entries of the fit's vector that stay free (None: all).
     """
 
-    def __init__(self, fitter: Fitter, fit: Fit, nuisance: Array, labels: Labels) -> None:
+    def __init__(self, fitter: Fitter, fit: Fit, labels: Labels,
+                 free: Sequence[int] | None = None) -> None:
+        entries = list(range(fit.hypothesis.size) if free is None else free)
+        nuisance = derivatives_of(fit)[:, entries]
         weight = fitter.weight
         self._rows = [np.flatnonzero((labels == label) & (weight > 0.0))
                       for label in np.unique(labels)]
@@ -60,7 +65,7 @@ class Blocks:
         norm[norm == 0.0] = 1.0
         self._nuisance = nuisance * weight[:, None] / norm
         self._target = fit.residual * weight
-        spread = fit.hypothesis.prior[1][:nuisance.shape[1]]
+        spread = fit.hypothesis.prior[1][entries]
         self._ridge = np.diag(1.0 / (spread * norm) ** 2 + _RELATIVE_RIDGE)
         self._gram = [self._nuisance[rows].T @ self._nuisance[rows] for rows in self._rows]
         self._right = [self._nuisance[rows].T @ self._target[rows] for rows in self._rows]
@@ -141,6 +146,16 @@ def derivatives_of(fit: Fit) -> Array:
     if fit.jacobian is None:
         raise ValueError('a law is judged by finished fits')
     return fit.jacobian
+
+
+def numbers_and_sizes(fit: Fit) -> list[int]:
+    """Return the entries of a fit's vector that least squares find anew without a block: the
+    numbers and how large each effect is. What shapes an effect is beyond the linear where one
+    block alone tells it."""
+    hypothesis, count = fit.hypothesis, len(fit.hypothesis.numbers)
+    return [*range(count), *(
+        count + entry for entry, (owner, _, _) in enumerate(hypothesis.places)
+        if hypothesis.parameter(entry).name == hypothesis.variants[owner].sizing.name)]
 
 
 def stretches_of_time(fitter: Fitter) -> Labels:

@@ -14,25 +14,27 @@ from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.numbers import level
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.openset import Explanation, NAMED_PART
 from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.diagnose.uncertainty import estimates
-from engb_core.laws.blocks import Blocks, derivatives_of, stretches_of_time
+from engb_core.laws.blocks import Blocks, numbers_and_sizes, stretches_of_time
 from engb_core.laws.judgement import (
     contribution_of_last,
     depends_on,
     excess_removed,
     find_law,
     Found,
+    Nearest,
     WORTH,
 )
-from engb_core.laws.statement import formula_of, said_line, statement_of
+from engb_core.laws.statement import formula_of, said_line, said_names, statement_of
 from engb_core.model import Model
 from engb_core.plant import physics_of
 
-__all__ = ['Won', 'law_for']
+__all__ = ['Won', 'law_for', 'nearest_told']
 
 Array = NDArray[np.float64]
 
@@ -52,9 +54,11 @@ class Won:
         model: the corrected model with it.
         fallen: names that add nothing beside it.
         contribution: (m,) what it adds to the filtered effort [N·m].
+        fitter: of the problem, that made the fit.
     """
 
     found: Found
+    fitter: Fitter
     explanation: Explanation
     model: Model
     fallen: tuple[str, ...]
@@ -80,28 +84,55 @@ class Won:
 
 
 def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str], None],
-            ) -> Won | None:
-    """Return the law that wins, None where none does.
+            ) -> Won | Nearest | None:
+    """Return the law that wins; where none does, what came nearest, if anything.
+
+    First a law competes with all that was said: it takes the place of names where these explain
+    too small a part of what it explains, and of a load curve of another form where it predicts
+    clearly better without one. Else it is looked for beside likely names.
 
     Args:
-        fitter: of the problem.
+        fitter: of the problem; where its load curve is free, that is one of the things said.
         told: what the library says, with its models; tables and descriptions in it compete with
-            the law; likely names stay free beside it, others fall to a law that alone predicts
-            clearly better.
+            the law.
         likely: whether a name in it is likelier right than wrong.
         tell: is told what is being done.
     """
     named = _named(fitter, told.explanation.fit)
     left = level(named, fitter) - 1.0
+    plain = fitter if not fitter.load_shape else Fitter(fitter.problem, fitter.threads,
+                                                        fitter.earlier)
+    if left <= CLEAN_EXCESS and plain is fitter:
+        return None
+    base = plain.finish(plain.refine(plain.base()))
+    said = bool(named.hypothesis.variants) or plain is not fitter
+    law = find_law(plain, base, tell, approximately=not likely and left > CLEAN_EXCESS)
+    if isinstance(law, Found) and (not said or _beats(fitter, law, named, likely)):
+        won = _won(plain, law, told, named)
+        if won is not None:
+            return won
     if left <= CLEAN_EXCESS:
         return None
-    if likely or not named.hypothesis.variants:
-        law = find_law(fitter, named, tell)
-        return _won(fitter, law and _without_idle_names(law), told, named)
-    law = find_law(fitter, fitter.finish(fitter.refine(fitter.base())), tell)
-    if law is None or not _beats(fitter, law, named):
-        return None
-    return _won(fitter, law, told, named)
+    if not likely or not named.hypothesis.variants:
+        return law if isinstance(law, Nearest) else None
+    law = find_law(fitter, named, tell)
+    return _won(fitter, _without_idle_names(law), told, named) if isinstance(law, Found) else law
+
+
+def nearest_told(fitter: Fitter, told: Sharpened, nearest: Nearest, unexplained: Unexplained,
+                 ) -> Unexplained:
+    """Return what is said of the rest, by what came nearest to a law, unless a description
+    predicts better what it was not fitted to."""
+    fit, table = told.explanation.fit, told.explanation.table
+    described = _on_blocks(fitter, fit) if table is None else left_out(
+        fitter, fit, table.table, stretches_of_time(fitter))
+    if described < nearest.candidate.score.level:
+        return unexplained
+    names = depends_on(nearest.candidate)
+    after = f'; what changes with {said_names(names)} predicts most of it, but no form that was ' \
+        f'tried explains more than {100.0 * nearest.explained:.0f} %.'
+    return replace(unexplained, depends_on=names, memory=nearest.memory,
+                   statement=unexplained.statement.removesuffix('.') + after)
 
 
 def _named(fitter: Fitter, fit: Fit) -> Fit:
@@ -116,13 +147,44 @@ def _fitted_without(fitter: Fitter, fit: Fit, gone: set[int]) -> Fit:
     return fitter.finish(fitter.refine(fitter.evaluate(*bare(fit, gone))))
 
 
-def _beats(fitter: Fitter, law: Found, named: Fit) -> bool:
-    """Whether a law without names predicts blocks left out clearly better than the names do."""
-    if law.fitter is not fitter:
+def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
+    """Whether a law without names predicts blocks left out clearly better than what was said.
+
+    Where a name is likely, another formula of its would explain more, too: then the names must
+    explain too small a part of what the law explains; or the law must speak of other things than
+    they do, and they must add nothing beside it.
+    """
+    if law.fitter.problem is not fitter.problem:
         named = law.fitter.finish(law.fitter.refine(
             law.fitter.evaluate(named.hypothesis, named.vector)))
-        fitter = law.fitter
-    return 0.5 * math.log(_on_blocks(fitter, named) / law.after) > WORTH
+    left = _on_blocks(law.fitter, named)
+    if 0.5 * math.log(left / law.after) <= WORTH:
+        return False
+    if not likely or law.before - left < NAMED_PART * (law.before - law.after):
+        return True
+    return _speaks_of_else(law, named) and not _without_idle_names(
+        _beside(law, named)).candidate.fit.hypothesis.variants[:-1]
+
+
+def _speaks_of_else(law: Found, named: Fit) -> bool:
+    """Whether a law leaves out the coordinates that reveal the names: else it may be theirs, in
+    another form."""
+    told = depends_on(law.candidate)
+    names = {variant.effect.reveals.replace('motor_angle', 'position')
+             for variant in named.hypothesis.variants}
+    return not names & set(told)
+
+
+def _beside(law: Found, named: Fit) -> Found:
+    """Return the law with the names beside it, all fitted together."""
+    fitter, alone = law.fitter, law.candidate.fit
+    count = len(alone.hypothesis.numbers)
+    hypothesis = fitter.hypothesis(
+        (*named.hypothesis.variants, *alone.hypothesis.variants), alone.hypothesis.numbers)
+    vector = np.concatenate([alone.vector[:count],
+                             named.vector[len(named.hypothesis.numbers):], alone.vector[count:]])
+    both = fitter.finish(fitter.refine(fitter.evaluate(hypothesis, vector)))
+    return replace(law, candidate=replace(law.candidate, fit=both))
 
 
 def _without_idle_names(found: Found) -> Found:
@@ -149,12 +211,11 @@ def _without_idle_names(found: Found) -> Found:
 
 def _on_blocks(fitter: Fitter, fit: Fit) -> float:
     """Return the mean squared error of a finished fit on blocks left out (noise = 1)."""
-    return Blocks(fitter, fit, derivatives_of(fit), stretches_of_time(fitter)).without().level
+    return Blocks(fitter, fit, stretches_of_time(fitter),
+                  numbers_and_sizes(fit)).without().level
 
 
-def _won(fitter: Fitter, found: Found | None, told: Sharpened, named: Fit) -> Won | None:
-    if found is None:
-        return None
+def _won(fitter: Fitter, found: Found, told: Sharpened, named: Fit) -> Won | None:
     fit = found.candidate.fit
     if found.fitter is not fitter:
         fit = fitter.finish(fitter.evaluate(fit.hypothesis, fit.vector))
@@ -163,8 +224,11 @@ def _won(fitter: Fitter, found: Found | None, told: Sharpened, named: Fit) -> Wo
     problem = told.problem
     errors = [pooled(unseen_errors(problem, model)) for model in models]
     model = models[int(np.argmin(errors))]
-    rivals = [*told.unseen, pooled(unseen_errors(problem, fitter.problem.model))]
-    if min(rivals) < CLEARLY * min(errors):
+    file = pooled(unseen_errors(problem, fitter.problem.model))
+    if min(*told.unseen, file) < CLEARLY * min(errors):
+        return None
+    # Of an approximation nothing else says that it is good for anything.
+    if found.approximate and min(errors) > CLEARLY * file:
         return None
     bare_model = replace(model, effects=model.effects[:-1])
     contribution = np.concatenate([
@@ -172,7 +236,7 @@ def _won(fitter: Fitter, found: Found | None, told: Sharpened, named: Fit) -> Wo
         for run in fitter.problem.runs])
     kept = fit.hypothesis.ids
     fallen = tuple(effect for effect in named.hypothesis.ids if effect not in kept)
-    return Won(found, explanation, model, fallen, contribution, _finding(found))
+    return Won(found, fitter, explanation, model, fallen, contribution, _finding(found))
 
 
 def _finding(found: Found) -> LawFinding:

@@ -88,6 +88,16 @@ class Form:
         return 1 + sum(len(atom.slots) + (atom.kind == 'slow wave') for atom in self.factors)
 
     @property
+    def linear(self) -> list[int]:
+        """Which of its parameters a least-squares fit finds at once: amplitude and phase."""
+        found, place = [0], 1
+        for atom in self.factors:
+            place += len(atom.slots)
+            if atom.phase:
+                found.append(place - 1)
+        return found
+
+    @property
     def formula(self) -> str:
         """The formula with the names of its parameters."""
         names = iter(_NAMES[1:])

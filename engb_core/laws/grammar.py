@@ -93,6 +93,7 @@ FUNCTIONS: Mapping[str, Function] = {
     'stop': Function(2, 'stop(x, w): spring that slips, −1…1, over ±w of x', True),
     'drag': Function(2, 'drag(x, d): dz = (1 − z sgn dx) dx/d: bristles, −1…1', True),
     'rested': Function(2, 'rested(t, d): log(1 + rest/t), renewed within a way of d', True),
+    'highest': Function(2, 'highest(x, τ): the largest x so far, fading with τ', True),
 }
 
 

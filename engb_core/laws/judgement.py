@@ -8,7 +8,7 @@ blocks and kinds of motion that the fit has not seen, against an onset as the pl
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import math
 
@@ -23,11 +23,11 @@ from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
 from engb_core.effects.law import law_value
 from engb_core.errors import InputError
 from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.laws.blocks import Blocks, derivatives_of, kinds_of_motion
+from engb_core.laws.blocks import Blocks, kinds_of_motion
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
 from engb_core.laws.search import Candidate, Search, search_laws
 
-__all__ = ['Found', 'contribution_of_last', 'depends_on', 'excess_removed', 'find_law']
+__all__ = ['Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_removed', 'find_law']
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,8 @@ Array = NDArray[np.float64]
 # that it may leave (noise = 1): a remainder of this size still has structure, but no longer more
 # of it than noise. Where the mismatch is so large that the law's own formula shows, this part.
 EXPLAINED, LEFT, NEARLY_ALL = 0.8, 2.0, 0.95
-# Part of the excess that it must explain on the other kind of motion.
+# Part of the excess that it must explain on the other kind of motion; and what is no law yet must
+# explain to be told as an approximation: more than it leaves.
 ELSEWHERE = 0.5
 # Gain in log density per value that a further parameter or factor must bring [nats]; and that
 # from which on two laws are told apart at all.
@@ -66,6 +67,7 @@ class Found:
         alternatives: laws that do about as well.
         settled: whether no other form does as well.
         contribution: (m,) what it adds to the filtered effort [N·m].
+        approximate: it explains more than it leaves, but not all: another form is the true one.
     """
 
     fitter: Fitter
@@ -77,6 +79,7 @@ class Found:
     alternatives: tuple[Candidate, ...]
     settled: bool
     contribution: Array
+    approximate: bool = False
 
     @property
     def memory(self) -> bool:
@@ -95,42 +98,73 @@ def depends_on(candidate: Candidate) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> Found | None:
-    """Return the law for what a finished fit leaves, None where none is believed.
+@dataclass(frozen=True)
+class Nearest:
+    """What predicts best of all that was tried, where it is no law.
+
+    Attributes:
+        candidate: the form and its fit.
+        explained: part of the excess that it explains on blocks left out.
+    """
+
+    candidate: Candidate
+    explained: float
+
+    @property
+    def memory(self) -> bool:
+        """Whether it depends on what went before."""
+        return has_memory(parse(self.candidate.form.formula))
+
+
+def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximately: bool = False,
+             ) -> Found | Nearest | None:
+    """Return the law for what a finished fit leaves; where none is believed, what came nearest;
+    None where nothing is worth its parameters.
 
     Args:
         fitter: of the problem.
         base: finished; numbers and named effects, which stay free.
         tell: is told what is being done.
+        approximately: where no law is believed, one will do that explains more than it leaves.
     """
     tell('looking for a law in what is left')
     search = search_laws(fitter, base, tell)
     if not search.candidates:
         return None
-    chosen, alike = _plainest(search)
+    chosen, alike = _plainest(search.fitter, search.candidates)
     if chosen.form.acts_as in _DELAYS:
         tell('looking once more without what comes too late before a stop')
         search = _without_stops(search, chosen, tell)
-        fitter = search.fitter
         if not search.candidates:
             return None
-        chosen, alike = _plainest(search)
-    if not _believed(search, chosen):
+        chosen, alike = _plainest(search.fitter, search.candidates)
+    if _believed(search, chosen):
+        return _found(search, chosen, alike, approximate=False)
+    near = [entry for entry in search.candidates if _approximates(search, entry)] \
+        if approximately else []
+    if near:
+        return _found(search, *_plainest(search.fitter, near), approximate=True)
+    nearest = max(search.candidates, key=lambda entry: _gain(search, entry))
+    if not _pays(search, nearest):
         return None
+    before, after = search.before.level, nearest.score.level
+    return Nearest(nearest, (before - after) / (before - 1.0))
+
+
+def _found(search: Search, chosen: Candidate, alike: list[Candidate], approximate: bool) -> Found:
+    fitter = search.fitter
     finished = fitter.finish(fitter.refine(chosen.fit))
     chosen = replace(chosen, fit=finished)
     last = len(finished.hypothesis.variants) - 1
-    before, after = search.before.level, chosen.score.level
     # What is this law and more is no other law; those that say another thing come first.
     others = sorted((entry for entry in alike
                      if not Counter(entry.form.kinds) >= Counter(chosen.form.kinds)),
                     key=lambda entry: not _differ(chosen, entry))
     return Found(
-        fitter, chosen, estimates(finished, fitter, last), _explained(search, chosen), before,
-        after,
-        tuple(others[:MOST_ALTERNATIVES]),
-        not any(_differ(chosen, entry) for entry in others),
-        contribution_of_last(fitter, finished))
+        fitter, chosen, estimates(finished, fitter, last), _explained(search, chosen),
+        search.before.level, chosen.score.level, tuple(others[:MOST_ALTERNATIVES]),
+        not approximate and not any(_differ(chosen, entry) for entry in others),
+        contribution_of_last(fitter, finished), approximate)
 
 
 def _without_stops(search: Search, law: Candidate, tell: Callable[[str], None]) -> Search:
@@ -164,11 +198,13 @@ def _delays(fitter: Fitter, law: Candidate) -> Array:
     return np.concatenate(parts)
 
 
-def _plainest(search: Search) -> tuple[Candidate, list[Candidate]]:
-    """Return the law with the fewest parameters that predicts about as well as the best, of those
-    that can't be told apart the one that asks for the least torque; and all that do as well."""
-    best = search.candidates[0].score.level
-    alike = [entry for entry in search.candidates
+def _plainest(fitter: Fitter, candidates: Sequence[Candidate],
+              ) -> tuple[Candidate, list[Candidate]]:
+    """Return of candidates, best first, the law with the fewest parameters that predicts about as
+    well as the best, of those that can't be told apart the one that asks for the least torque;
+    and all that do as well."""
+    best = candidates[0].score.level
+    alike = [entry for entry in candidates
              if 0.5 * math.log(entry.score.level / best) < WORTH]
     fewest = min(entry.form.count for entry in alike)
     short = sorted((entry for entry in alike if entry.form.count == fewest),
@@ -176,7 +212,7 @@ def _plainest(search: Search) -> tuple[Candidate, list[Candidate]]:
     same = [entry for entry in short
             if 0.5 * math.log(entry.score.level / short[0].score.level) < ALIKE]
     chosen = min(same, key=lambda entry: float(np.mean(
-        contribution_of_last(search.fitter, entry.fit) ** 2)))
+        contribution_of_last(fitter, entry.fit) ** 2)))
     return chosen, alike
 
 
@@ -190,16 +226,54 @@ def contribution_of_last(fitter: Fitter, fit: Fit) -> Array:
 
 
 def _believed(search: Search, law: Candidate) -> bool:
-    before, after = search.before.level, law.score.level
-    explained = _explained(search, law)
+    after, explained = law.score.level, _explained(search, law)
     if explained < EXPLAINED or (after > LEFT and explained < NEARLY_ALL):
         return False
+    return _pays(search, law) and all(
+        _holds(search, law, labels) and _same_size(search, law, labels)
+        for labels in kinds_of_motion(search.fitter))
+
+
+def _pays(search: Search, law: Candidate) -> bool:
+    """Whether the gain pays for all the forms that were looked at, and nothing that merely begins
+    at an instant does as well."""
+    after = law.score.level
     if search.onset is not None and search.onset.score.level < after * math.exp(2.0 * ALIKE):
         return False
-    gain = 0.5 * _independent(search, law) * math.log(before / after)
-    if gain < math.log(FORMS) + PRIOR_ODDS + law.form.count * math.log(10.0):
-        return False
-    return all(_holds(search, law, labels) for labels in kinds_of_motion(search.fitter))
+    return _gain(search, law) >= 0.0
+
+
+def _gain(search: Search, law: Candidate) -> float:
+    """Return the gain in log density less what all the forms that were looked at cost [nats]."""
+    gain = 0.5 * _independent(search, law) * math.log(search.before.level / law.score.level)
+    return gain - math.log(FORMS) - PRIOR_ODDS - law.form.count * math.log(10.0)
+
+
+def _approximates(search: Search, law: Candidate) -> bool:
+    """Whether what is no law yet explains more than it leaves, everywhere."""
+    before, after = search.before.level, law.score.level
+    return (before - after > ELSEWHERE * (before - 1.0) and _explained(search, law) > ELSEWHERE
+            and _pays(search, law) and all(
+                _same_size(search, law, labels) for labels in kinds_of_motion(search.fitter)))
+
+
+def _same_size(search: Search, law: Candidate, labels: NDArray[np.int64]) -> bool:
+    """Whether the law with the size that one kind of motion tells explains more of the other one
+    than it leaves.
+
+    All other numbers are held: those of one kind of motion alone need not say anything of the
+    other, with an approximation as without.
+    """
+    fitter, fit = search.fitter, law.fit
+    rows = fitter.fitted
+    if np.unique(labels[rows]).size < 2:
+        return True
+    leaves = Blocks(fitter, fit, labels, [search.base.hypothesis.size]).without().by_block
+    squares = (search.base.residual * fitter.weight) ** 2 / np.sum(
+        (fitter.sigma * fitter.weight) ** 2)
+    missed = np.array([squares[labels == label].sum() for label in np.unique(labels[rows])])
+    return bool((leaves < missed).all()
+                and (missed - leaves).sum() > ELSEWHERE * max(missed.sum() - 1.0, 0.0))
 
 
 def _independent(search: Search, law: Candidate) -> float:
@@ -218,26 +292,15 @@ def _independent(search: Search, law: Candidate) -> float:
 
 
 def _holds(search: Search, law: Candidate, labels: NDArray[np.int64]) -> bool:
-    """Whether the law, fitted to one kind of motion, explains the other."""
+    """Whether the law, fitted to one kind of motion with all numbers, explains more of the other
+    than the numbers do alone."""
     fitter, base, fit = search.fitter, search.base, law.fit
-    of_base, of_fit = derivatives_of(base), derivatives_of(fit)
     if np.unique(labels[fitter.fitted]).size < 2:
         return True
     # The law's own numbers are held: what one kind of motion can't determine is no fault of it.
     # Its amplitude is the first of them.
-    with_law = Blocks(fitter, fit, of_fit[:, :of_base.shape[1] + 1], labels).without()
-    without = Blocks(fitter, base, of_base, labels).without()
-    noise = np.array([_noise_of(fitter, labels == label)
-                      for label in np.unique(labels[fitter.fitted])])
-    gained = without.by_block - with_law.by_block
-    return bool((gained > 0.0).all()
-                and gained.sum() > ELSEWHERE * max(float((without.by_block - noise).sum()), 0.0))
-
-
-def _noise_of(fitter: Fitter, rows: NDArray[np.bool_]) -> float:
-    """Return the part of the noise's squares that lies in some rows."""
-    squares = (fitter.sigma * fitter.weight) ** 2
-    return float(squares[rows].sum() / squares.sum())
+    with_law = Blocks(fitter, fit, labels, range(base.hypothesis.size + 1)).without()
+    return with_law.level < Blocks(fitter, base, labels).without().level
 
 
 def _explained(search: Search, law: Candidate) -> float:

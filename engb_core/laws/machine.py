@@ -51,13 +51,13 @@ _FOLLOWED = {'motor_angle': _MOTOR_ANGLE, 'since_reversal': _SINCE, 'time_at_res
              'distance': _DISTANCE}
 (_NUMBER, _PARAMETER, _AXIS, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _POWER, _NEGATIVE, _ABS, _SIGN,
  _SQRT, _EXP, _SIN, _COS, _TANH, _POSITIVE, _MAX, _MIN, _STEP, _BELL, _PEAK, _LAG, _HEAT,
- _TRAVEL_LAG, _STOP, _DRAG, _RESTED) = range(28)
+ _TRAVEL_LAG, _STOP, _DRAG, _RESTED, _HIGHEST) = range(29)
 _CODES = {'+': _ADD, '-': _SUBTRACT, '*': _MULTIPLY, '/': _DIVIDE, '**': _POWER, 'neg': _NEGATIVE,
           'abs': _ABS, 'sign': _SIGN, 'sqrt': _SQRT, 'exp': _EXP, 'sin': _SIN, 'cos': _COS,
           'tanh': _TANH, 'positive': _POSITIVE, 'max': _MAX, 'min': _MIN, 'step': _STEP,
           'bell': _BELL, 'peak': _PEAK, 'lag': _LAG, 'heat': _HEAT, 'travel_lag': _TRAVEL_LAG,
-          'stop': _STOP, 'drag': _DRAG, 'rested': _RESTED}
-_REMEMBERS = {_LAG: 1, _HEAT: 1, _TRAVEL_LAG: 1, _STOP: 2, _DRAG: 2, _RESTED: 1}
+          'stop': _STOP, 'drag': _DRAG, 'rested': _RESTED, 'highest': _HIGHEST}
+_REMEMBERS = {_LAG: 1, _HEAT: 1, _TRAVEL_LAG: 1, _STOP: 2, _DRAG: 2, _RESTED: 1, _HIGHEST: 1}
 _TINY = 1e-12
 
 
@@ -214,6 +214,10 @@ def _remembered(code, first, second, state, slot, sample, turn):
         else:
             state[slot] = (1.0 + state[slot]) * math.exp(-min(-change, 60.0)) - 1.0
         return state[slot]
+    if code == 28:                      # highest
+        faded = state[slot] * math.exp(-sample[TIME_STEP] / second)
+        state[slot] = first if begins else max(first, faded)
+        return state[slot]
     # rested: as a logarithm of the time at rest; slip renews the contact.
     if begins:
         state[slot] = 0.0
@@ -306,4 +310,4 @@ def value_of(parameters, state, sample, position):
     return state[top]
 
 
-assert _RESTED == 27 and _STACK == 56 and DIRECTION < SAMPLE_SIZE
+assert _HIGHEST == 28 and _STACK == 56 and DIRECTION < SAMPLE_SIZE

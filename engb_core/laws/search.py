@@ -27,7 +27,7 @@ from engb_core.laws.atoms import (
     mirrors_of,
     onset_forms,
 )
-from engb_core.laws.blocks import Blocks, derivatives_of, Score, stretches_of_time
+from engb_core.laws.blocks import Blocks, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
@@ -42,7 +42,7 @@ ALIKE = 2
 MOST_FACTORS = 3
 # Leading laws whose memory is tried against its limit.
 LIMITED = 6
-ROUNDS = 8
+ROUNDS, ROUNDS_AGAIN = 8, 4
 # Part of the excess that the best form must explain for more of its kind to be fitted: half of
 # what a law must.
 PROMISING = 0.4
@@ -111,7 +111,7 @@ class _Searching:
         self._scales = scales_of(fitter)
         self._columns = Columns(fitter, base)
         self._labels = stretches_of_time(fitter)
-        self._blocks = Blocks(fitter, base, derivatives_of(base), self._labels)
+        self._blocks = Blocks(fitter, base, self._labels)
         self._within = _ranges(fitter)
         self._seen: dict[tuple, Candidate] = {}
 
@@ -187,10 +187,13 @@ class _Searching:
         fit = fitter.iterate(begun, ROUNDS)
         if not np.isfinite(fit.cost) or fit.cost >= base.cost:
             return None
-        own = fitter.columns(fit, range(base.hypothesis.size, fit.hypothesis.size))
-        jacobian = np.concatenate([derivatives_of(base), own], axis=1)
-        fit = replace(fit, jacobian=jacobian)
-        score = Blocks(fitter, fit, jacobian, self._labels).without()
+        # The numbers' derivatives are not those of the base where a law moves the load curve.
+        fit = fitter.finish(fitter.refine(fit, ROUNDS_AGAIN))
+        linear = [*range(base.hypothesis.size),
+                  *(base.hypothesis.size + place for place in form.linear)]
+        # What leaves a block out finds size and phase anew; the shape's numbers are few, and
+        # beyond the linear where a block alone tells them.
+        score = Blocks(fitter, fit, self._labels, linear).without()
         values = tuple(float(value) for value in _values(fit, len(base.hypothesis.variants)))
         return Candidate(form.started(values), fit, score)
 
@@ -274,6 +277,8 @@ def _ranges(fitter: Fitter) -> dict[str, tuple[float, float]]:
         return (min(float(part.min()) for part in values),
                 max(float(part.max()) for part in values))
 
-    found = {'position': span([motion.position for motion in motions]),
-             'velocity': span([motion.velocity for motion in motions])}
+    names = ['position', 'velocity', 'acceleration', 'time']
+    names += ['disc_speed'] if all(motion.has_disc for motion in motions) else []
+    names += ['pad_temperature'] if all(motion.has_temperature for motion in motions) else []
+    found = {name: span([getattr(motion, name) for motion in motions]) for name in names}
     return {name: values for name, values in found.items() if values[0] < values[1]}

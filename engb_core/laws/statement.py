@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from engb_core.laws.grammar import coordinates_of, parse, printed, with_values
 from engb_core.laws.judgement import depends_on, Found
 from engb_core.laws.line import line_of
 from engb_core.laws.search import Candidate
 
-__all__ = ['formula_of', 'said_line', 'statement_of']
+__all__ = ['formula_of', 'said_line', 'said_names', 'statement_of']
 
 _SAYS = {'torque': 'A torque that', 'friction_gain': 'The friction changes by a part that',
          'load_gain': 'The load torque changes by a part that',
@@ -33,6 +36,15 @@ _CAUSES = {
     'hinge2': 'a bumper that stiffens from one place of the stroke on',
     'zone': 'something that is touched in one part of the stroke only',
     'spot': 'a dent, worn or tight place of the stroke',
+    'detent': 'a detent or a dent of one place, which pulls towards it or away',
+    'band': 'a part that shakes or a film that breaks down at one speed',
+    'film': 'a lubricant film that carries by speed over pressure',
+    'power': 'a supply that sags under power',
+    'picked up': 'a part with play that is picked up after some way',
+    'load stop': 'a joint that bends under load before it slips',
+    'load drag': 'a joint that bends under load before it slips',
+    'run in': 'a part that runs in along its way',
+    'set': 'a part that keeps the mark of the highest load',
     'peak': 'a lubricant or a touching part whose drag peaks at one speed',
     'level': 'a drag that levels off over speed',
     'slow': 'a lubricant film that builds up with speed',
@@ -66,27 +78,33 @@ def said_line(found: Found) -> str:
     return line_of(form.acts_as, parse(form.formula), found.parameters)
 
 
+def said_names(coordinates: Sequence[str]) -> str:
+    """Return coordinates as a person lists them."""
+    names = [_COORDINATES[name] for name in coordinates]
+    return ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
 def statement_of(found: Found) -> str:
     """Return one or two sentences for a brake engineer."""
     candidate = found.candidate
     acts = candidate.form.acts_as
     # What the place to act brings in need not be told: an inertia takes acceleration, …
     own = coordinates_of(parse(candidate.form.formula))
-    names = [_COORDINATES[name] for name in depends_on(candidate)
-             if name in own or name in ('heat', 'time_at_rest')]
-    after = ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
-    text = f'{_SAYS[acts]} depends on {after}: ' if names else f'{_SAYS[acts]} acts: '
+    after = said_names([name for name in depends_on(candidate)
+                        if name in own or name in ('heat', 'time_at_rest')])
+    text = f'{_SAYS[acts]} depends on {after}: ' if after else f'{_SAYS[acts]} acts: '
     line = said_line(found)
     if found.settled:
         text += f'{line}.'
     else:
-        text = (f'What is left follows {after or "time"} like {line}; the form is not settled.')
+        text = (f'What is left follows {after or "time"} {"roughly " if found.approximate else ""}'
+                f'like {line}; the form is not settled.')
     cause = _cause(candidate)
-    if cause:
+    if cause and not found.approximate:
         text += f' A machine does so with {cause}.'
     text += f' It explains {100.0 * found.explained:.0f} % of what was left.'
     if not found.settled:
-        text += f' {_to_settle(found)}'
+        text += f' {_to_settle(found) if found.alternatives else _to_measure(found)}'
     return text
 
 
@@ -96,7 +114,9 @@ def _cause(candidate: Candidate) -> str:
     if candidate.form.acts_as == 'position_delay':
         return 'a position sensor whose reading comes late, the more so the larger these are'
     if candidate.form.acts_as == 'position_shift':
-        return 'an encoder that is off centre or interpolates wrongly'
+        along = {'position', 'motor_angle'} >= set(depends_on(candidate))
+        return 'an encoder that is off centre or interpolates wrongly' if along else \
+            'a part that grows with heat, wears or bends, so that contact comes elsewhere'
     for atom in candidate.form.factors:
         if atom.kind in _CAUSES:
             return _CAUSES[atom.kind]
@@ -110,7 +130,19 @@ def _cause(candidate: Candidate) -> str:
 def _to_settle(found: Found) -> str:
     """Say where the law and its rivals differ most, so that it can be measured."""
     rival = found.alternatives[0]
-    here = found.candidate.fit.predicted - rival.fit.predicted
+    where = _where_most(found, found.candidate.fit.predicted - rival.fit.predicted)
+    return (f'As well does {formula_of(rival)}; the two differ most at {where}: record more of '
+            'that, and beyond it.')
+
+
+def _to_measure(found: Found) -> str:
+    """Say where an approximation misses most, so that its form can be measured."""
+    where = _where_most(found, found.candidate.fit.residual)
+    return f'It misses most at {where}: record more of that, slower and faster.'
+
+
+def _where_most(found: Found, here: NDArray[np.float64]) -> str:
+    """Return the speeds and the part of the stroke in which values (m,) are largest."""
     motions = [entry.motion for entry in found.fitter.problem.runs]
     grids = [entry.comparison.grid for entry in found.fitter.problem.runs]
     speed, position = (np.concatenate([getattr(motion, name)[grid] for motion, grid in
@@ -120,6 +152,4 @@ def _to_settle(found: Found) -> str:
     low, high = np.quantile(np.abs(speed[rows]), [0.1, 0.9])
     first, last = np.quantile(position[rows], [0.1, 0.9])
     angle = 'rad' if found.fitter.problem.scene.joint_type == 'revolute' else 'm'
-    return (f'As well does {formula_of(rival)}; the two differ most at {low:.3g} to {high:.3g} '
-            f'{angle}/s between {first:.3g} and {last:.3g} {angle}: record more of that, and '
-            'beyond it.')
+    return f'{low:.3g} to {high:.3g} {angle}/s between {first:.3g} and {last:.3g} {angle}'

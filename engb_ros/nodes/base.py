@@ -32,6 +32,7 @@ from engb_ros.interface import Service, Topic
 from engb_ros.nodes.messages import message_class, publisher_qos, subscription_qos
 from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
 from engb_ros.nodes.realtime import use_realtime
+from engb_ros.transport import share_no_memory, word_about
 
 __all__ = ['ManagedNode', 'make_executor', 'run']
 
@@ -310,6 +311,7 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         signal.signal(number, on_signal)
     node: ManagedNode | None = None
     status = 0
+    share_no_memory(os.environ)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:
@@ -319,6 +321,8 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         node = make_node()
         if 'scheduling_priority' in node.values:
             use_realtime(node.values)
+            if word := word_about(os.environ):
+                node.get_logger().warning(word)
         node.autostart()
         # What is there now stays: the garbage collector needn't walk it in the midst of a cycle.
         gc.collect()

@@ -10,6 +10,7 @@ from time import monotonic, time_ns
 from typing import Any
 
 from rclpy.duration import Duration
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String, UInt32, UInt64
 
@@ -43,7 +44,8 @@ __all__ = ['ControllerNode', 'main']
 _PROBATION = 0.5
 
 # A standby that has not heard any torque yet gives a primary so long to start: of nodes that are
-# started at once one comes seconds after the other, by chance [s].
+# started at once one comes seconds after the other, by chance. Discovery has had its time then,
+# too: an announcement that is lost comes again within 3 s [s].
 _FIRST_TAKEOVER = 5.0
 
 # The source of stamped commands that name none.
@@ -86,7 +88,7 @@ class ControllerNode(ManagedNode):
         self._spoke = False
         self._standby = values['standby']
         self._heard_torque, self._heard_at = 0.0, inf
-        self._patience = _FIRST_TAKEOVER
+        self._hears_primary = False
         self._effort_publisher = self.advertise(interface.EFFORT_COMMAND)
         self._publish_effort = self._effort_publisher.publish
         self._publish_reference = self.advertise(interface.REFERENCE).publish
@@ -95,7 +97,8 @@ class ControllerNode(ManagedNode):
                                if self._controller.estimator else None)
         self._publish_state = self.advertise(interface.CONTROLLER_STATE).publish
         self._publish_causes = self.advertise(interface.CONTROLLER_CAUSES).publish
-        self._publish_activation = self.advertise(interface.CONTROLLER_ACTIVATION).publish
+        activation = self.advertise(interface.CONTROLLER_ACTIVATION)
+        self._publish_activation = activation.publish
         self.listen(interface.CONTROLLER_ACTIVATION, self._on_activation)
         self._publish_diagnostics = self.advertise(interface.DIAGNOSTICS).publish
         self._command_topics = [
@@ -114,6 +117,7 @@ class ControllerNode(ManagedNode):
         # Names as they are after remapping: the graph knows no others.
         self._effort_topic = self._effort_publisher.topic_name
         self._joint_topic = joint_states.topic_name
+        self._activation_topic = activation.topic_name
         self.serve(interface.START_REFERENCE, self._start_reference)
         self.serve(interface.CLEAR_FAULTS, self._clear_faults)
         self._door = ModelDoor(self, self._controller, lambda: self.values['candidate_model'],
@@ -150,7 +154,7 @@ class ControllerNode(ManagedNode):
         self._claims.start(now, time_ns())
         self._speak_at, self._spoke = inf, False
         self._controller.silent = self._standby
-        self._heard_at, self._patience = now, _FIRST_TAKEOVER
+        self._heard_at, self._hears_primary = now, False
         if not self._standby:
             self._claim()
         if self._controller.supervisor.holds(Cause.NOT_WATCHED):
@@ -216,7 +220,7 @@ class ControllerNode(ManagedNode):
     def _on_torque_of_another(self, message: Float64) -> None:
         if self._controller.silent and isfinite(message.data):
             self._heard_torque, self._heard_at = message.data, monotonic()
-            self._patience = self.values['takeover_time']
+            self._hears_primary = True
 
     def _on_disc_speed(self, message: Float64) -> None:
         self._controller.on_disc_speed(monotonic(), message.data)
@@ -295,6 +299,7 @@ class ControllerNode(ManagedNode):
             if supervisor.faults == Cause.STATE_STALE:
                 # It gives no torque that could come back: where the drive is back, it is ready.
                 controller.clear(now, speak=False)
+            supervisor.set(Cause.STANDBY_NOT_READY, not self._could_take_over(now), now)
             if not supervisor.faults:
                 self._publish_activation(UInt64(data=STANDBY_CLAIM))
             return   # it hears the other one, and whether it falls silent
@@ -307,12 +312,35 @@ class ControllerNode(ManagedNode):
         elif not supervisor.faults:
             self._claim()
 
+    def _could_take_over(self, now: float) -> bool:
+        """Whether a standby hears the one that it stands by for, and the drive would hear it.
+
+        A drive is known by the process that publishes joint states: once that one is seen to
+        listen to torque, it is matched. A drive in two processes is never seen so: of it any
+        listener counts, once the discovery of all has had its time.
+        """
+        if not self._hears_primary:
+            return False
+        listeners = {_process(entry) for entry in
+                     self.get_subscriptions_info_by_topic(self._effort_topic)}
+        drives = {_process(entry) for entry in
+                  self.get_publishers_info_by_topic(self._joint_topic)}
+        controllers = {_process(entry) for entry in
+                       self.get_publishers_info_by_topic(self._activation_topic)}
+        return bool(listeners & drives or (
+            now - self._speak_at > _FIRST_TAKEOVER and listeners - controllers))
+
     def _maybe_take_over(self, now: float) -> None:
         """Speak if the one who spoke has fallen silent, and nobody else claims to."""
-        if (now - self._heard_at <= self._patience
-                or self._controller.supervisor.faults):
+        patience = self.values['takeover_time'] if self._hears_primary else _FIRST_TAKEOVER
+        supervisor = self._controller.supervisor
+        if now - self._heard_at <= patience or supervisor.faults:
             return
+        supervisor.set(Cause.STANDBY_NOT_READY, False, now)
         self._claims.take_over(time_ns())
+        # It speaks from here on: the dead one, whom the graph shows for a while yet, is nobody to
+        # wait for, though he says nothing of himself.
+        self._spoke = True
         self._controller.take_over(now, self._heard_torque)
         # The torque that was there, at once; the next sample's comes a cycle later.
         self._publish_effort(self._scalar.fill(self._controller.clamp.output))
@@ -349,6 +377,12 @@ class ControllerNode(ManagedNode):
         level, message, values = controller_status(self._controller, now)
         self._publish_diagnostics(self._diagnostic.fill(
             self.get_clock().now().to_msg(), level, message, values))
+
+
+def _process(endpoint: TopicEndpointInfo) -> bytes:
+    """Return what the endpoints of one process have in common: the prefix of their GUIDs (RTPS
+    2.5, 9.3.1)."""
+    return bytes(endpoint.endpoint_gid[:12])
 
 
 def _watch_period(values: dict[str, Any]) -> float:

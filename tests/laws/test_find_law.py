@@ -14,10 +14,10 @@ from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
 from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.laws.blocks import Blocks, stretches_of_time
-from engb_core.laws.competition import _without_idle_names
+from engb_core.laws.competition import _beats, _without_idle_names
 from engb_core.laws.forms import Form
 from engb_core.laws.grammar import parse
-from engb_core.laws.judgement import depends_on, find_law
+from engb_core.laws.judgement import depends_on, find_law, Found
 from engb_core.laws.search import _Searching, Screened
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 from engb_core.plant import physics_of
@@ -30,7 +30,8 @@ STEP = 1e-3
 QUANTUM = 2.0 * np.pi / 65536
 
 
-def recorded(*effects: EffectSetting, seed: int = 1, extra: np.ndarray | None = None) -> Recording:
+def recorded(*effects: EffectSetting, seed: int = 1, extra: np.ndarray | None = None,
+             model: Model = MODEL) -> Recording:
     """Return a recording of 36 s of many speeds and ways, by a brake with these effects."""
     time = np.arange(0.0, 36.0, STEP)
     phase = np.cumsum(1.5 + 1.2 * np.sin(0.31 * time)) * STEP
@@ -38,7 +39,7 @@ def recorded(*effects: EffectSetting, seed: int = 1, extra: np.ndarray | None = 
     position = 12.0 + way * np.sin(phase) + 0.8 * np.sin(2.9 * phase)
     velocity = np.gradient(position, STEP)
     samples = sample_table(STEP, time, position, velocity, np.gradient(velocity, STEP))
-    effort = effort_of_motion(samples, STEP, physics_of(replace(MODEL, effects=effects)))
+    effort = effort_of_motion(samples, STEP, physics_of(replace(model, effects=effects)))
     noise = np.random.default_rng(seed).normal(0.0, 2e-3, time.size)
     return Recording('run', time, np.round(position / QUANTUM) * QUANTUM,
                      effort + noise + (0.0 if extra is None else extra))
@@ -50,7 +51,8 @@ def law(formula: str, acts_as: str, **values: float) -> EffectSetting:
 
 def found_in(recording: Recording):
     fitter = Fitter(problem_of([recording], MODEL), 1)
-    return find_law(fitter, fitter.finish(fitter.refine(fitter.base())), lambda text: None)
+    found = find_law(fitter, fitter.finish(fitter.refine(fitter.base())), lambda text: None)
+    return found if isinstance(found, Found) else None
 
 
 def test_inertia_over_the_angle():
@@ -130,6 +132,33 @@ def test_a_likely_name_stands_beside_a_law():
     assert 'cogging_torque' in [setting.effect for setting in diagnosis.model.effects]
 
 
+@pytest.mark.parametrize(('name', 'hidden', 'falls'), [
+    # Passes for friction that differs with the direction, until the law is there.
+    ('asymmetric_friction', law('a * tanh(effort / b)', 'effort_gain', a=0.1, b=0.02), True),
+    ('stribeck_friction', EffectSetting(
+        'stribeck_friction', {'breakaway_ratio': 2.0, 'stribeck_velocity': 2.0}), False)])
+def test_a_likely_name_falls_to_a_law_of_other_things_alone(name, hidden, falls):
+    """A law that is a name's own physics in another form does not take its place."""
+    fitter = Fitter(problem_of([recorded(hidden)], MODEL), 1)
+    (variant, *_) = variants_of(get_effect(name), fitter.problem.scene)
+    named = fitter.finish(fitter.refine(fitter.fit(variant)))
+    found = find_law(fitter, fitter.finish(fitter.refine(fitter.base())), lambda text: None)
+    beaten = isinstance(found, Found) and _beats(fitter, found, named, likely=True)
+    assert beaten == falls
+
+
+def test_a_gain_that_differs_with_the_sign_is_no_load_curve():
+    """Where the load pulls to both sides, a free load curve does most of what the gain does."""
+    model = Model(load_torque=LoadTorque(form='sinusoid', amplitude=0.1, phase=0.3),
+                  friction=Friction(0.004, 0.02, 0.3))
+    recording = recorded(law('a * tanh(effort / b)', 'effort_gain', a=0.05, b=0.01), model=model)
+    diagnosis = diagnose([recording], model, threads=1)
+    assert [entry.effect for entry in diagnosis.effects if entry.probability >= 0.5] == []
+    assert diagnosis.unexplained is not None and diagnosis.unexplained.law is not None
+    assert diagnosis.unexplained.law.acts_as == 'effort_gain'
+    assert 'effort' in diagnosis.unexplained.depends_on
+
+
 @pytest.mark.parametrize(('name', 'hidden', 'kept'), [
     ('asymmetric_friction', (), ()),
     ('stribeck_friction', (EffectSetting(
@@ -142,7 +171,7 @@ def test_a_name_that_adds_nothing_beside_the_law_falls(name, hidden, kept):
     (variant, *_) = variants_of(get_effect(name), fitter.problem.scene)
     named = fitter.refine(fitter.fit(variant))
     found = find_law(fitter, fitter.finish(named), lambda text: None)
-    assert found is not None
+    assert isinstance(found, Found)
     left = _without_idle_names(found)
     assert left.candidate.fit.hypothesis.ids == (*kept, 'law')
     # What the law explains is counted without the name that fell: it had hidden part of it.
@@ -168,7 +197,7 @@ def test_blocks_left_out_are_those_of_plain_least_squares():
     base = fitter.finish(fitter.base())
     labels = stretches_of_time(fitter)
     column = np.random.default_rng(5).normal(size=(base.residual.size, 1)) * fitter.spread[:, None]
-    score, = Blocks(fitter, base, base.jacobian, labels).scores([column])
+    score, = Blocks(fitter, base, labels).scores([column])
     weight = fitter.weight
     design = np.concatenate([base.jacobian, column], axis=1) * weight[:, None]
     target = base.residual * weight

@@ -138,6 +138,16 @@ def test_memory_begins_anew_with_each_run():
     assert np.ptp(first - needed(MODEL)[0]) > 0.02
 
 
+def test_the_largest_so_far_fades():
+    samples = motion()
+    held, _ = needed(with_law('a * highest(position, 1000000)', 'torque', a=1e-3))
+    plain, _ = needed(MODEL)
+    largest = np.maximum.accumulate(samples[:, POSITION])
+    assert np.allclose(held - plain, 1e-3 * largest, atol=1e-6)
+    follows, _ = needed(with_law('a * highest(position, 0.000001)', 'torque', a=1e-3))
+    assert np.allclose(follows - plain, 1e-3 * samples[:, POSITION], atol=1e-6)
+
+
 @pytest.mark.parametrize('law', [
     ('a * positive(position - 5)', 'torque', {'a': 2e-3}),
     ('a * sin(position)', 'inertia', {'a': 3e-5}),

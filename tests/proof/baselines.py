@@ -6,6 +6,8 @@
   one column of its own; any other effect comes with all numbers fitted beside it.
 - `sparse`: naive sparse regression on smoothed derivatives, unfiltered (sparse.py).
 - `flexible`: a regressor of many random features that names nothing (flexible.py).
+- `symbolic`: free symbolic regression of what a refit leaves, where pyoperon is installed
+  (symbolic.py).
 - `oracle`: knows the true form of what is hidden, and fits the numbers (flexible.py). It reads the
   truth, so it runs after the tool, once the digest has been checked.
 
@@ -36,6 +38,7 @@ from .signals import (
     Signals,
 )
 from .sparse import sparse
+from .symbolic import is_there, symbolic
 
 __all__ = ['BASELINES', 'NAMING', 'ORACLE', 'run_baseline', 'run_oracle']
 
@@ -117,6 +120,8 @@ BASELINES: dict[str, tuple[str, Callable[[Nominal, Signals], Answer]]] = {
     'sparse': ('naive sparse regression', sparse),
     'flexible': ('flexible regressor', flexible),
 }
+if is_there():
+    BASELINES['symbolic'] = ('free symbolic regression', symbolic)
 NAMING = ('bic', 'sparse')
 ORACLE = ('oracle', 'oracle: true form, numbers fitted')
 

@@ -7,14 +7,14 @@ from .columns import Answer, number_columns, seen, solve, travel_of
 from .nominal import low_pass, Nominal, STANDSTILL, torque_of
 from .signals import RATE, Signals
 
-__all__ = ['fitted_oracle', 'flexible', 'random_features']
+__all__ = ['fitted_oracle', 'flexible', 'inputs_of', 'random_features']
 
 _FEATURES = 200
 _PENALTIES = np.geomspace(1e-4, 1e2, 7)
 _BLOCKS = 8         # stretches of the recording; every fourth one judges the penalty
 
 
-def _inputs(run: Signals, standstill: float = STANDSTILL) -> np.ndarray:
+def inputs_of(run: Signals, standstill: float = STANDSTILL) -> np.ndarray:
     """What a torque may depend on: motion, way since the last reversal, disc (samples, n)."""
     rows = [run.position, run.velocity, low_pass(run.acceleration, RATE),
             np.tanh(run.velocity / (3.0 * standstill)),
@@ -37,7 +37,7 @@ def random_features(inputs: np.ndarray, middle: np.ndarray, size: np.ndarray) ->
 
 def flexible(model: Nominal, run: Signals) -> Answer:
     """Ridge regression of the residual on random features, beside all numbers of the model."""
-    inputs = _inputs(run)
+    inputs = inputs_of(run)
     middle, size = inputs.mean(axis=0), inputs.std(axis=0) + 1e-12
     features = random_features(inputs, middle, size)
     base = number_columns(model, run)[0]
@@ -51,7 +51,7 @@ def flexible(model: Nominal, run: Signals) -> Answer:
     numbers = _ridge(matrix, target, float(_PENALTIES[int(np.argmin(errors))]), len(base))
 
     def added(other: Signals) -> np.ndarray:
-        rows = _inputs(other)
+        rows = inputs_of(other)
         if rows.shape[1] != middle.size:    # a disc that this recording lacks
             return np.zeros_like(other.time)
         columns = np.stack(number_columns(model, other)[0], axis=1) / scale

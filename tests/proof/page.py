@@ -132,7 +132,7 @@ def _baselines(page: Page, summary: dict) -> None:
     page.table([Column('method'), *(Column(text, number=True) for text in (
         'strong', 'subtle', 'both of a pair', 'false alarms', 'wrong names outside'))], rows,
         chosen=[0], kind='compact', caption='The same cases and scorer. Sparse regression by '
-        f'{summary["thresholding"]}.')
+        f'{summary["thresholding"]}; symbolic regression by {summary["symbolic"]}.')
     kinds = [kind for kind in summary['held_out_removed'] if kind != 'named_singles']
     rows = [[label, *(_mean(one['held_out_removed'].get(kind)) for kind in kinds),
              _share(one['harm']),

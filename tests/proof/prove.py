@@ -32,6 +32,7 @@ from .score import CaseScore, CaseTruth
 from .sealing import digest_of
 from .sparse import thresholding_by
 from .summary import as_text
+from .symbolic import symbolic_by
 from .totals import summarise
 
 __all__ = ['Proof', 'prove', 'prove_other', 'strict_failures']
@@ -99,6 +100,7 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
     if names:
         summary['baselines'] = _baselines(names, truths, proof.out)
         summary['thresholding'] = thresholding_by()
+        summary['symbolic'] = symbolic_by()
     if plan.get('frozen'):
         summary['frozen'] = frozen_rates(scores)
     _write(proof.out, summary, scores)

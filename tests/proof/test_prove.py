@@ -11,6 +11,7 @@ import pytest
 
 from engb_ros.commands.main import main
 from tests.proof.prove import _run_all, strict_failures
+from tests.proof.symbolic import is_there
 
 ROOT = Path(__file__).resolve().parents[2]
 SEAL = ROOT / 'bags' / 'brake_1' / 'truth.sealed'
@@ -98,7 +99,7 @@ def test_baselines_are_scored_on_the_same_cases(
     assert done.returncode == 0, done.stderr
     scores = json.loads((out / 'scores.json').read_text('utf8'))
     assert [one['name'] for one in scores['baselines']] == [
-        'refit', 'bic', 'sparse', 'flexible', 'oracle']
+        'refit', 'bic', 'sparse', 'flexible', *(['symbolic'] if is_there() else []), 'oracle']
     assert not [one for one in scores['baselines'] if one['failures']]
     assert 'Beside plain methods' in (out / 'index.html').read_text('utf8')
 

@@ -4,13 +4,15 @@ import os
 
 import pytest
 
-os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 
 rclpy = pytest.importorskip('rclpy')
 
 from engb_ros.probe import Probe  # noqa: E402
 from engb_ros.runner import reserved_domain, Runner  # noqa: E402
+from engb_ros.transport import stay_on_this_computer  # noqa: E402
+
+stay_on_this_computer(os.environ)
 
 
 @pytest.fixture
@@ -18,13 +20,6 @@ def domain():
     """A ROS_DOMAIN_ID that nobody else on this machine uses."""
     with reserved_domain() as number:
         yield number
-
-
-@pytest.fixture
-def over_udp(monkeypatch):
-    """For tests that kill: who is killed while it holds a lock of Fast DDS's shared memory stops
-    the others for one or two seconds, at random (docs/hazards.md); over UDP nothing is shared."""
-    monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
 
 
 @pytest.fixture

@@ -42,7 +42,6 @@ def cleared_and_back(loop, angle):
     loop.go(angle)
 
 
-@pytest.mark.usefixtures('over_udp')
 @pytest.mark.parametrize(('drive', 'node'), HIT, indirect=['drive'])
 def test_a_killed_drive_and_a_frozen_drive(runner, probe, drive, node):
     loop = closed_loop(runner, probe, drive)
@@ -64,7 +63,6 @@ def test_a_killed_drive_and_a_frozen_drive(runner, probe, drive, node):
     runner.stop()
 
 
-@pytest.mark.usefixtures('over_udp')
 @pytest.mark.parametrize('drive', ['plant', 'can'], indirect=True)
 def test_a_killed_controller_and_its_restart_in_mid_stroke(runner, probe, drive):
     loop = closed_loop(runner, probe, drive)
@@ -96,7 +94,6 @@ def test_a_frozen_controller(runner, probe, drive):
     runner.stop()
 
 
-@pytest.mark.usefixtures('over_udp')
 def test_who_only_listens_may_die_or_freeze(runner, probe, tmp_path):
     loop = closed_loop(runner, probe)
     listeners = {'recorder': {'bag': str(tmp_path / 'bag')}, 'identifier': {},
@@ -202,7 +199,6 @@ def test_two_controllers_at_once(runner, probe):
     runner.stop()
 
 
-@pytest.mark.usefixtures('over_udp')
 def test_force_mode_observer_loss_and_a_model_accepted(runner, probe, tmp_path):
     from rcl_interfaces.srv import SetParameters
     from rclpy.parameter import Parameter

@@ -2,10 +2,8 @@
 
 import math
 import os
-import signal
 import time
 
-from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -20,8 +18,6 @@ from engb_ros.interface import (
     ACCEPT_MODEL,
     CLAMP_FORCE_COMMAND,
     CONTROLLER_ACTIVATION,
-    CONTROLLER_STATE,
-    DIAGNOSTICS,
     DISTURBANCE,
     EFFORT_COMMAND,
     POSITION_COMMAND,
@@ -29,7 +25,7 @@ from engb_ros.interface import (
     Service,
 )
 from engb_ros.runner import node_command
-from ros.loops import BRAKE, closed_loop, plant, STATE_TIMEOUT
+from ros.loops import BRAKE, closed_loop, STATE_TIMEOUT
 
 LIMIT = 0.75
 
@@ -291,124 +287,6 @@ def test_the_guard_against_two_controllers_sees_remapped_names(runner, probe):
     loop.until(lambda: any(message.data == 'fault' for message in loop.state), 'one to yield')
     assert abs(loop.position - 10.0) < 0.5
     runner.kill()
-
-
-def told(loop):
-    """Return what the controllers said, for a failure's message."""
-    return ([message.data for message in loop.state],
-            sorted({str(Cause(message.data)) for message in loop.causes}),
-            {name: process.output for name, process in loop.runner.processes.items()})
-
-
-def beside_a_standby(runner, probe, drive):
-    """Return a loop at 25 rad, whose controller has a standby that is ready beside it."""
-    loop = closed_loop(runner, probe, drive)
-    loop.go(25.0)
-    runner.start_command('standby', node_command(
-        'controller', name='standby', parameters={**loop.controller, 'standby': True}))
-    # It hears drive, commands and torque when it is enabled, as the first one is.
-    loop.until(lambda: sum(message.data == 'enabled' for message in loop.state) >= 2,
-               'the standby')
-    loop.during(3.5)   # it may take 3 s until the drive has discovered the standby
-    return loop
-
-
-def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(over_udp, runner, probe):
-    loop = beside_a_standby(runner, probe, plant(rate=200.0))
-    assert abs(loop.position - 25.0) < 0.5, told(loop)
-    begin = len(loop.states)
-    loop.kill('controller')
-    loop.during(2.0)
-    angles = [message.position[0] for message in loop.states[begin:]]
-    assert min(angles) > 15.0, told(loop)
-    assert abs(loop.position - 25.0) < 0.5
-    # The graph shows the dead one for a while yet: the standby is degraded.
-    loop.target = 8.0
-    loop.until(lambda: abs(loop.position - 8.0) < 0.3, '8 rad')
-    runner.stop()
-
-
-def test_a_planned_hand_over_lets_nothing_go(runner, probe):
-    """Deactivated beside a standby, a primary leaves it the torque that is there."""
-    loop = beside_a_standby(runner, probe, plant())
-    begin, sent = len(loop.states), len(loop.efforts)
-    service = Service('~/change_state', 'lifecycle_msgs/srv/ChangeState', '')
-    request = ChangeState.Request()
-    request.transition.id = Transition.TRANSITION_DEACTIVATE
-    assert probe.call('controller', service, request=request).success
-    loop.during(1.5)
-    assert not any(message.data == 0.0 for message in loop.efforts[sent:])
-    assert len(loop.efforts) > sent + 100
-    assert min(message.position[0] for message in loop.states[begin:]) > 24.0, told(loop)
-    runner.stop()
-
-
-def test_a_primary_and_a_standby_that_start_at_once_know_their_parts(runner, probe):
-    controller = {'state_timeout': STATE_TIMEOUT, 'command_timeout': 2.0}
-    runner.start('controller', name='standby', parameters={**controller, 'standby': True})
-    loop = closed_loop(runner, probe)
-    loop.target = 10.0
-    loop.until(lambda: abs(loop.position - 10.0) < 0.3, 'the brake')
-    loop.during(1.5)
-    assert not any(message.data == 'fault' for message in loop.state), told(loop)
-    runner.stop()
-
-
-def test_a_standby_waits_for_a_primary_that_starts_later(runner, probe):
-    """Of nodes that are started at once one comes a second after the other, by chance."""
-    controller = {'state_timeout': STATE_TIMEOUT, 'command_timeout': 2.0}
-    for name, drive in plant():
-        runner.start(name, parameters=drive)
-    told = probe.listen(CONTROLLER_STATE)
-    torques = probe.listen(EFFORT_COMMAND)
-    runner.start('controller', name='standby', parameters={**controller, 'standby': True})
-    runner.wait_until(lambda: told, 'the standby', pause=probe.spin)
-    end = time.monotonic() + 1.0
-    while time.monotonic() < end:
-        probe.spin()
-    begin = len(torques)
-    runner.start('controller', parameters=controller)
-    runner.wait_until(lambda: len(torques) > begin + 100, 'the primary', pause=probe.spin)
-    assert not any(message.data == 'fault' for message in told)
-    assert not begin
-    runner.stop()
-
-
-def test_a_standby_that_has_no_primary_takes_over_in_the_end(runner, probe):
-    for name, drive in plant():
-        runner.start(name, parameters=drive)
-    told, torques = probe.listen(CONTROLLER_STATE), probe.listen(EFFORT_COMMAND)
-    runner.start('controller', name='standby', parameters={
-        'standby': True, 'state_timeout': STATE_TIMEOUT})
-    runner.wait_until(lambda: len(torques) > 100, 'the standby', pause=probe.spin)
-    assert told
-    runner.stop()
-
-
-def test_a_pause_of_the_drive_leaves_a_standby_ready(runner, probe):
-    state = {}
-
-    def told(message):
-        values = {entry.key: entry.value for entry in message.status[0].values}
-        state[message.status[0].name.rpartition(' ')[2]] = values.get('state')
-    probe.listen(DIAGNOSTICS, told)
-    loop = closed_loop(runner, probe)
-    loop.go(20.0)
-    # It shall not take over where the computer lets the primary wait: another test's matter.
-    runner.start('controller', name='standby', parameters={
-        **loop.controller, 'standby': True, 'takeover_time': STATE_TIMEOUT})
-    loop.until(lambda: state.get('standby') == 'enabled', 'the standby')
-    drive = runner.processes['plant']
-    drive.signal(signal.SIGSTOP)
-    loop.until(lambda: set(state.values()) == {'fault'}, 'both to miss the drive')
-    drive.signal(signal.SIGCONT)
-    loop.until(lambda: state['standby'] != 'fault', 'the standby to be back')
-    loop.during(0.5)
-    assert state['controller'] == 'fault'   # its own fault stays latched
-    loop.until(lambda: loop.clear().success, 'the fault to be cleared')
-    loop.until(lambda: abs(loop.position - 20.0) < 0.3 and state['standby'] == 'enabled'
-               and state['controller'] != 'fault', 'the brake')
-    runner.stop()
 
 
 def test_a_failing_configuration_leaves_nothing_behind(runner, probe):

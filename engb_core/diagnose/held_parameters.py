@@ -8,18 +8,15 @@ then that one was held, and the others moved to make up for it. So with two.
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from engb_core.diagnose.fitted import Fit
 from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS
 
-if TYPE_CHECKING:
-    from engb_core.diagnose.fit import Fit, Fitter
-
-__all__ = ['LOAD', 'kept_numbers']
+__all__ = ['LOAD', 'held_parameters']
 
 LOAD = 'load curve'
 # What the free numbers take away of the file's mean square, at least: so many times the noise's,
@@ -33,16 +30,19 @@ OTHERS_TAKE, AT_MOST, OF_NEXT, NEXT_TO_NOTHING = 0.2, 0.3, 0.6, 0.05
 WITHOUT_TWO, ALL_BUT = 0.1, 0.1
 
 
-def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
+def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[str, ...]:
     """Return the names of the numbers that a refit of the model file held, one or two (LOAD: all
     numbers of the load curve); none where that does not explain how the file misses.
 
     The question is put in plain torque, as a refit would put it, and answered linearly. It can
     only be put to the file itself, without effects that were settled before, and to all that a
     refit would see: to the first round of fits (`Fitter.earlier`).
+
+    Args:
+        base: all nominal numbers refitted, without effects; finished.
+        file: the model file as it stands.
+        sigma: (m,) noise [N·m].
     """
-    base = fitter.finish(fitter.base())
-    file = fitter.nominal()
     if base.jacobian is None or not base.hypothesis.numbers:
         return ()
     names = [number.name for number in base.hypothesis.numbers]
@@ -53,7 +53,7 @@ def kept_numbers(fitter: Fitter) -> tuple[str, ...]:
     whole = _left(base, file, [place for place, name in enumerate(names) if name == DELAY])
     free = [place for place, name in enumerate(names) if name != CURVATURE]
     taken = whole - _left(base, file, free)
-    noise = float(fitter.sigma @ fitter.sigma)
+    noise = float(sigma @ sigma)
     much = taken >= TAKEN_PART * whole
     if taken < (TAKEN_LEAST if much else TAKEN_MUCH) * noise:
         return ()

@@ -7,23 +7,24 @@ least squares; derivatives finish the work.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.fitted import Fit
+from engb_core.diagnose.hypothesis import Hypothesis
 from engb_core.diagnose.linear_start import start_vector
 from engb_core.diagnose.normal_equations import normal_equations
-
-if TYPE_CHECKING:
-    from engb_core.diagnose.fit import Fit, Fitter
-    from engb_core.diagnose.hypothesis import Hypothesis
+from engb_core.diagnose.objective import Objective
 
 __all__ = ['Promise', 'Settling', 'best_promised', 'followed', 'is_rugged', 'moved_places',
            'promises', 'search_around']
 
 Array = NDArray[np.float64]
+# Steps by derivatives: (begin, rounds) → fit.
+Iterate = Callable[[Fit, int], Fit]
 
 # Standard deviation of a move: of a logarithm, or of the parameter's range; and how it shrinks
 # with every move in vain.
@@ -62,11 +63,11 @@ class Settling:
     that promises it.
     """
 
-    def __init__(self, fitter: Fitter, fit: Fit, hypothesis: Hypothesis) -> None:
-        self.fitter, self.hypothesis = fitter, hypothesis
+    def __init__(self, objective: Objective, fit: Fit, hypothesis: Hypothesis) -> None:
+        self.objective, self.hypothesis = objective, hypothesis
         count = self.count = len(hypothesis.numbers)
         self.centre, self.spread = (part[:count] for part in hypothesis.prior)
-        columns, weight = fitter.number_columns(fit), fitter.weight
+        columns, weight = objective.number_columns(fit), objective.weight
         gram, _ = normal_equations(columns, fit.residual, weight)
         self.inverse = np.linalg.inv(gram + np.diag(1.0 / self.spread ** 2))
         self.columns = columns * weight[:, None] ** 2
@@ -74,7 +75,7 @@ class Settling:
     def __call__(self, place: Array) -> tuple[float, Array]:
         count = self.count
         low, high = self.hypothesis.bounds
-        trial = self.fitter.evaluate(self.hypothesis, np.clip(place, low, high))
+        trial = self.objective.evaluate(self.hypothesis, np.clip(place, low, high))
         if not np.isfinite(trial.cost):
             return trial.cost, trial.vector
         right = np.einsum('ij,i->j', self.columns, trial.residual) \
@@ -85,14 +86,14 @@ class Settling:
         return trial.cost - float(right @ step), better
 
 
-def promises(fitter: Fitter, start: Fit, hypothesis: Hypothesis, settings: list[dict[str, float]],
-             ) -> list[Promise]:
+def promises(objective: Objective, start: Fit, hypothesis: Hypothesis,
+             settings: list[dict[str, float]]) -> list[Promise]:
     """Return what is promised with one effect more than `start`, the least cost first.
 
     The effect stands at each of `settings`, the numbers begin as in `start`, or as the model file
     has them: without the effect they have moved to make up for it, and may never find back.
     """
-    settled = Settling(fitter, start, hypothesis)
+    settled = Settling(objective, start, hypothesis)
     numbers = len(hypothesis.numbers)
     begun = []
     for setting in settings:
@@ -102,22 +103,25 @@ def promises(fitter: Fitter, start: Fit, hypothesis: Hypothesis, settings: list[
     return sorted(begun, key=lambda promise: promise.cost)
 
 
-def followed(fitter: Fitter, promised: list[Promise], rounds: int) -> list[Fit]:
-    """Return the fits that begin at what is promised."""
-    return [fitter.iterate(fitter.evaluate(promise.hypothesis, promise.vector), rounds)
+def followed(objective: Objective, promised: list[Promise], rounds: int, iterate: Iterate,
+             ) -> list[Fit]:
+    """Return the fits that begin at what is promised, after so many rounds of `iterate`."""
+    return [iterate(objective.evaluate(promise.hypothesis, promise.vector), rounds)
             for promise in promised]
 
 
-def best_promised(fitter: Fitter, start: Fit, promised: list[Promise], rounds: int) -> Fit:
-    """Return the best fit found from what promises less than `start`, or promises most."""
+def best_promised(objective: Objective, start: Fit, promised: list[Promise], rounds: int,
+                  iterate: Iterate) -> Fit:
+    """Return the best fit found from what promises less than `start`, or promises most, after so
+    many rounds of `iterate` each."""
     best, *others = promised[:FOLLOWED]
-    fits = followed(fitter, [best, *(other for other in others if other.cost < start.cost)],
-                    rounds)
-    found = min((search_around(fitter, entry, FIRST_MOVES) for entry in fits),
+    fits = followed(objective, [best, *(other for other in others if other.cost < start.cost)],
+                    rounds, iterate)
+    found = min((search_around(objective, entry, FIRST_MOVES) for entry in fits),
                 key=lambda entry: entry.cost)
     if found.cost > (1.0 - HOPE) * start.cost:
         return found
-    return search_around(fitter, found, FURTHER_MOVES)
+    return search_around(objective, found, FURTHER_MOVES)
 
 
 def moved_places(fit: Fit) -> tuple[list[int], Array]:
@@ -134,19 +138,19 @@ def moved_places(fit: Fit) -> tuple[list[int], Array]:
     return moved, scale
 
 
-def search_around(fitter: Fitter, fit: Fit, moves: int = MOVES) -> Fit:
+def search_around(objective: Objective, fit: Fit, moves: int = MOVES) -> Fit:
     """Return the best fit found around `fit` by so many random moves (always the same ones) of the
     rugged effects, or of all where none is."""
     hypothesis = fit.hypothesis
     moved, scale = moved_places(fit)
-    settled = Settling(fitter, fit, hypothesis)
+    settled = Settling(objective, fit, hypothesis)
     generator = np.random.default_rng(0)
     best = fit
     for _ in range(moves):
         place = best.vector.copy()
         place[moved] += scale * generator.standard_normal(len(moved))
         promised, better = settled(place)
-        trial = fitter.evaluate(hypothesis, better) if promised < best.cost else None
+        trial = objective.evaluate(hypothesis, better) if promised < best.cost else None
         if trial is not None and trial.cost < best.cost:
             best = trial
         else:

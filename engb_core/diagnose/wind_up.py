@@ -1,4 +1,4 @@
-"""How far the load twists a drivetrain that resonates.
+"""How far the load winds up a drivetrain that resonates.
 
 The resonance tells how stiff the drivetrain is in small motion; the load's curve, as the model
 file has it, tells how far the load twists it. Both are one thing where the shaft is linear.
@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.held_load import numbers_without_load
+from engb_core.diagnose.held_load_curve import numbers_without_load
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Problem
@@ -45,7 +45,8 @@ def with_resonance(problem: Problem, resonance: EffectSetting, threads: int) -> 
         return _Tried(beyond, level(fitter.base(), fitter), level(held, fitter),
                       _scaled(fitter, held) if part == LINEAR else np.inf)
 
-    found = dict(zip(TRIED, side_by_side(tried, TRIED, threads), strict=True))
+    found: dict[float, _Tried] = dict(zip(TRIED, side_by_side(tried, TRIED, threads),
+                                          strict=True))
     least = min(entry.free for entry in found.values())
     allowed = [part for part in TRIED if found[part].free <= ALLOWED * least]
     best = min((found[part] for part in allowed), key=lambda entry: entry.held)

@@ -1,0 +1,55 @@
+"""Does what has no name carry over to another kind of motion? Else it is not in the model.
+
+Refitted numbers and tables follow the motion that they were fitted to, whatever is missing: on the
+next recording, which moves in other ways, they may be worse than the file. So each must explain
+more than half of what the file misses of stretches, and of kinds of motion, that it was not fitted
+to: right more often than wrong where nothing else says that it is right at all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.flexible import left_out
+from engb_core.diagnose.sharpened import Sharpened
+from engb_core.laws.blocks import (
+    Blocks,
+    kinds_of_motion,
+    numbers_and_sizes,
+    stretches_of_time,
+)
+
+__all__ = ['that_carries']
+
+# Part of the file's excess that must be explained elsewhere.
+ELSEWHERE = 0.5
+
+
+def that_carries(fitter: Fitter, nominal: Fit, told: Sharpened) -> Sharpened:
+    """Return what is told without the models that do not carry over.
+
+    Args:
+        fitter: of the problem.
+        nominal: the file as it stands.
+        told: descriptions and refitted numbers, the fullest model first.
+    """
+    fit, table = told.explanation.fit, told.explanation.table
+    free = numbers_and_sizes(fit)
+    kinds = [stretches_of_time(fitter), *kinds_of_motion(fitter)]
+    kinds = [labels for labels in kinds if np.unique(labels[fitter.fitted]).size > 1]
+    weighted = (nominal.residual * fitter.weight) ** 2
+    missed = float(np.sum(weighted) / np.sum((fitter.sigma * fitter.weight) ** 2))
+
+    def enough(left: float) -> bool:
+        return left - 1.0 < ELSEWHERE * (missed - 1.0)
+
+    kept = told.models
+    if not all(enough(Blocks(fitter, fit, labels, free).without().level) for labels in kinds):
+        kept = kept[:-1]
+    if table is not None and not all(
+            enough(left_out(fitter, fit, table.table, labels)) for labels in kinds):
+        kept = kept[1:]
+    return replace(told, models=kept)

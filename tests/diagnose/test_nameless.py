@@ -1,0 +1,63 @@
+"""What has no name stays in the model only if it carries over to another kind of motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.flexible import best_table
+from engb_core.diagnose.nameless import that_carries
+from engb_core.diagnose.numbers import level
+from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.sharpened import Sharpened
+from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.model import Friction, LoadTorque, Model
+from engb_core.plant import physics_of
+from engb_core.recording import Recording
+from engb_core.sample_table import sample_table
+
+STEP = 2e-3
+MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4)),
+              friction=Friction(0.012, 0.1, 0.3))
+
+
+def kept_of(extra, truth: Model = MODEL) -> tuple[int, int]:
+    """Return how many models were told of a brake with an extra torque, and how many carry."""
+    time = np.arange(0.0, 30.0, STEP)
+    phase = np.cumsum(1.5 + 1.2 * np.sin(0.31 * time)) * STEP
+    position = 12.0 + (6.0 + 4.0 * np.sin(0.173 * time)) * np.sin(phase)
+    velocity = np.gradient(position, STEP)
+    samples = sample_table(STEP, time, position, velocity, np.gradient(velocity, STEP))
+    effort = effort_of_motion(samples, STEP, physics_of(truth))
+    noise = np.random.default_rng(4).normal(0.0, 1e-3, time.size)
+    recording = Recording('run', time, position, effort + noise + extra(time, position, velocity))
+    fitter = Fitter(problem_of([recording], MODEL), 1)
+    base = fitter.finish(fitter.refine(fitter.base()))
+    table = best_table(fitter, base)
+    explanation = Explanation(base, table, 1.0, level(base, fitter))
+    told = Sharpened(explanation, explanation.models(), fitter.problem)
+    return len(told.models), len(that_carries(fitter, fitter.nominal(), told).models)
+
+
+def test_right_numbers_carry_over():
+    truth = replace(MODEL, motor=replace(MODEL.motor, viscous_friction=2e-3))
+    told, kept = kept_of(lambda time, position, velocity: 0.0, truth)
+    assert kept == told >= 1
+
+
+def test_a_table_of_what_lies_on_the_stroke_carries_over():
+    told, kept = kept_of(lambda time, position, velocity: 0.02 * np.exp(
+        -0.5 * ((position - 14.0) / 0.8) ** 2))
+    assert told == 2
+    assert kept >= 1
+
+
+def test_numbers_that_follow_what_no_motion_tells_do_not():
+    """A slow walk of the torque: any fit takes something of it away, and is wrong elsewhere."""
+    walk = np.cumsum(np.random.default_rng(3).normal(0.0, 4e-4, 15000))
+    told, kept = kept_of(lambda time, position, velocity: walk - walk.mean())
+    assert told >= 1
+    assert kept == 0
