@@ -11,7 +11,7 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.recording_folds import better_on_others, costs_left_out
-from engb_core.model import EffectSetting
+from engb_core.model import EffectSetting, Model
 from tests.core.test_command_law import COUNT, PENDULUM, servo
 
 
@@ -59,8 +59,15 @@ def with_load_friction(count: int) -> list:
             for entry in (6.0, 9.0, 13.0, 18.0, 27.0)[:count]]
 
 
-# Its numbers refitted around what it lacks.
-REFITTED = replace(PENDULUM, friction=replace(PENDULUM.friction, coulomb=0.42))
+def refitted(recordings: list) -> Model:
+    """Return the pendulum with its numbers refitted around the load friction that it lacks."""
+    fitter = Fitter(problem_of(recordings, PENDULUM, recordings[:1]))
+    fit = fitter.refine(fitter.refit(fitter.base(), tuple(
+        number for number in fitter.numbers if number.name in ('viscous_friction', 'coulomb'))))
+    return fit.hypothesis.corrected(fit.vector)
+
+
+REFITTED = refitted(with_load_friction(5))
 
 
 @pytest.mark.slow
