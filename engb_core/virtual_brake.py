@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TYPE_CHECKING
 
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
 from engb_core.sensors import SensorChain, SensorSettings
 from engb_core.simulation import BrakePlant
 from engb_core.yaml_text import load_yaml, shown
+
+if TYPE_CHECKING:
+    from engb_core.bench.brake import BenchBrake
 
 __all__ = ['DriveSettings', 'Measurement', 'Profile', 'VirtualBrake', 'parse_effects']
 
@@ -22,7 +25,8 @@ _MEANT = 10.0
 
 class Measurement(NamedTuple):
     """What the drive reports at `time` [s]: position [rad], velocity [rad/s], effort [N·m], and
-    what the vehicle does: disc speed [rad/s], pad temperature [°C]."""
+    what the vehicle does: disc speed [rad/s], pad temperature [°C]. `clamp_force` [N] is a load
+    cell's, NaN where the brake has none."""
 
     time: float
     position: float
@@ -30,6 +34,7 @@ class Measurement(NamedTuple):
     effort: float
     disc_speed: float
     pad_temperature: float
+    clamp_force: float = math.nan
 
 
 class Profile:
@@ -90,25 +95,29 @@ class VirtualBrake:
         drive: the drive's numbers.
         sensors: the sensor chain's numbers.
         disc_speed, pad_temperature: over time, [rad/s] and [°C].
+        bench: a brake with a drive, a heating pad and a load cell of its own, which runs in the
+            place of the model's; the model then says no more than the joint's name.
     """
 
     def __init__(self, model: Model, drive: DriveSettings | None = None,
                  sensors: SensorSettings | None = None, disc_speed: Profile | None = None,
-                 pad_temperature: Profile | None = None) -> None:
+                 pad_temperature: Profile | None = None,
+                 bench: BenchBrake | None = None) -> None:
         self.model = model
         self.drive = drive or DriveSettings()
         self.period = 1.0 / self.drive.rate
         self.samples = 0
         self.torque = 0.0
         self.rejected = 0
-        self._plant = BrakePlant(model, step=self.drive.physics_step)
+        self._bench = bench
+        self._plant = bench or BrakePlant(model, step=self.drive.physics_step)
         self._sensors = SensorChain(sensors or SensorSettings())
         self._disc_speed = disc_speed or Profile([0.0], [0.0], 'disc_speed')
         self._pad_temperature = pad_temperature or Profile([0.0], [20.0], 'pad_temperature')
         self._command_age = math.inf
 
     @property
-    def plant(self) -> BrakePlant:
+    def plant(self) -> BrakePlant | BenchBrake:
         """The brake itself, whose true state no drive would show."""
         return self._plant
 
@@ -134,9 +143,13 @@ class VirtualBrake:
         self._plant.advance(self.torque, self.period, disc_speed, temperature)
         self.samples += 1
         time = self.samples * self.period
-        position, velocity, effort = self._sensors.measure(
-            time, self._plant.position, self.torque)
-        return Measurement(time, position, velocity, effort, disc_speed, temperature)
+        bench = self._bench
+        torque = self.torque if bench is None else bench.effort
+        position, velocity, effort = self._sensors.measure(time, self._plant.position, torque)
+        if bench is None:
+            return Measurement(time, position, velocity, effort, disc_speed, temperature)
+        return Measurement(time, position, velocity, effort, disc_speed, bench.pad_temperature,
+                           bench.load_cell())
 
 
 def parse_effects(text: str) -> tuple[EffectSetting, ...]:

@@ -11,8 +11,8 @@ from engb_core.errors import InputError
 from engb_core.identify.procedure import identify
 from engb_core.model import Cogging, Friction, LoadTorque, Model
 from engb_core.recording import Recording
-from engb_core.reproduce.bench import run_experiment
-from engb_core.reproduce.plan import PLAN
+from engb_core.reproduce.in_process import run_experiment
+from engb_core.reproduce.plan import STROKES
 
 from .bench import PAPER, simulate, stroke_reference
 
@@ -169,7 +169,7 @@ def test_a_missed_contact_leaves_no_line_behind():
                                          contact_angle=4.0),
                   friction=Friction(0.014, 0.11, 0.3), cogging=(Cogging(12.0, 4e-3, 0.7),))
     reference = ReferenceSettings(kind='strokes')
-    experiment = replace(next(entry for entry in PLAN if entry.name == 'strokes'), brake=brake,
+    experiment = replace(STROKES, brake=brake,
                          reference=reference, duration=reference.trajectory().duration + 0.3)
     found = identify([run_experiment(experiment, Model())])
     assert [wave.order for wave in found.model.cogging] == [12.0]
