@@ -30,20 +30,20 @@ from engb_core.diagnose.load_shape import (
     with_free_load_curve,
 )
 from engb_core.diagnose.locate import intervals, zones
+from engb_core.diagnose.multistart import is_rugged, search_around
 from engb_core.diagnose.nameless import that_carries
 from engb_core.diagnose.numbers import level, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
-from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.sharpened import explained_problem, Sharpened, sharpened
 from engb_core.diagnose.side_by_side import processors, side_by_side
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
-from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
+from engb_core.diagnose.wind_up import with_resonance
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.laws.competition import law_for, nearest_told

@@ -8,8 +8,8 @@ import math
 
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.multistart import is_rugged, search_around
 from engb_core.diagnose.numbers import level
-from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.effects.base import Effect

@@ -15,7 +15,7 @@ import numpy as np
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.load_cause import moved_by, standing, told_by_the_load
+from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.ranking import excess, price, simplest
 from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE
@@ -89,7 +89,7 @@ def select(result: Search) -> Selection:
         else:
             chosen, rivals = moved_by(result, nominal)
     else:
-        chosen, rivals = told_by_the_load(result, _forward(result, before))
+        chosen, rivals = selected_by_load_curve(result, _forward(result, before))
     chosen, rivals = standing(fitter, chosen, rivals)
     return Selection(chosen, tuple(rivals), nominal, before, excess(chosen, fitter))
 

@@ -18,9 +18,9 @@ from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.multistart import is_rugged
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
-from engb_core.diagnose.rugged import is_rugged
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 from engb_core.motion import MOTION_BANDWIDTH
