@@ -13,21 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from engb_core.diagnose.constants import (
+    ALL_BUT,
+    AT_MOST,
+    NEXT_TO_NOTHING,
+    OF_NEXT,
+    OTHERS_TAKE,
+    TAKEN_LEAST,
+    TAKEN_MUCH,
+    TAKEN_PART,
+    WITHOUT_TWO,
+)
 from engb_core.diagnose.fitted import Fit
 from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS
 
 __all__ = ['LOAD', 'held_parameters']
 
 LOAD = 'load curve'
-# What the free numbers take away of the file's mean square, at least: so many times the noise's,
-# and that part of it; beside effects that make up most of it, more times the noise's.
-TAKEN_LEAST, TAKEN_PART, TAKEN_MUCH = 1.0, 0.15, 5.0
-# What part of that all others take without the number that was held, at most; next to nothing,
-# without two that were held, or where effects make up most of what the file misses; somewhat more,
-# if no two were held, and so little a part of what they take without any other number.
-OTHERS_TAKE, AT_MOST, OF_NEXT, NEXT_TO_NOTHING = 0.2, 0.3, 0.6, 0.05
-# What part they may take without two, where numbers alone make up for all but so much.
-WITHOUT_TWO, ALL_BUT = 0.1, 0.1
 
 
 def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[str, ...]:

@@ -8,6 +8,20 @@ from __future__ import annotations
 
 import math
 
+from engb_core.diagnose.constants import (
+    BESIDE_EFFECTS,
+    BESIDE_LOAD,
+    BETTER,
+    HELD_LOSS,
+    HELD_RISE,
+    INSISTED,
+    INSISTED_PART,
+    NUMBER_BONUS,
+    REFITTED,
+    STANDING_PART,
+    STANDS_BETTER,
+    STANDS_BETTER_PART,
+)
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.held_load_curve import (
     best_of_each,
@@ -18,39 +32,19 @@ from engb_core.diagnose.held_load_curve import (
     numbers_without_load,
 )
 from engb_core.diagnose.held_parameters import LOAD
-from engb_core.diagnose.numbers import (
-    BESIDE_EFFECTS,
-    INSISTED,
-    INSISTED_PART,
-    level,
-    REFITTED,
-    refitted,
-    was_refitted,
-)
-from engb_core.diagnose.ranking import excess, NUMBER_BONUS, plain_price, price, simplest
+from engb_core.diagnose.numbers import level, refitted, was_refitted
+from engb_core.diagnose.ranking import excess, plain_price, price, simplest
 from engb_core.diagnose.search import Search
 from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['moved_by', 'standing', 'selected_by_load_curve']
 
-# Beside effects a moved load curve must matter as much as this part of what the file loses, or of
-# what refitted numbers leave (numbers.py).
-BESIDE_LOAD = 0.2
-# Held by a refit of the file, it must raise the mean square by this part.
-KEPT_RISE = 0.45
-# With the file's load curve held a fit may be this much worse, and is preferred all the same.
-HELD_LOSS = 0.12
 # Single causes of a moved load curve that may have a second one beside them.
 LEADING = 4
-# By this much in the log mean square two such causes must fit better than one, or than two others.
-BETTER = 0.03
-# Part of what a moved load curve gains that the file's other numbers may cost where they stand.
-STANDING_PART = 0.1
 # Hypotheses that are tried with the file's numbers as they stand, and how much better one must
 # fit so than what was chosen: in units of the noise, and as a part of what the file misses, since
 # no formula is perfect.
 CLOSE = 8
-STANDS_BETTER, STANDS_BETTER_PART = 0.1, 0.02
 
 
 def selected_by_load_curve(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
@@ -89,7 +83,7 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     best = min(moved, key=lambda fit: price(fit, fitter)
                - NUMBER_BONUS * fit.hypothesis.variants[-1].number_only)
     lost = min(nominal - before, BESIDE_EFFECTS * before)
-    least = KEPT_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
+    least = HELD_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
     if rise < least and not _as_it_stands(best, chosen, fitter, rise):
         return chosen, rivals
     if level(best, fitter) >= limit + min(0.02 * rise, 0.3):

@@ -13,23 +13,20 @@ from __future__ import annotations
 
 import math
 
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    CONTAINING,
+    FORMULA_ERROR,
+    PHYSICS_FOR_NUMBER,
+    TEMPER,
+    UNNAMED,
+)
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.numbers import level
 from engb_core.effects.base import Scene
 from engb_core.effects.catalogue import catalogue
 
 __all__ = ['causes', 'rival_weights', 'something_known']
-
-# The noise-like part of a formula's error: excess below it tells rivals apart no further.
-FORMULA_ERROR = 0.10
-TEMPER = 6.0
-# Something without a name is the rarer cause, where it fits no better.
-UNNAMED = 0.15
-# So is physics that happens to look like one wrong number.
-PHYSICS_FOR_NUMBER = 0.08
-# An effect that contains the chosen one would have shown more than that.
-CONTAINING = 0.03
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
