@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: demo check test lint types mutants simulators clean
+.PHONY: demo check test lint types mutants simulators docs clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -28,7 +28,11 @@ mutants: $(VENV)/.mutants
 
 # With other people's simulators: what `engb export` makes, run in FMPy and MuJoCo (PyPI, 0.2 GB).
 simulators: $(VENV)/.simulators
-	$(BIN)/python -m pytest -q -n $(WORKERS) tests/export
+	$(BIN)/python -m pytest -q -n $(WORKERS) tests/export tests/simulators
+
+# The documentation as a site, out/site; a warning is an error.
+docs: $(VENV)/.docs
+	$(BIN)/python docs/make_site.py out/site
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .
@@ -46,6 +50,10 @@ $(VENV)/.ready: setup.py requirements.txt
 
 $(VENV)/.mutants: $(VENV)/.ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[mutants]'
+	touch $@
+
+$(VENV)/.docs: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[docs]'
 	touch $@
 
 $(VENV)/.simulators: $(VENV)/.ready

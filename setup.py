@@ -46,6 +46,7 @@ setup(
         'fleet': ['dask[distributed]>=2024.1', 'pandas>=2.1', 'pyarrow>=14'],
         'test': ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'jsonschema',
                  'sympy'],
+        'docs': ['sphinx>=7', 'myst-parser>=3'],
         # The tests that run what `engb export` makes, and FMUs and MJCF files as nominals.
         'simulators': ['fmpy>=0.3.20', 'mujoco>=3.4'],
         'mutants': ['cosmic-ray>=8.3,<9'],

@@ -244,9 +244,11 @@ def rising_root(function: Callable[[Array], tuple[Array, Array]], low: Array, hi
     return point
 
 
-# CHOSEN, every number but the ratio d/r = 0.430, which follows from the paper's P and μ through
-# the corrected (44): the paper gives no geometry and no clamp-force curve. They keep θ_g below 5°
-# over the stroke, as the paper says of its gear, and load the motor with 0.14 N·m at 22 rad.
+# CHOSEN, every number but the ratio d/r: the paper gives no geometry and no clamp-force curve.
+# They keep θ_g below 5° over the stroke, as the paper says of its gear, and load the motor with
+# 0.14 N·m at 22 rad. By the corrected (44) the paper's P = 0.421 and μ = 0.249 ask for a wedge
+# slope of 0.430, which is the mean over the stroke (each angle counted by the square of its load):
+# the slope falls as the gear turns, so d/r, which it has at rest, is 0.4414.
 CHOSEN = Mechanism(
     gear_ratio=4.0,
     screw_lead=4e-3,
@@ -254,7 +256,7 @@ CHOSEN = Mechanism(
     lever_output=35e-3,
     lever_bend=math.radians(20.0),
     gear_radius=10.5e-3,
-    gear_offset=0.430 * 10.5e-3,
+    gear_offset=0.4414 * 10.5e-3,
     efficiency=0.90,
     clearance=0.05e-3,
     clamp_stiffness=(1.2e6, 8.0e9),

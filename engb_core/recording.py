@@ -113,7 +113,9 @@ class Recording:
         if order.size < MINIMUM_SAMPLES:
             raise InputError(
                 f'{name}: joint_states holds {order.size} usable samples, at least '
-                f'{MINIMUM_SAMPLES} are needed; record a longer run')
+                f'{MINIMUM_SAMPLES} are needed; '
+                + (f'their stamps differ by {float(np.ptp(stamp[good])):.2g} s in all: check the '
+                   'unit of time' if good.sum() >= MINIMUM_SAMPLES else 'record a longer run'))
         start = float(stamp[order[0]])
         _refuse_bursts(name, stamp[order])
         return cls(

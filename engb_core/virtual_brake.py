@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
-from typing import NamedTuple
-
-import yaml
+from typing import NamedTuple, TYPE_CHECKING
 
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
 from engb_core.sensors import SensorChain, SensorSettings
 from engb_core.simulation import BrakePlant
+from engb_core.yaml_text import load_yaml, shown
+
+if TYPE_CHECKING:
+    from engb_core.bench.brake import BenchBrake
 
 __all__ = ['DriveSettings', 'Measurement', 'Profile', 'VirtualBrake', 'parse_effects']
 
@@ -23,7 +25,8 @@ _MEANT = 10.0
 
 class Measurement(NamedTuple):
     """What the drive reports at `time` [s]: position [rad], velocity [rad/s], effort [N·m], and
-    what the vehicle does: disc speed [rad/s], pad temperature [°C]."""
+    what the vehicle does: disc speed [rad/s], pad temperature [°C]. `clamp_force` [N] is a load
+    cell's, NaN where the brake has none."""
 
     time: float
     position: float
@@ -31,6 +34,7 @@ class Measurement(NamedTuple):
     effort: float
     disc_speed: float
     pad_temperature: float
+    clamp_force: float = math.nan
 
 
 class Profile:
@@ -91,25 +95,29 @@ class VirtualBrake:
         drive: the drive's numbers.
         sensors: the sensor chain's numbers.
         disc_speed, pad_temperature: over time, [rad/s] and [°C].
+        bench: a brake with a drive, a heating pad and a load cell of its own, which runs in the
+            place of the model's; the model then says no more than the joint's name.
     """
 
     def __init__(self, model: Model, drive: DriveSettings | None = None,
                  sensors: SensorSettings | None = None, disc_speed: Profile | None = None,
-                 pad_temperature: Profile | None = None) -> None:
+                 pad_temperature: Profile | None = None,
+                 bench: BenchBrake | None = None) -> None:
         self.model = model
         self.drive = drive or DriveSettings()
         self.period = 1.0 / self.drive.rate
         self.samples = 0
         self.torque = 0.0
         self.rejected = 0
-        self._plant = BrakePlant(model, step=self.drive.physics_step)
+        self._bench = bench
+        self._plant = bench or BrakePlant(model, step=self.drive.physics_step)
         self._sensors = SensorChain(sensors or SensorSettings())
         self._disc_speed = disc_speed or Profile([0.0], [0.0], 'disc_speed')
         self._pad_temperature = pad_temperature or Profile([0.0], [20.0], 'pad_temperature')
         self._command_age = math.inf
 
     @property
-    def plant(self) -> BrakePlant:
+    def plant(self) -> BrakePlant | BenchBrake:
         """The brake itself, whose true state no drive would show."""
         return self._plant
 
@@ -135,9 +143,14 @@ class VirtualBrake:
         self._plant.advance(self.torque, self.period, disc_speed, temperature)
         self.samples += 1
         time = self.samples * self.period
-        position, velocity, effort = self._sensors.measure(
-            time, self._plant.position, self.torque)
-        return Measurement(time, position, velocity, effort, disc_speed, temperature)
+        bench = self._bench
+        torque = (self._plant.measured_effort(self.torque, self.period)
+                  if isinstance(self._plant, BrakePlant) else self._plant.effort)
+        position, velocity, effort = self._sensors.measure(time, self._plant.position, torque)
+        if bench is None:
+            return Measurement(time, position, velocity, effort, disc_speed, temperature)
+        return Measurement(time, position, velocity, effort, disc_speed, bench.pad_temperature,
+                           bench.load_cell())
 
 
 def parse_effects(text: str) -> tuple[EffectSetting, ...]:
@@ -149,12 +162,12 @@ def parse_effects(text: str) -> tuple[EffectSetting, ...]:
     if not text.strip():
         return ()
     try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError:
-        raise InputError(f'effects {text!r}: not valid YAML; write '
+        data = load_yaml(text)
+    except InputError as error:
+        raise InputError(f'effects {shown(text)}: {error}; write '
                          '"stribeck_friction: {breakaway_ratio: 1.4}"') from None
     if not isinstance(data, dict):
-        raise InputError(f'effects {text!r}: write "name: {{parameter: value}}"')
+        raise InputError(f'effects {shown(text)}: write "name: {{parameter: value}}"')
     settings = []
     for name, parameters in data.items():
         parameters = parameters or {}
@@ -165,7 +178,7 @@ def parse_effects(text: str) -> tuple[EffectSetting, ...]:
             try:
                 values[str(key)] = float(value)
             except (TypeError, ValueError):
-                raise InputError(f'effects: {name}.{key} is {value!r}; it must be a number'
+                raise InputError(f'effects: {name}.{key} is {shown(value)}; it must be a number'
                                  ) from None
             if not math.isfinite(values[str(key)]):
                 raise InputError(f'effects: {name}.{key} is {value}; it must be finite')

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 import shutil
 import tempfile
@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from engb_core.model import Model
-from engb_core.recording import Recording
+from engb_core.recording import Recording, Signal
 from engb_core.reproduce import chosen
 from engb_core.reproduce.plan import Experiment
 from engb_ros import interface
 from engb_ros.bags.read import read_recording
 from engb_ros.runner import reserved_domain, Runner, RunnerError
 
-__all__ = ['record_experiment']
+__all__ = ['read_experiment', 'record_experiment']
 
 Progress = Callable[[str], None]
 
@@ -46,7 +46,8 @@ LOSS, LONGEST_HOLE = 0.002, 0.01
 
 
 def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int,
-                      progress: Progress, every: int = 1) -> Recording:
+                      progress: Progress, every: int = 1, sealed: Path | None = None,
+                      identified: Path | None = None) -> Recording:
     """Run plant, controller (or excitation) and recorder as processes; leave the bag at `bag`.
 
     The plant waits for an answer to each sample (lockstep), and starts only when all hear each
@@ -60,6 +61,9 @@ def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int
         seed: of the sensor noise.
         progress: told how far it is.
         every: keep every n-th message of each topic.
+        sealed: a sealed brake for the plant, in place of the experiment's.
+        identified: the identifier's node listens too, from the loop's model without its cogging,
+            and writes there what it found.
 
     Returns:
         The bag, read back.
@@ -69,8 +73,8 @@ def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int
     """
     for speed in SPEEDS:
         shutil.rmtree(bag, ignore_errors=True)
-        _run(experiment, model, bag, seed, progress, every, speed)
-        recording = read_recording(bag)
+        _run(experiment, model, bag, seed, progress, every, speed, sealed, identified)
+        recording = read_experiment(bag)
         missing = experiment.duration / (recording.interval * recording.time.size) - 1.0
         if missing < LOSS and np.diff(recording.time).max() < LONGEST_HOLE * every:
             return recording
@@ -79,23 +83,55 @@ def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int
                       'machine is too busy')
 
 
+def read_experiment(bag: Path) -> Recording:
+    """Return the recording of an experiment, its side signals on the plant's own clock.
+
+    In lockstep the plant's time stands still while an answer is late, so the recorder's clock
+    does not tell to which sample an unstamped message belongs. Its number does: the plant, and
+    the observer that answers each sample, send one every so many samples.
+    """
+    recording = read_recording(bag)
+    signals = {}
+    for name, signal in recording.signals.items():
+        samples, count = recording.time.size, signal.value.size
+        stride = max(1, round(samples / count))
+        times = recording.time[stride - 1::stride]
+        # Whole but for one at either end; else the recorder's clock is all there is.
+        if abs(times.size - count) <= 1:
+            size = min(times.size, count)
+            signal = Signal(times[:size], signal.value[:size])
+        signals[name] = signal
+    return replace(recording, signals=signals)
+
+
 def _run(experiment: Experiment, model: Model, bag: Path, seed: int, progress: Progress,
-         every: int, speed: float) -> None:
+         every: int, speed: float, sealed: Path | None, identified: Path | None) -> None:
     from engb_ros.probe import Probe
     with tempfile.TemporaryDirectory(prefix='engb_experiment_') as folder, \
             reserved_domain() as domain, Runner(domain) as runner, Probe(domain) as probe:
         scratch = Path(folder)
-        runner.start('plant', parameters=_plant(experiment, scratch, seed) | {'speed': speed})
+        runner.start('plant', parameters=_plant(experiment, scratch, seed, sealed)
+                     | {'speed': speed})
         driver, parameters = _driver(experiment, model, scratch)
         runner.start(driver, parameters=parameters)
+        listeners = 2
+        if experiment.observed:
+            runner.start('disturbance_observer', parameters={'model': scratch / 'model.yaml'})
+            listeners += 1
+        if identified is not None:
+            replace(model, cogging=()).write(scratch / 'start.yaml')
+            runner.start('identifier', parameters={'model': scratch / 'start.yaml',
+                                                   'model_out': str(identified)})
+            listeners += 1
         runner.start('recorder', parameters={
             'bag': str(bag), 'compression': 'zstd', 'chunk_time': 2.0, 'every': every,
-            'topics': ['joint_states', 'reference', 'disc_speed']})
+            'topics': ['joint_states', 'reference', 'disc_speed', 'disturbance', 'load_cell',
+                       'pad_temperature']})
         disc = probe.listen(interface.DISC_SPEED)
         runner.wait_until(lambda: probe.ready('plant', CHANGE_STATE), 'the plant', PATIENCE,
                           probe.spin)
         _change(probe, CONFIGURE)
-        runner.wait_until(lambda: _all_connected(probe), 'the nodes to hear each other',
+        runner.wait_until(lambda: _all_connected(probe, listeners), 'the nodes to hear each other',
                           PATIENCE, probe.spin)
         # What this process sees of the graph, the others may see a moment later.
         _wait(probe, SETTLING)
@@ -103,17 +139,28 @@ def _run(experiment: Experiment, model: Model, bag: Path, seed: int, progress: P
         _follow(runner, probe, disc, experiment.duration, lambda done: progress(
             f'{experiment.name}: {done:.0f} of {experiment.duration:.0f} s'))
         _change(probe, DEACTIVATE)
+        if identified is not None:
+            _wait_for_model(runner, probe)
         runner.stop(['recorder'])
         runner.stop()
 
 
-def _plant(experiment: Experiment, folder: Path, seed: int) -> dict[str, Any]:
-    path = folder / 'brake.yaml'
-    experiment.brake.write(path)
+def _plant(experiment: Experiment, folder: Path, seed: int,
+           sealed: Path | None) -> dict[str, Any]:
+    brake = experiment.brake
+    path = sealed or folder / 'brake.yaml'
+    if sealed is None:
+        brake.write(path)
+    if isinstance(brake, Model):
+        true: dict[str, Any] = {'model': path}
+    else:
+        true = {'bench': str(path), 'unloaded': experiment.unloaded,
+                'added_inertia': experiment.added_inertia}
     # A busy computer may answer late; a run is the same only if every sample is answered.
-    return {'autostart': False, 'model': path, 'lockstep': True, 'answer_timeout': 5.0,
-            'seed': seed + experiment.seed, 'disc_speed_values': [experiment.disc_speed],
-            **chosen.SENSORS}
+    times, speeds = experiment.disc
+    return {'autostart': False, **true, 'lockstep': True, 'answer_timeout': 5.0,
+            'seed': seed + experiment.seed, 'disc_speed_times': list(times),
+            'disc_speed_values': list(speeds), **chosen.SENSORS}
 
 
 def _driver(experiment: Experiment, model: Model, folder: Path) -> tuple[str, Mapping[str, Any]]:
@@ -122,10 +169,12 @@ def _driver(experiment: Experiment, model: Model, folder: Path) -> tuple[str, Ma
     path = folder / 'model.yaml'
     model.write(path)
     reference = experiment.reference
+    if reference is None:
+        raise RunnerError(f'{experiment.name}: nothing to track')
     parameters: dict[str, Any] = {
         'model': path, 'reference': reference.kind,
-        'load_feedforward': experiment.load_feedforward,
-        'friction_feedforward': experiment.friction_feedforward,
+        'disturbance_compensation': experiment.observer > 0.0,
+        **({'disturbance_cutoff': experiment.observer} if experiment.observer else {}),
         'stroke_amplitudes': list(reference.amplitudes),
         'stroke_acceleration': reference.acceleration,
         'stroke_repetitions': reference.repetitions,
@@ -148,8 +197,17 @@ def _change(probe: Any, transition: int) -> None:
         raise RunnerError(f'the plant refused transition {transition}')
 
 
-def _all_connected(probe: Any) -> bool:
-    return (probe.subscribers(interface.JOINT_STATES) >= 2
+def _wait_for_model(runner: Runner, probe: Any) -> None:
+    """Ask the identifier for what it found, until it has it."""
+    answer = probe.call('identifier', interface.IDENTIFY, PATIENCE)
+    if not answer.success:
+        raise RunnerError(f'the identifier says: {answer.message}')
+    runner.wait_until(lambda: probe.call('identifier', interface.WRITE_MODEL, PATIENCE).success,
+                      'the identifier', PATIENCE, lambda: probe.spin(0.2))
+
+
+def _all_connected(probe: Any, listeners: int) -> bool:
+    return (probe.subscribers(interface.JOINT_STATES) >= listeners
             and probe.publishers(interface.JOINT_STATES) >= 1
             and probe.publishers(interface.EFFORT_COMMAND) >= 1
             and probe.subscribers(interface.EFFORT_COMMAND) >= 1)

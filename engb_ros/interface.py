@@ -14,9 +14,10 @@ __all__ = ['ACCEPT_MODEL', 'CLAMP_FORCE', 'CLAMP_FORCE_COMMAND', 'CLEAR', 'CLEAR
            'CONTROLLER_CAUSES', 'CONTROLLER_STATE', 'CONTROL_REPORT', 'DEFAULT_NAMESPACE',
            'DIAGNOSTICS', 'DIAGNOSTIC_ARRAY', 'DISC_SPEED', 'DISTURBANCE', 'DRIVE_STATE',
            'EFFORT_COMMAND', 'FLOAT64', 'FRICTION_TORQUE', 'IDENTIFY', 'JOINT_COMMAND',
-           'JOINT_STATE', 'JOINT_STATES', 'LOAD_TORQUE', 'PAD_TEMPERATURE', 'POSITION_COMMAND',
-           'POSITION_COMMAND_STAMPED', 'RECORDED', 'REFERENCE', 'SERVICES', 'START_REFERENCE',
-           'STRING', 'Service', 'TOPICS', 'TRIGGER', 'Topic', 'UINT32', 'UINT64', 'WRITE_MODEL']
+           'JOINT_STATE', 'JOINT_STATES', 'LOAD_CELL', 'LOAD_TORQUE', 'PAD_TEMPERATURE',
+           'POSITION_COMMAND', 'POSITION_COMMAND_STAMPED', 'RECORDED', 'REFERENCE', 'SERVICES',
+           'START_REFERENCE', 'STRING', 'Service', 'TOPICS', 'TRIGGER', 'Topic', 'UINT32',
+           'UINT64', 'WRITE_MODEL']
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 FLOAT64 = 'std_msgs/msg/Float64'
@@ -82,6 +83,7 @@ CLAMP_FORCE_COMMAND_STAMPED = Topic(
     'an entry `clamp`, and of the entry `counter`', 'command')
 DISTURBANCE = Topic('disturbance', FLOAT64, 'N·m', 'the observer\'s estimate, equation (30)')
 CLAMP_FORCE = Topic('clamp_force', FLOAT64, 'N', 'estimated or measured clamp force')
+LOAD_CELL = Topic('load_cell', FLOAT64, 'N', 'clamp force as a bench\'s load cell reads it')
 DISC_SPEED = Topic('disc_speed', FLOAT64, 'rad/s', 'brake disc, signed')
 PAD_TEMPERATURE = Topic('pad_temperature', FLOAT64, '°C', 'brake pad')
 LOAD_TORQUE = Topic('load_torque', FLOAT64, 'N·m', 'load torque after the identified model')
@@ -106,8 +108,8 @@ CLOCK = Topic('/clock', CLOCK_TYPE, 's', 'simulated time')
 
 TOPICS: tuple[Topic, ...] = (
     JOINT_STATES, EFFORT_COMMAND, REFERENCE, POSITION_COMMAND, CLAMP_FORCE_COMMAND, DISTURBANCE,
-    CLAMP_FORCE, DISC_SPEED, PAD_TEMPERATURE, LOAD_TORQUE, FRICTION_TORQUE, CONTROL_REPORT,
-    CONTROLLER_STATE, CONTROLLER_CAUSES, CONTROLLER_ACTIVATION, DRIVE_STATE,
+    CLAMP_FORCE, LOAD_CELL, DISC_SPEED, PAD_TEMPERATURE, LOAD_TORQUE, FRICTION_TORQUE,
+    CONTROL_REPORT, CONTROLLER_STATE, CONTROLLER_CAUSES, CONTROLLER_ACTIVATION, DRIVE_STATE,
     POSITION_COMMAND_STAMPED, CLAMP_FORCE_COMMAND_STAMPED, JOINT_COMMAND)
 
 START_REFERENCE = Service('~/start_reference', TRIGGER,

@@ -224,6 +224,8 @@ def undisturbed() -> Iterator[None]:
 
 def _real(path: str | os.PathLike) -> Path:
     """Return where something that is written to `path` really lands."""
+    if not os.fspath(path):
+        raise InputError('--out is empty; name a place')
     try:
         return Path(os.path.realpath(path))
     except (OSError, ValueError) as error:      # a name with a zero byte

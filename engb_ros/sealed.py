@@ -5,12 +5,14 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import os
+from pathlib import Path
 from typing import Any
 import zlib
 
 from engb_core.errors import InputError
 
-__all__ = ['digest', 'opened', 'sealed']
+__all__ = ['digest', 'opened', 'read_sealed', 'sealed']
 
 
 def sealed(truth: dict[str, Any]) -> str:
@@ -27,6 +29,15 @@ def digest(text: str) -> str:
 def opened(text: str) -> dict[str, Any]:
     """Return what a seal holds."""
     return json.loads(_content(text))
+
+
+def read_sealed(path: str | os.PathLike) -> dict[str, Any]:
+    """Return what the seal in a file holds; InputError where there is none."""
+    try:
+        text = Path(path).read_text(encoding='ascii')
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f'{path}: cannot be read; give a sealed truth') from error
+    return opened(text)
 
 
 def _content(text: str) -> bytes:

@@ -42,7 +42,7 @@ SLOW = (
     'tests/proof/test_prove.py::test_no_crash', 'tests/proof/test_prove.py::test_scores_and_page',
     'tests/proof/test_prove.py::test_second_start', 'tests/proof/test_prove.py::test_baselines',
     'tests/proof/test_prove.py::test_a_part',
-    'tests/reproduce/',
+    'tests/reproduce/', 'tests/commands/test_reproduce.py::test_offline',
 )
 
 

@@ -9,13 +9,13 @@ import os
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from engb_core.control.feedforward import Feedforward
 from engb_core.errors import InputError
 from engb_core.kinematics import Mechanism
 from engb_core.model import Model
 from engb_core.statics import efficiency_load_gain
+from engb_core.yaml_text import load_yaml
 
 __all__ = ['ClampForceEstimator', 'ClampForceMap', 'EstimatorSettings', 'read_mechanism']
 
@@ -31,12 +31,12 @@ def read_mechanism(path: str | os.PathLike) -> Mechanism:
     """
     path = Path(path)
     try:
-        data = yaml.safe_load(path.read_text(encoding='utf-8'))
+        data = load_yaml(path.read_text(encoding='utf-8'))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'not a text file'
         raise InputError(f'{path}: cannot be read ({reason}); give a mechanism file') from error
-    except yaml.YAMLError as error:
-        raise InputError(f'{path}: not valid YAML; mend the file') from error
+    except InputError as error:
+        raise InputError(f'{path}: {error}') from error
     if not isinstance(data, dict):
         raise InputError(f'{path}: no mapping; a mechanism file names gear_ratio, screw_lead, …')
     known = {field.name: field for field in fields(Mechanism)}

@@ -8,15 +8,11 @@ Reference: Rubinstein, Methodology and Computing in Applied Probability 1 (1999)
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from engb_core.diagnose.rugged import moved_places, Settling
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.multistart import moved_places, Settling
 from engb_core.diagnose.side_by_side import side_by_side
-
-if TYPE_CHECKING:
-    from engb_core.diagnose.fit import Fit, Fitter
 
 __all__ = ['middle_of_basin']
 

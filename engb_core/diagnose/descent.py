@@ -7,7 +7,6 @@ more, since each column costs a prediction of everything that was recorded.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +16,7 @@ from engb_core.diagnose.fitted import Fit
 from engb_core.diagnose.hypothesis import Hypothesis
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.normal_equations import normal_equations
-
-if TYPE_CHECKING:
-    from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.objective import Objective
 
 __all__ = ['delay_held', 'descended']
 
@@ -32,12 +29,12 @@ DAMPING, LESS, MORE, LEAST, STUCK = 1e-4, 0.2, 100.0, 1e-6, 1e5
 FIRST_STEPS = 2
 
 
-def descended(fitter: Fitter, begin: Fit, shared: Array, rounds: int, tolerance: float,
+def descended(objective: Objective, begin: Fit, shared: Array, rounds: int, tolerance: float,
               hopeless: float = math.inf) -> Fit:
     """Return the best fit that so many steps downhill from `begin` come to.
 
     Args:
-        fitter: predicts.
+        objective: predicts.
         begin: where to start.
         shared: (m, count) derivatives by the nominal numbers.
         rounds: steps that help, at most.
@@ -48,17 +45,17 @@ def descended(fitter: Fitter, begin: Fit, shared: Array, rounds: int, tolerance:
     low, high = hypothesis.bounds
     centre, spread = hypothesis.prior
     effects = range(len(hypothesis.numbers), hypothesis.size)
-    weight = fitter.weight
+    weight = objective.weight
     down, up = _reach(hypothesis)
     held = delay_held(hypothesis)
-    best = _within_bounds(fitter, begin, held)
+    best = _within_bounds(objective, begin, held)
     damping, steps, done, failed, taken_here = DAMPING, 0, False, False, False
     design: Array | None = None
     while not done and steps < rounds and damping <= STUCK:
         if steps >= FIRST_STEPS and best.cost > hopeless:
             break
         if design is None:
-            design = np.concatenate([shared, fitter.columns(best, effects)], axis=1)
+            design = np.concatenate([shared, objective.columns(best, effects)], axis=1)
             taken_here, failed = True, False
         gram, right = normal_equations(design, best.residual, weight)
         gram += np.diag(1.0 / spread ** 2)
@@ -71,7 +68,7 @@ def descended(fitter: Fitter, begin: Fit, shared: Array, rounds: int, tolerance:
                             np.minimum(high - best.vector, up))
         if failed and float(step @ (2.0 * right - gram @ step)) < tolerance * best.cost:
             break
-        trial = fitter.evaluate(hypothesis, np.clip(best.vector + step, low, high))
+        trial = objective.evaluate(hypothesis, np.clip(best.vector + step, low, high))
         failed = trial.cost >= best.cost
         if failed and taken_here:
             damping *= MORE
@@ -105,9 +102,9 @@ def delay_held(hypothesis: Hypothesis) -> int | None:
                  if number.name == DELAY), None)
 
 
-def _within_bounds(fitter: Fitter, begin: Fit, held: int | None) -> Fit:
+def _within_bounds(objective: Objective, begin: Fit, held: int | None) -> Fit:
     vector = np.clip(begin.vector, *begin.hypothesis.bounds)
     if held is not None:
         vector[held] = 0.0
-    return begin if np.array_equal(vector, begin.vector) else fitter.evaluate(
+    return begin if np.array_equal(vector, begin.vector) else objective.evaluate(
         begin.hypothesis, vector)

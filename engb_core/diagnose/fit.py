@@ -8,7 +8,6 @@ the last steps before an answer is given (`Fitter.refine`) compute them anew.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 import math
 
@@ -16,21 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.descent import descended
-from engb_core.diagnose.fit_steps import derivative_step
 from engb_core.diagnose.fitted import bare, Fit, StartColumns
+from engb_core.diagnose.held_parameters import held_parameters
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
-from engb_core.diagnose.kept_number import kept_numbers
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
-from engb_core.diagnose.nominal import (
-    DELAY,
-    nominal_numbers,
-    NominalNumber,
-    with_load_shape,
-    with_reference_load,
-)
+from engb_core.diagnose.multistart import best_promised, Promise, promises
+from engb_core.diagnose.nominal import DELAY, NominalNumber
+from engb_core.diagnose.objective import Objective
 from engb_core.diagnose.problem import Problem
-from engb_core.diagnose.rugged import best_promised, Promise, promises
-from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['Fit', 'Fitter', 'StartColumns']
 
@@ -46,7 +38,7 @@ FIRST_ROUNDS, PROMISING = 2, 1.1
 PARTS = (1.0, 0.5, 0.25, 0.1)
 
 
-class Fitter:
+class Fitter(Objective):
     """Fits hypotheses to one problem, independent ones by so many threads.
 
     `earlier` fitted the file itself, before anything was settled: it knows how the file was made.
@@ -55,18 +47,8 @@ class Fitter:
 
     def __init__(self, problem: Problem, threads: int = 1, earlier: Fitter | None = None,
                  load_shape: bool = False) -> None:
-        self.problem = problem
-        self.load_shape = load_shape
-        self.threads = threads
+        super().__init__(problem, threads, load_shape)
         self.earlier = earlier
-        self.measured = problem.measured
-        self.sigma = problem.sigma
-        self.spread = self.sigma
-        self.fitted = problem.fitted
-        self._model = with_reference_load(problem.model, problem.scene)
-        if load_shape:
-            self._model = with_load_shape(self._model, problem.scene)
-        self.numbers = nominal_numbers(self._model, problem.scene)
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
         self._base: dict[tuple[NominalNumber, ...], Fit] = {}
         self._starts: dict[tuple, list[StartColumns]] = {}
@@ -88,58 +70,12 @@ class Fitter:
         return np.sqrt(self.sigma ** 2 + (MISSED_PART * typical) ** 2
                        + (MISSED_PART * late * rate) ** 2)
 
-    @property
-    def weight(self) -> Array:
-        """What multiplies each residual in the cost, (m,): 0 where no fit may look."""
-        return np.where(self.fitted, 1.0 / self.spread, 0.0)
-
     @cached_property
-    def kept(self) -> tuple[str, ...]:
-        """The numbers that a refit of the model file held, as `kept_numbers` finds them."""
-        return kept_numbers(self) if self.earlier is None else self.earlier.kept
-
-    # -- prediction ------------------------------------------------------------------------------
-
-    def hypothesis(self, variants: tuple[Variant, ...] = (),
-                   numbers: tuple[NominalNumber, ...] | None = None) -> Hypothesis:
-        """Return a hypothesis of these effects with these free numbers (None: all)."""
-        return Hypothesis(self._model, self.numbers if numbers is None else numbers,
-                          variants, len(self.problem.runs), self.problem.onsets)
-
-    def predict(self, hypothesis: Hypothesis, vector: Array) -> Array:
-        """Return the filtered effort of all runs, (m,)."""
-        predicted = np.concatenate([run.predicted(hypothesis.physics(vector, index))
-                                    for index, run in enumerate(self.problem.runs)])
-        for effect, onset in hypothesis.onsets:
-            without, kept = hypothesis.before(effect, onset)
-            predicted = np.where(onset.before(self.problem.times),
-                                 self.predict(without, vector[kept]), predicted)
-        return predicted
-
-    def evaluate(self, hypothesis: Hypothesis, vector: Array) -> Fit:
-        """Return the hypothesis at `vector`, not fitted."""
-        predicted = self.predict(hypothesis, vector)
-        residual = self.measured - predicted
-        return Fit(hypothesis, vector, predicted, residual,
-                   self._cost(hypothesis, vector, residual))
-
-    def columns(self, fit: Fit, places: range) -> Array:
-        """Return the derivatives by some entries of the fit's vector, (m, count)."""
-        hypothesis, vector = fit.hypothesis, fit.vector
-        high, spread = hypothesis.bounds[1], hypothesis.prior[1]
-
-        def column(place: int) -> Array:
-            step = 1e-4 * min(spread[place], 1e6) if place < len(hypothesis.numbers) else \
-                derivative_step(hypothesis.parameter(place - len(hypothesis.numbers)),
-                                vector[place])
-            if vector[place] + step > high[place]:
-                step = -step
-            moved = vector.copy()
-            moved[place] += step
-            return (self.predict(hypothesis, moved) - fit.predicted) / step
-
-        found = list(side_by_side(column, places, self.threads))
-        return np.stack(found, axis=1) if found else np.zeros((fit.predicted.size, 0))
+    def held(self) -> tuple[str, ...]:
+        """The numbers that a refit of the model file held, as `held_parameters` finds them."""
+        if self.earlier is not None:
+            return self.earlier.held
+        return held_parameters(self.finish(self.base()), self.nominal(), self.sigma)
 
     def base(self, numbers: tuple[NominalNumber, ...] | None = None) -> Fit:
         """Return the refit of the nominal numbers alone."""
@@ -207,7 +143,8 @@ class Fitter:
         start = start or self.base()
         starts = self.starts(variant) if starts is None else starts
         if variant.effect.rugged:
-            return best_promised(self, start, self.promised(variant, start, starts), rounds)
+            return best_promised(self, start, self.promised(variant, start, starts), rounds,
+                                 self.iterate)
         costs, sizes = self.screen(start, starts)
         hypothesis = self._one_more(start, variant)
         fits: list[Fit] = []
@@ -267,25 +204,7 @@ class Fitter:
         """Return the fit with one effect taken away and all the rest fitted anew."""
         return self.iterate(self.evaluate(*bare(fit, {variant})), rounds)
 
-    def number_columns(self, fit: Fit) -> Array:
-        """Return the derivatives by the nominal numbers at a fit, (m, count)."""
-        return self.columns(fit, range(len(fit.hypothesis.numbers)))
-
-    def finish(self, fit: Fit) -> Fit:
-        """Return the fit with all derivatives at its end."""
-        return replace(fit, jacobian=self.columns(fit, range(fit.hypothesis.size)))
-
     # -- inside ----------------------------------------------------------------------------------
-
-    def _cost(self, hypothesis: Hypothesis, vector: Array, residual: Array) -> float:
-        scaled = (residual / self.spread)[self.fitted]
-        if not np.isfinite(scaled).all():
-            return np.inf
-        centre, spread = hypothesis.prior
-        with np.errstate(over='ignore'):
-            # Far from anything real it is infinite.
-            squares = scaled @ scaled
-        return float(squares + np.sum(((vector - centre) / spread) ** 2))
 
     def _one_more(self, start: Fit, variant: Variant) -> Hypothesis:
         return self.hypothesis((*start.hypothesis.variants, variant), start.hypothesis.numbers)

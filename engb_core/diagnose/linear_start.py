@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,9 +9,7 @@ from engb_core.diagnose.fit_steps import nominal_value
 from engb_core.diagnose.fitted import Fit
 from engb_core.diagnose.hypothesis import Hypothesis
 from engb_core.diagnose.normal_equations import normal_equations
-
-if TYPE_CHECKING:
-    from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.objective import Objective
 
 __all__ = ['added', 'start_columns', 'start_vector']
 
@@ -46,29 +42,29 @@ def start_vector(hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
     return np.clip(np.concatenate([start.vector, added]), low, high)
 
 
-def start_columns(fitter: Fitter, hypothesis: Hypothesis, base: Fit, setting: dict[str, float],
-                  ) -> Array:
+def start_columns(objective: Objective, hypothesis: Hypothesis, base: Fit,
+                  setting: dict[str, float]) -> Array:
     """Return how the last effect at `setting` changes the filtered effort, per unit of its size:
     (m, 1), or (m, 2) where a phase is free, at phase 0 and a quarter turn on."""
     sizing = hypothesis.variants[-1].sizing
     vector = start_vector(hypothesis, base, setting, None)
     if not hypothesis.variants[-1].scalable:
         # Sized by itself: its whole change, as if it could be scaled.
-        return (fitter.predict(hypothesis, vector) - base.predicted)[:, None]
+        return (objective.predict(hypothesis, vector) - base.predicted)[:, None]
     unit = sizing.starts[0] - sizing.none
-    columns = [(fitter.predict(hypothesis, vector) - base.predicted) / unit]
+    columns = [(objective.predict(hypothesis, vector) - base.predicted) / unit]
     phases = _places_of(hypothesis, 'phase')
     if phases:
         vector[phases] += 0.5 * np.pi
-        columns.append((fitter.predict(hypothesis, vector) - base.predicted) / unit)
+        columns.append((objective.predict(hypothesis, vector) - base.predicted) / unit)
     return np.stack(columns, axis=1)
 
 
-def added(fitter: Fitter, base: Fit, design: Array) -> tuple[Array, float]:
+def added(objective: Objective, base: Fit, design: Array) -> tuple[Array, float]:
     """Return sizes (k,) and cost when the columns of `design` (m, k) are added to a fit: those of
     its numbers, held by their priors and where they stand at a bound, and what comes new."""
-    target = np.where(fitter.fitted, base.residual / fitter.spread, 0.0)
-    gram, right = normal_equations(design, base.residual, fitter.weight)
+    target = np.where(objective.fitted, base.residual / objective.spread, 0.0)
+    gram, right = normal_equations(design, base.residual, objective.weight)
     norm = np.sqrt(np.diag(gram))
     norm[norm == 0.0] = 1.0
     gram /= np.outer(norm, norm)

@@ -8,8 +8,22 @@ from __future__ import annotations
 
 import math
 
+from engb_core.diagnose.constants import (
+    BESIDE_EFFECTS,
+    BESIDE_LOAD,
+    BETTER,
+    HELD_LOSS,
+    HELD_RISE,
+    INSISTED,
+    INSISTED_PART,
+    NUMBER_BONUS,
+    REFITTED,
+    STANDING_PART,
+    STANDS_BETTER,
+    STANDS_BETTER_PART,
+)
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.held_load import (
+from engb_core.diagnose.held_load_curve import (
     best_of_each,
     both_moved,
     load_held,
@@ -17,43 +31,23 @@ from engb_core.diagnose.held_load import (
     MOVE_THE_LOAD,
     numbers_without_load,
 )
-from engb_core.diagnose.kept_number import LOAD
-from engb_core.diagnose.numbers import (
-    BESIDE_EFFECTS,
-    INSISTED,
-    INSISTED_PART,
-    level,
-    REFITTED,
-    refitted,
-    was_refitted,
-)
-from engb_core.diagnose.ranking import excess, NUMBER_BONUS, plain_price, price, simplest
+from engb_core.diagnose.held_parameters import LOAD
+from engb_core.diagnose.numbers import level, refitted, was_refitted
+from engb_core.diagnose.ranking import excess, plain_price, price, simplest
 from engb_core.diagnose.search import Search
 from engb_core.diagnose.side_by_side import side_by_side
 
-__all__ = ['moved_by', 'standing', 'told_by_the_load']
+__all__ = ['moved_by', 'standing', 'selected_by_load_curve']
 
-# Beside effects a moved load curve must matter as much as this part of what the file loses, or of
-# what refitted numbers leave (numbers.py).
-BESIDE_LOAD = 0.2
-# Held by a refit of the file, it must raise the mean square by this part.
-KEPT_RISE = 0.45
-# With the file's load curve held a fit may be this much worse, and is preferred all the same.
-HELD_LOSS = 0.12
 # Single causes of a moved load curve that may have a second one beside them.
 LEADING = 4
-# By this much in the log mean square two such causes must fit better than one, or than two others.
-BETTER = 0.03
-# Part of what a moved load curve gains that the file's other numbers may cost where they stand.
-STANDING_PART = 0.1
 # Hypotheses that are tried with the file's numbers as they stand, and how much better one must
 # fit so than what was chosen: in units of the noise, and as a part of what the file misses, since
 # no formula is perfect.
 CLOSE = 8
-STANDS_BETTER, STANDS_BETTER_PART = 0.1, 0.02
 
 
-def told_by_the_load(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
+def selected_by_load_curve(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]:
     """Tell rivals apart by the file's load curve, where the file's curve is right."""
     fitter = result.fitter
     size = len(chosen.hypothesis.variants)
@@ -78,7 +72,7 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     the data insist that the curve is wrong and this one number mends it."""
     fitter = result.fitter
     before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
-    kept = LOAD in fitter.kept
+    kept = LOAD in fitter.held
     if not kept and (nominal < REFITTED * before or was_refitted(fitter)) or _made_up(fitter):
         return chosen, rivals
     held = fitter.refit(chosen, numbers_without_load(fitter))
@@ -89,7 +83,7 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     best = min(moved, key=lambda fit: price(fit, fitter)
                - NUMBER_BONUS * fit.hypothesis.variants[-1].number_only)
     lost = min(nominal - before, BESIDE_EFFECTS * before)
-    least = KEPT_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
+    least = HELD_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
     if rise < least and not _as_it_stands(best, chosen, fitter, rise):
         return chosen, rivals
     if level(best, fitter) >= limit + min(0.02 * rise, 0.3):
@@ -114,7 +108,7 @@ def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:
 def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     """Refitted numbers suffice; if it is the load curve that must change, ask what moved it."""
     fitter, base = result.fitter, result.base
-    if _made_up(fitter) or (was_refitted(fitter) and LOAD not in fitter.kept):
+    if _made_up(fitter) or (was_refitted(fitter) and LOAD not in fitter.held):
         return base, []
     rise = level(fitter.refit(base, numbers_without_load(fitter)), fitter) - level(base, fitter)
     if rise < max(INSISTED, INSISTED_PART * nominal):
@@ -157,7 +151,7 @@ def _better(best: Fit, others: list[Fit], fitter: Fitter) -> Fit:
 
 def _made_up(fitter: Fitter) -> bool:
     """Whether the load curve moved to make up for another number that a refit of the file held."""
-    return len(fitter.kept) == 1 and LOAD not in fitter.kept
+    return len(fitter.held) == 1 and LOAD not in fitter.held
 
 
 def _decided(fitter: Fitter, chosen: Fit, held: list[Fit], others: list[Fit], limit: float,

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.constants import CLEAN_EXCESS, INSISTED
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
-from engb_core.diagnose.numbers import INSISTED, level, NumberFinding
+from engb_core.diagnose.numbers import level, NumberFinding
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.load_curve_shape import EFFECT

@@ -12,45 +12,32 @@ import itertools
 
 import numpy as np
 
+from engb_core.diagnose.constants import (
+    BESIDE,
+    BESIDE_EFFECTS,
+    BESIDE_LEAVES,
+    HELD_LEFT,
+    INSISTED,
+    INSISTED_PART,
+    NO_SIGN,
+    NUMBERS_SUFFICE,
+    REFITTED,
+    SECOND,
+    SHARPNESS,
+    TWO_LEAVE,
+    TWO_LEAVE_PART,
+)
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.kept_number import LOAD
+from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber
 from engb_core.diagnose.side_by_side import side_by_side
 
-__all__ = ['BESIDE', 'BESIDE_EFFECTS', 'INSISTED', 'INSISTED_PART', 'NumberFinding', 'REFITTED',
-           'level', 'number_place', 'refitted', 'was_refitted', 'wrong_numbers']
+__all__ = ['NumberFinding', 'level', 'number_place', 'refitted', 'was_refitted', 'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
               'coulomb': 'coulomb_friction_error', 'load_gain': 'load_dependent_friction'}
-# Rise of the mean squared residual (noise = 1) at which a held number counts as insisted upon,
-# and the part of the file's whole excess that it must be.
-INSISTED = 0.25
-INSISTED_PART = 0.05
-# What a refit is seen to have held need be no more than this multiple of what the effects leave.
-KEPT_LEFT = 5.0
-# Beside effects the whole is no more than this multiple of the excess that refitted numbers leave.
-BESIDE_EFFECTS = 2.0
-# Where no one or two numbers make the file fit, and no refit is seen to have held one, the data
-# insist on the wrong one by the noise's mean square at least; others that they insist on nearly as
-# much may be it instead: of a refitted file, all but one have moved along.
-NO_SIGN, SECOND, SHARPNESS = 1.0, 0.75, 6.0
-# What refitted numbers leave, in units of the noise's mean square, where no physics is missing.
-NUMBERS_SUFFICE = 1.0
-# Two wrong numbers leave no more than this of the mean square (noise = 1): any two of a refitted
-# file leave more, since its others have moved as well.
-TWO_LEAVE = 0.03
-# Where no refit is seen, that or this part of what the lesser one matters.
-TWO_LEAVE_PART = 0.05
-# A file that fits nearly as well as any numbers without the effects was refitted around them: of
-# 129 that fitted within half as much again, 1 of 94 refitted ones lay above, 9 of 35 others.
-REFITTED = 1.25
-# Beside effects a wrong number must matter as much as this part of what the file loses to
-# refitted numbers.
-BESIDE = 0.5
-# Part of what it matters that the file's other numbers may cost where they stand beside effects.
-BESIDE_LEAVES = 0.15
 
 
 @dataclass(frozen=True)
@@ -87,7 +74,7 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     the file was refitted with this one number held: a file that was refitted around missing
     physics has all its numbers moved.
     """
-    load_kept = bool(explained.hypothesis.variants) and fitter.kept == (LOAD,)
+    load_kept = bool(explained.hypothesis.variants) and fitter.held == (LOAD,)
     if load_kept and refitted(fitter):
         # All others moved to make up for the load curve, which has its own cause.
         return []
@@ -101,7 +88,7 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         alone = next((finding for finding in insisted if finding.matters >= least
                       and _all_but(fitter, explained, finding)), None)
         return [] if alone is None else [alone]
-    kept = [_BY_NUMBER[name] for name in fitter.kept if name in _BY_NUMBER]
+    kept = [_BY_NUMBER[name] for name in fitter.held if name in _BY_NUMBER]
     if explained.hypothesis.variants and len(kept) > 1:
         # What is missing may have passed for one of them.
         kept = []
@@ -139,8 +126,8 @@ def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[Number
     rises = {number.name: level(fit, fitter) - floor
              for number, fit in zip(asked, held, strict=True)}
     whole = _whole(fitter, explained)
-    least = {name: max(INSISTED, min(INSISTED_PART * whole, KEPT_LEFT * max(floor - 1.0, 0.0))
-                       if told or name in fitter.kept else INSISTED_PART * whole)
+    least = {name: max(INSISTED, min(INSISTED_PART * whole, HELD_LEFT * max(floor - 1.0, 0.0))
+                       if told or name in fitter.held else INSISTED_PART * whole)
              for name in rises}
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least[name]
@@ -186,7 +173,7 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
                                                                    0.1 * finding.matters):
             return [finding]
     for pair in itertools.combinations(insisted, 2):
-        leave = TWO_LEAVE if fitter.kept else max(TWO_LEAVE, TWO_LEAVE_PART * pair[1].matters)
+        leave = TWO_LEAVE if fitter.held else max(TWO_LEAVE, TWO_LEAVE_PART * pair[1].matters)
         if _with_only(fitter, explained, pair) < floor + leave:
             return list(pair)
     held = [finding for finding in insisted if finding.kept]

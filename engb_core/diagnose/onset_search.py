@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.multistart import best_promised, promises
 from engb_core.diagnose.onset import cost_by_onset, Onset
 from engb_core.diagnose.ranking import excess, price
-from engb_core.diagnose.rugged import best_promised, promises
 from engb_core.diagnose.search import physics_effects, variants_and_starts
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.diagnose.side_by_side import side_by_side
@@ -172,7 +172,8 @@ def _begun(fitter: Fitter, start: Fit, entries: list[_Candidate]) -> Fit:
                                        start.hypothesis.numbers)
         settings = [entry.setting for entry in entries
                     if entry.variant.constants == first.variant.constants]
-        return best_promised(fitter, start, promises(fitter, start, hypothesis, settings), ROUNDS)
+        return best_promised(fitter, start, promises(fitter, start, hypothesis, settings), ROUNDS,
+                             fitter.iterate)
     fits = [fitter.fit_from(start, entry.variant, entry.setting, entry.sizes, ROUNDS)
             for entry in entries[:2]]
     return min(fits, key=lambda fit: fit.cost)

@@ -12,21 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.constants import CLEAN_EXCESS, NAMED_PART, TABLE_WORTH
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table, Flexible
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.selection import Selection
 from engb_core.model import Model
 
-__all__ = ['Explanation', 'NAMED_PART', 'explain']
+__all__ = ['Explanation', 'explain']
 
 Array = NDArray[np.float64]
-
-# Part of all that can be explained which named effects must account for, to be named.
-NAMED_PART = 0.62
-# A description without a name is kept if it takes away this part of the excess.
-WORTH = 0.1
 
 
 @dataclass(frozen=True)
@@ -93,7 +88,7 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
 def _kept(rest: tuple[Fit, Flexible | None, float], fit: Fit, adequacy: float, after: float,
           dropped: tuple[str, ...]) -> Explanation:
     described, table, reached = rest
-    if after - reached < WORTH * max(after - 1.0, 1e-9):
+    if after - reached < TABLE_WORTH * max(after - 1.0, 1e-9):
         return Explanation(fit, None, adequacy, after, dropped)
     return Explanation(described, table, adequacy, reached, dropped)
 

@@ -1,29 +1,32 @@
 """How sure: probabilities of the chosen effects, their rivals and of something else altogether.
 
 The weights of hypotheses of like size come from their mean squares, tempered, because the
-residual of a formula that is only nearly right is no noise. How often "something else" is the
-truth, given how much of the mismatch is taken away, was counted on generated cases whose
-formulas differ from the library's (README, section on the proof).
+residual of a formula that is only nearly right is no noise. That the cause has no name is one
+hypothesis more beside those of the library, in nothing privileged: where a name explains all that
+there is, data cannot tell it from physics that nobody wrote down and that looks alike, and the
+odds are those beforehand. They are no better where a part is left, or a flexible model explains
+more; how much worse was counted on generated cases whose formulas differ from the library's
+(README, section on the proof).
 """
 
 from __future__ import annotations
 
 import math
 
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    CONTAINING,
+    FORMULA_ERROR,
+    PHYSICS_FOR_NUMBER,
+    TEMPER,
+    UNNAMED,
+)
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.numbers import level
+from engb_core.effects.base import Scene
+from engb_core.effects.catalogue import catalogue
 
-__all__ = ['rival_weights', 'something_known']
-
-# The noise-like part of a formula's error: excess below it tells rivals apart no further.
-FORMULA_ERROR = 0.10
-TEMPER = 6.0
-# Something without a name is the rarer cause, where it fits no better.
-UNNAMED = 0.15
-# So is physics that happens to look like one wrong number.
-PHYSICS_FOR_NUMBER = 0.08
-# An effect that contains the chosen one would have shown more than that.
-CONTAINING = 0.03
+__all__ = ['causes', 'rival_weights', 'something_known']
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -61,16 +64,23 @@ def _prior(fit: Fit, chosen: Fit) -> float:
     return prior
 
 
-def something_known(adequacy: float, after: float, before: float) -> float:
+def causes(scene: Scene) -> int:
+    """Return how many causes with a name the library could tell in such recordings."""
+    return sum(not effect.unnamed and (effect.applies is None or effect.applies(scene))
+               for effect in catalogue().values())
+
+
+def something_known(adequacy: float, after: float, before: float, known: int) -> float:
     """Return the probability that the chosen effects are physics of the library at all.
 
     Args:
         adequacy: part of all that can be explained that they account for (openset.py).
         after: excess that is left (noise = 1).
         before: excess of the model file or of its refitted numbers, the larger one.
+        known: causes with a name, each as likely beforehand as that there is none for it.
     """
-    if after < 0.3:
-        return 0.99
-    left = after / max(before, 1e-9)
-    evidence = 16.0 * adequacy - 12.0 - 12.0 * max(0.0, left - 0.15)
-    return 1.0 / (1.0 + math.exp(-evidence))
+    odds = math.log(known)
+    if after >= CLEAN_EXCESS:
+        left = after / max(before, 1e-9)
+        odds = min(odds, 16.0 * adequacy - 12.0 - 12.0 * max(0.0, left - 0.15))
+    return 1.0 / (1.0 + math.exp(-odds))

@@ -7,20 +7,16 @@ from __future__ import annotations
 
 import math
 
+from engb_core.diagnose.constants import (
+    CONTAINING_PART,
+    NAMELESS_PRICE,
+    NUMBER_BONUS,
+    PARAMETER_PRICE,
+)
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.numbers import level
 
-__all__ = ['NUMBER_BONUS', 'excess', 'plain_price', 'price', 'simplest']
-
-# An effect that contains another one is preferred only if it takes away this part of what the
-# simpler one leaves.
-CONTAINING_PART = 0.30
-# Log mean square by which one wrong number may fit worse than physics and is preferred.
-NUMBER_BONUS = 0.01
-# Log mean square by which a description without a name must fit better than physics.
-NAMELESS_PRICE = 0.2
-# Each fitted parameter must lower the logarithm of the mean square by this much.
-PARAMETER_PRICE = 0.004
+__all__ = ['excess', 'plain_price', 'price', 'simplest']
 
 
 def excess(fit: Fit, fitter: Fitter) -> float:

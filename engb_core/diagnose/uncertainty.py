@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,11 +47,11 @@ def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
     if by_noise_alone:
         return deviations
     unseen = max(level(fit, fitter) - 1.0, CLEAN_EXCESS)
-    covariance = _inverse(gram + np.diag(np.where(loose, width, np.inf) ** -2.0))
+    inverse, norm = _inverse(gram + np.diag(np.where(loose, width, np.inf) ** -2.0))
     found = np.zeros(free.size)
     found[free] = discrepancy_deviations(
-        fit.jacobian[:, free], covariance, fitter.weight, fitter.sigma, state_cells(fitter),
-        float(np.sqrt(unseen)))
+        fit.jacobian[:, free] / norm, inverse, fitter.weight, fitter.sigma, state_cells(fitter),
+        float(np.sqrt(unseen))) / norm
     return np.hypot(deviations, found)
 
 
@@ -68,14 +70,16 @@ def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],
 
 
 def _deviations(information: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.sqrt(np.maximum(np.diag(_inverse(information)), 0.0))
+    inverse, norm = _inverse(information)
+    return np.sqrt(np.maximum(np.diag(inverse), 0.0)) / norm
 
 
-def _inverse(information: NDArray[np.float64]) -> NDArray[np.float64]:
+def _inverse(information: NDArray[np.float64],
+             ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the inverse (k, k) for numbers in units of 1/norm, and that norm (k,)."""
     norm = np.sqrt(np.diag(information))
     norm[norm == 0.0] = 1e-300
-    inverse = np.linalg.pinv(information / norm / norm[:, None], rcond=1e-10, hermitian=True)
-    return inverse / norm / norm[:, None]
+    return np.linalg.pinv(information / norm / norm[:, None], rcond=1e-10, hermitian=True), norm
 
 
 def _inflation(residual: NDArray[np.float64]) -> float:
@@ -130,9 +134,11 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
         if parameter.logarithmic:
             value = float(np.exp(value))
             std *= value
-        if parameter.name == 'phase':
+        if parameter.kind == 'phase':
             value = float(np.remainder(value + np.pi, 2.0 * np.pi) - np.pi)
-        distance = abs(value - (parameter.none or 0.0))
+        # What is none at infinity is measured from nothing, as what has no none.
+        none = parameter.none if parameter.none is not None else 0.0
+        distance = abs(value - (none if math.isfinite(none) else 0.0))
         # Formulas are nearly right, never right: their error moves a parameter.
         std = float(np.hypot(std, parameter.form * distance))
         std = float(np.hypot(std, parameter.form_steps * fitter.problem.scene.sampling))

@@ -18,13 +18,15 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.multistart import followed, Promise, promises, search_around
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.onset import Onset
+from engb_core.diagnose.probability import causes
 from engb_core.diagnose.problem import Problem, problem_of, Run
-from engb_core.diagnose.rugged import followed, Promise, promises, search_around
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.diagnose.uncertainty import estimates
+from engb_core.effects.base import Scene
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
@@ -73,8 +75,6 @@ DAMPED_BELOW = 0.6
 ABOVE, MOST, LIGHT = 1.4, 0.4, 0.7
 # Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed.
 FRACTION, PROMISED = 0.3, 3
-# How sure a resonance is whose damping was found, and one whose damping stands at its bound.
-FOUND, BOUND = 0.97, 0.92
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
     half of what it does, so that linear least squares may mistake the frequency."""
     promised = promises(fitter, fitter.base(), fitter.hypothesis((variant,)), [
         {**start, 'inertia_fraction': FRACTION} for start in variant.starts()])
-    return followed(fitter, promised[:PROMISED], 8)
+    return followed(fitter, promised[:PROMISED], 8, fitter.iterate)
 
 
 def _tells(fitter: Fitter, fit: Fit, before: float) -> bool:
@@ -277,12 +277,19 @@ def _rings(fit: Fit, bandwidth: float, above: float) -> bool:
             and values['frequency'] < highest)
 
 
+def _probability(scene: Scene, values: dict[str, float]) -> float:
+    """Return how sure a resonance is that takes away what it has to: as any name; with its damping
+    at the bound, what smooths noise or timing is one more cause without a name."""
+    known = causes(scene)
+    return known / (known + 1.0 + (not _found(values)))
+
+
 def _resonance(fitter: Fitter, fit: Fit, share: float) -> Resonance:
     values = _values(fit)
     effect = get_effect(RESONANCE)
     without = fitter.predict(fitter.hypothesis(()), fit.vector[:len(fit.hypothesis.numbers)])
     finding = EffectFinding(
-        effect=RESONANCE, probability=FOUND if _found(values) else BOUND,
+        effect=RESONANCE, probability=_probability(fitter.problem.scene, values),
         parameters=estimates(fit, fitter, 0), share=float(np.clip(share, 0.0, 1.0)),
         alternatives=(), statement=effect.statement(values))
     return Resonance(finding, EffectSetting(RESONANCE, values), fitter.problem.runs,

@@ -18,8 +18,8 @@ from engb_core.identify.load_and_friction import (
 )
 from engb_core.identify.resampling import (
     by_interpolation,
+    by_mirrored_time,
     by_nearest_neighbour,
-    by_sample_number,
     reference_grid,
     Resampled,
 )
@@ -27,7 +27,7 @@ from engb_core.identify.smoothing import Motion
 from engb_core.identify.strokes import find_strokes, Stroke
 from engb_core.model import Friction, LoadTorque, Model
 
-__all__ = ['load_degree', 'paper_way', 'PaperResult', 'stroke_data']
+__all__ = ['known_cogging', 'load_degree', 'observe', 'Observed', 'paper_way', 'PaperResult']
 
 Array = NDArray[np.float64]
 
@@ -58,54 +58,81 @@ class PaperResult:
             friction=Friction(self.friction.coulomb, self.friction.load_gain, velocity))
 
 
-def stroke_data(piece: Motion, stroke: Stroke, values: Array) -> tuple[
-        tuple[Array, Array, Array], tuple[Array, Array, Array]]:
-    """Return position, `values`, velocity of the stroke's clamp and of its release."""
-    def of(samples: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-        return piece.position[samples], values[samples], piece.smooth_velocity[samples]
-    return of(stroke.clamp), of(stroke.release)
+@dataclass(frozen=True)
+class Observed:
+    """One motion's lumped disturbance and what it is drawn over, (n,) each at its samples.
+
+    `disturbance` d̂ [N·m]; `position` [rad] and `velocity` [rad/s].
+    """
+
+    disturbance: Array
+    position: Array
+    velocity: Array
+
+    def at(self, samples: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+        """Return position, d̂ and velocity of these samples."""
+        return self.position[samples], self.disturbance[samples], self.velocity[samples]
+
+
+def observe(piece: Motion, start: Model) -> Observed:
+    """Do step 2 without phase shift: d̂ through the motion's own kernel, over its positions.
+
+    Offline the observer need not lag behind the positions that its output is drawn over; the
+    paper's does (`causal_observer`).
+    """
+    return Observed(disturbance(piece, start.motor.inertia, start.motor.viscous_friction)
+                    + piece.kernel.apply(known_cogging(piece, start)),
+                    piece.position, piece.smooth_velocity)
 
 
 def paper_way(pieces: Sequence[Motion], start: Model, resampling: str = 'nearest',
-              points: int = GRID_POINTS, observed: list[Array] | None = None) -> PaperResult:
+              points: int = GRID_POINTS, observed: Sequence[Observed] | None = None,
+              centres: Sequence[float] = ()) -> PaperResult:
     """Do steps 2 to 6 as the paper has them.
 
     Args:
         pieces: the motions.
         start: the nominal model, for J, B and known cogging.
-        resampling: 'nearest' (the paper), 'interpolated', or 'sample' (no step 3).
+        resampling: 'nearest' (the paper), 'interpolated', or 'mirrored': no step 3, samples are
+            paired by the reference's time.
         points: M, the size of a stroke's grid θ_R.
-        observed: d̂ of each motion (n,) [N·m], in place of step 2.
+        observed: each motion's d̂, in place of step 2.
+        centres: for 'mirrored', the time of each stroke about which its reference mirrors [s].
 
     Raises:
         InputError: no strokes.
     """
     strokes = find_strokes(pieces)
     if observed is None:
-        observed = [disturbance(piece, start.motor.inertia, start.motor.viscous_friction)
-                    + _known_cogging(piece, start) for piece in pieces]
+        observed = [observe(piece, start) for piece in pieces]
     resampled = []
-    for stroke in strokes:
-        clamp, release = stroke_data(pieces[stroke.motion], stroke, observed[stroke.motion])
+    for number, stroke in enumerate(strokes):
+        seen = observed[stroke.motion]
+        clamp, release = seen.at(stroke.clamp), seen.at(stroke.release)
         size = min(points, min(clamp[0].size, release[0].size) - 1)
-        if resampling == 'sample':
-            resampled.append(by_sample_number(size, clamp, release))
+        if resampling == 'mirrored':
+            everything = seen.at(np.arange(seen.position.size))
+            resampled.append(by_mirrored_time(size, pieces[stroke.motion].time, stroke.clamp,
+                                              everything, centres[number]))
             continue
         grid = reference_grid(clamp[0], release[0], size)
         way = by_interpolation if resampling == 'interpolated' else by_nearest_neighbour
         resampled.append(way(grid, clamp, release))
     parts = join([decompose(data) for data in resampled])
     load = fit_load(parts, load_degree(start))
-    return PaperResult(strokes, observed, resampled, parts, load,
+    return PaperResult(strokes, [entry.disturbance for entry in observed], resampled, parts, load,
                        fit_friction(parts, load, saturated=False), fit_friction(parts, load))
 
 
-def _known_cogging(piece: Motion, start: Model) -> Array:
-    # d̂ holds −T_cog; what the start model knows of it is taken out before load and friction.
+def known_cogging(piece: Motion, start: Model) -> Array:
+    """Return the start model's T_cog (n,) [N·m] at the motion's samples.
+
+    d̂ holds −T_cog; what is known of it is taken out before load and friction.
+    """
     wave = np.zeros(piece.time.size)
     for entry in start.cogging:
         wave += entry.amplitude * np.sin(entry.order * piece.position + entry.phase)
-    return piece.kernel.apply(wave)
+    return wave
 
 
 def load_degree(start: Model) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from engb_core.errors import InputError
 from engb_core.identify.cogging import find_orders
@@ -33,6 +34,10 @@ CONTRADICTION = 9.2
 # Raftery, 1995).
 CONTACT_EVIDENCE = 10.0
 
+# A load is seen if a fit with one is better by more than chance makes it: χ², 1 %.
+CHANCE = 0.01
+NO_LOAD = 'no load seen: left out'
+
 # Lines of cogging looked for.
 MOST_LINES = 6
 
@@ -56,6 +61,11 @@ class IdentifiedModel:
     pieces: list[Motion]
     paper: PaperResult
     regression: Fit
+
+    @property
+    def load_seen(self) -> bool:
+        """Whether a load torque stood out of the strokes; without one the model has none."""
+        return all(estimate.remark != NO_LOAD for estimate in self.estimates.values())
 
     def load_torque(self, theta: Array) -> Array:
         """Return T_L [N·m] at motor angle `theta` [rad], any shape."""
@@ -84,6 +94,12 @@ class IdentifiedModel:
         lines = [f'{len(paper.strokes)} clamp and release strokes; residual '
                  f'{1e3 * self.regression.rms:.2f} mN·m below '
                  f'{self.pieces[0].bandwidth:.0f} Hz',
+                 *(['no load torque stands out of what moves there and back: these are no clamp '
+                    'strokes, or they reach',
+                    'no contact; the model has no load, and no friction that grows with it. A '
+                    'first model of any motion',
+                    'is made by: engb model RECORDING --out model.yaml']
+                   if not self.load_seen else []),
                  f'{"number":<20} {"identified":>12} {"95 % interval":>27}  {"unit":<10} '
                  f'{"paper way":>11}']
         for name, estimate in self.estimates.items():
@@ -133,10 +149,35 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
     tell(f'steps 2 to 6: {len(paper.strokes)} strokes, load to '
          f'{float(np.max(paper.load.torque(paper.parts.position))):.3g} N·m')
     found, contact = _joint(pieces, start, paper, tell, prior)
+    bare = _without_load(pieces, found)
+    if bare is not None:
+        tell('no load torque stands out: fitted without one')
+        found, contact = bare, None
     estimates = dict(found.estimates)
     if contact is not None:
         estimates['contact_angle'] = contact
     return IdentifiedModel(found.model(start), start, estimates, pieces, paper, found)
+
+
+def _without_load(pieces: list[Motion], found: Fit) -> Fit | None:
+    """Return the fit without a load where the strokes meet none that stands out: friction that
+    grows with it would be any number."""
+    load = _load_names(found)
+    bare = fit(pieces, replace(found.form, held=found.form.held | frozenset(load)),
+               found.values | dict.fromkeys(load, 0.0))
+    evidence = 2.0 * found.effective_samples * np.log(bare.rms / found.rms)
+    if evidence >= chi2.isf(CHANCE, len(load)):
+        return None
+    estimates = {name: replace(value, determined=False, remark=NO_LOAD) if name in load else value
+                 for name, value in bare.estimates.items()}
+    return replace(bare, estimates=estimates)
+
+
+def _load_names(found: Fit) -> list[str]:
+    """Return the numbers of load and load friction; the constant p0 alone is an offset."""
+    return [name for name in found.values
+            if name in ('load_gain', 'amplitude') or name[0] == 'p' and name[1:].isdigit()
+            and (name != 'p0' or found.form.contact)]
 
 
 def _joint(pieces: list[Motion], start: Model, paper: PaperResult, tell: Progress,

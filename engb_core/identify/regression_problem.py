@@ -24,7 +24,10 @@ class Form:
     """What the regression looks for.
 
     `load` 'polynomial' (of `degree`, with or without a `contact` angle) or 'sinusoid';
-    `orders` of the cogging [cycles/rev]; `held` names of numbers kept at the start's value.
+    `orders` of the cogging [cycles/rev]; `held` names of numbers kept at the start's value;
+    `turning` the recording in which the disc turns, '' for none: its load is that of the others
+    times 1 − (1 − load_ratio)·v(θ), with `slope` the coefficients of the polynomial v, the wedge's
+    mean slope over its slope at θ.
     """
 
     load: str = 'polynomial'
@@ -32,6 +35,8 @@ class Form:
     contact: bool = False
     orders: tuple[float, ...] = ()
     held: frozenset[str] = frozenset()
+    turning: str = ''
+    slope: tuple[float, ...] = (1.0,)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -44,13 +49,13 @@ class Form:
         waves = [f'{kind}{number}' for number in range(len(self.orders))
                  for kind in ('sine', 'cosine')]
         return ('inertia', 'viscous_friction', 'lag', *load, 'coulomb', 'load_gain',
-                'saturation_velocity', *waves)
+                'saturation_velocity', *waves, *(['load_ratio'] if self.turning else []))
 
     def units(self) -> dict[str, str]:
         """Return the unit of each number."""
         fixed = {'inertia': 'kg·m²', 'viscous_friction': 'N·m·s/rad', 'lag': 's', 'coulomb': 'N·m',
-                 'load_gain': '-', 'saturation_velocity': 'rad/s', 'contact_angle': 'rad',
-                 'phase': 'rad', 'p0': 'N·m', 'p1': 'N·m/rad'}
+                 'load_gain': '-', 'load_ratio': '-', 'saturation_velocity': 'rad/s',
+                 'contact_angle': 'rad', 'phase': 'rad', 'p0': 'N·m', 'p1': 'N·m/rad'}
         return {name: fixed.get(name) or (f'N·m/rad^{name[1:]}' if name[0] == 'p' else 'N·m')
                 for name in self.names}
 
@@ -102,7 +107,7 @@ class Problem:
         """Return lower and upper bounds (p,) each."""
         # Losses are losses: no friction pushes, and none falls as the load grows.
         low = {'inertia': 1e-12, 'viscous_friction': 0.0, 'coulomb': 0.0, 'load_gain': 0.0,
-               'amplitude': 0.0, 'lag': -LONGEST_LAG,
+               'amplitude': 0.0, 'load_ratio': 0.0, 'lag': -LONGEST_LAG,
                'saturation_velocity': 1e-3 * self.speed,
                'contact_angle': min(float(piece.position.min()) for piece in self.pieces)}
         if self.form.contact:
@@ -136,19 +141,29 @@ class Problem:
     def _pointwise(self, piece: Motion, named: dict[str, float]) -> Array:
         """Return load + friction + cogging and below it its derivatives (p − 2, n)."""
         load, slopes = load_torque(self.form, named, piece.position, piece.powers)
+        form = self.form
+        by_ratio = np.zeros(0)
+        if form.turning and piece.name == form.turning:
+            wedge = np.polynomial.polynomial.polyval(piece.position, form.slope)
+            by_ratio, factor = wedge * load, 1.0 - (1.0 - named['load_ratio']) * wedge
+            load, slopes = factor * load, factor * slopes
         ratio = piece.velocity / named['saturation_velocity']
         shape = np.clip(ratio, -1.0, 1.0)
         size = named['coulomb'] + named['load_gain'] * np.abs(load)
         below = np.where(np.abs(ratio) < 1.0, -ratio, 0.0)
         waves = self.waves(piece)
-        table = np.empty((1 + len(slopes) + 3 + len(waves), piece.time.size))
+        table = np.zeros((1 + len(slopes) + 3 + len(waves) + bool(form.turning),
+                          piece.time.size))
+        carried = 1.0 + named['load_gain'] * np.sign(load) * shape
         table[0] = load + size * shape
-        table[1:1 + len(slopes)] = slopes * (1.0 + named['load_gain'] * np.sign(load) * shape)
+        table[1:1 + len(slopes)] = slopes * carried
         table[1 + len(slopes):4 + len(slopes)] = (
             shape, np.abs(load) * shape, size * below / named['saturation_velocity'])
+        if by_ratio.size:
+            table[-1] = by_ratio * carried
         if len(waves):
-            table[4 + len(slopes):] = waves
-            for number in range(len(self.form.orders)):
+            table[4 + len(slopes):4 + len(slopes) + len(waves)] = waves
+            for number in range(len(form.orders)):
                 table[0] += (named[f'sine{number}'] * waves[2 * number]
                              + named[f'cosine{number}'] * waves[2 * number + 1])
         return table

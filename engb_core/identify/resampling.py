@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from engb_core.errors import InputError
 
-__all__ = ['Resampled', 'by_interpolation', 'by_nearest_neighbour', 'by_sample_number',
+__all__ = ['Resampled', 'by_interpolation', 'by_mirrored_time', 'by_nearest_neighbour',
            'nearest_neighbour', 'reference_grid']
 
 Array = NDArray[np.float64]
@@ -110,15 +110,23 @@ def by_interpolation(grid: Array, clamp: tuple[Array, Array, Array],
     return Resampled(grid, grid, grid, one[0], two[0], one[1], two[1])
 
 
-def by_sample_number(points: int, clamp: tuple[Array, Array, Array],
-                     release: tuple[Array, Array, Array]) -> Resampled:
-    """Pair sample j of the clamp stroke with sample N − j + 1 of the release (Fig. 7).
+def by_mirrored_time(points: int, time: Array, clamp: NDArray[np.int64],
+                     samples: tuple[Array, Array, Array], centre: float) -> Resampled:
+    """Pair each clamp sample with the one at the mirrored time of the reference (Fig. 7).
 
     This is what one would do if tracking were perfect, and what step 3 repairs: the pair's two
-    positions differ by `position_mismatch`. Arguments as in `by_nearest_neighbour`.
+    positions differ by `position_mismatch`.
+
+    Args:
+        points: so many of the clamp samples.
+        time: (n,) [s] of all samples, rising.
+        clamp: the clamp stroke's samples.
+        samples: position, d̂ and velocity (n,) of all samples.
+        centre: time about which the reference mirrors [s].
     """
-    size = min(clamp[0].size, release[0].size)
-    pick = np.unique(np.linspace(0, size - 1, points).round().astype(int))
-    one, two = pick, release[0].size - 1 - pick
-    return Resampled(clamp[0][one], clamp[0][one], release[0][two], clamp[1][one],
-                     release[1][two], clamp[2][one], release[2][two])
+    one = clamp[np.unique(np.linspace(0, clamp.size - 1, points).round().astype(int))]
+    mirrored = 2.0 * centre - time[one]
+    one, mirrored = one[mirrored <= time[-1]], mirrored[mirrored <= time[-1]]
+    two = nearest_neighbour(mirrored, time)
+    return Resampled(samples[0][one], samples[0][one], samples[0][two], samples[1][one],
+                     samples[1][two], samples[2][one], samples[2][two])

@@ -7,24 +7,35 @@ P = ((d/r) − μ)/(d/r), so μ = (d/r)·(1 − P).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.errors import InputError
+from engb_core.identify.contact import fit_contacts
 from engb_core.identify.even_odd import EvenOdd
 from engb_core.identify.load_and_friction import LoadFit
-from engb_core.identify.regression import Fit
+from engb_core.identify.procedure import IdentifiedModel
+from engb_core.identify.regression import fit
 from engb_core.identify.uncertainty import Estimate
+from engb_core.kinematics import Mechanism
 from engb_core.statics import pad_friction
 
-__all__ = ['compare_fits', 'compare_paper_way', 'SelfEnergizing']
+__all__ = ['compare_paper_way', 'fit_together', 'SelfEnergizing']
 
 Array = NDArray[np.float64]
 
 # The mean slope dy_p/dx_p of the wedge is known to about this part of itself: tolerances of the
 # gear, and its change over the stroke that one number can't follow.
 WEDGE_TOLERANCE = 0.01
+
+# Over so many angles, evenly, a ratio of loads is taken.
+ANGLES = 200
+
+# The slope falls nearly in a straight line over the stroke.
+WEDGE_DEGREE = 3
 
 
 @dataclass(frozen=True)
@@ -54,28 +65,54 @@ def compare_paper_way(standing: LoadFit, turning: EvenOdd, wedge: float,
                    misfit.size / samples_per_pair - 1)
 
 
-def compare_fits(standing: Fit, turning: Fit, positions: Array, wedge: float) -> SelfEnergizing:
-    """Return P from two joint regressions: the load torques' ratio in least squares over
-    `positions` (n,) [rad], its uncertainty from both fits' covariances.
+def fit_together(standing: IdentifiedModel, turning: IdentifiedModel, mechanism: Mechanism,
+                 prior: Mapping[str, Estimate] | None = None,
+                 tolerance: float = WEDGE_TOLERANCE) -> SelfEnergizing:
+    """Return P and μ from one regression of both runs: one load curve T_L, and
+
+        T_L(θ)·(w(θ) − μ)/w(θ)
+
+    with the disc turning, (44) corrected for the wedge's slope w(θ). Two fits would each miss a
+    real caliper's curve in their own way, by more than their ratio may be off, and would each have
+    to find the contact. P stands at the wedge's mean slope, each angle counted by the square of
+    its load, as (43) fits it.
+
+    Args:
+        standing, turning: identified from runs whose recordings have different names.
+        mechanism: whose wedge presses.
+        prior: as in `identify`.
+        tolerance: of the wedge's slope, as a part of itself.
 
     Raises:
-        KeyError: a fit without polynomial load.
+        InputError: a load that is no polynomial, or recordings of one name.
     """
-    one, one_slope = standing.load(positions)
-    two, two_slope = turning.load(positions)
-    energy = float(one @ one)
-    gain = float(one @ two) / energy
-    # dP = (f·dg + g·df − 2P·f·df)/f·f
-    by_turning = two_slope @ one / energy
-    by_standing = one_slope @ (two - 2.0 * gain * one) / energy
-    variance = (by_turning @ turning.load_covariance() @ by_turning
-                + by_standing @ standing.load_covariance() @ by_standing)
-    freedom = min(standing.effective_samples, turning.effective_samples)
-    return _result(gain, float(np.sqrt(variance)), wedge, freedom)
+    name = turning.pieces[0].name
+    first = standing.regression
+    if first.form.load != 'polynomial':
+        raise InputError('the self-energizing gain needs a load of form polynomial')
+    if any(piece.name == name for piece in standing.pieces):
+        raise InputError(f'both recordings are called {name}; name them differently')
+    # A pad touches somewhere, whether or not the curve calls for it; where, is then part of what
+    # is not known.
+    if not first.form.contact:
+        first = fit_contacts(standing.pieces, first)[0]
+    covered = turning.paper.parts.position
+    angles = np.linspace(float(covered.min()), float(covered.max()), ANGLES)
+    load = first.load(angles)[0]
+    wedge = mechanism.posture(angles).wedge
+    mean = float(load @ load / (load**2 @ (1.0 / wedge)))
+    slope = np.polynomial.polynomial.polyfit(angles, mean / wedge, WEDGE_DEGREE)
+    ratio = float(load @ turning.load_torque(angles) / (load @ load))
+    found = fit([*standing.pieces, *turning.pieces],
+                replace(first.form, turning=name, slope=tuple(slope.tolist())),
+                first.values | {'load_ratio': ratio}, prior)
+    gain = found.estimates['load_ratio']
+    return _result(gain.value, gain.std, mean, gain.degrees_of_freedom, tolerance)
 
 
-def _result(gain: float, deviation: float, wedge: float, freedom: float) -> SelfEnergizing:
+def _result(gain: float, deviation: float, wedge: float, freedom: float,
+            tolerance: float = WEDGE_TOLERANCE) -> SelfEnergizing:
     friction, by_gain = pad_friction(gain, wedge, deviation)
-    uncertainty = float(np.hypot(by_gain, WEDGE_TOLERANCE * friction))
+    uncertainty = float(np.hypot(by_gain, tolerance * friction))
     return SelfEnergizing(Estimate(gain, deviation, '-', True, max(freedom, 1.0)),
                           Estimate(friction, uncertainty, '-', True, max(freedom, 1.0)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ class Estimate:
         return self.value - reach, self.value + reach
 
 
-def coloured_covariance(jacobian: Array, residual: Array, place: Array,
+def coloured_covariance(jacobian: Array, residual: Array, place: NDArray[Any],
                         least: Array | None = None) -> tuple[Array, float]:
     """Return the covariance (p, p) of a least-squares fit and its degrees of freedom.
 

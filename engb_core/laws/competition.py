@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.constants import CLEAN_EXCESS, NAMED_PART
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
@@ -17,7 +17,7 @@ from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.numbers import level
-from engb_core.diagnose.openset import Explanation, NAMED_PART
+from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.laws.blocks import Blocks, numbers_and_sizes, stretches_of_time
@@ -129,8 +129,8 @@ def nearest_told(fitter: Fitter, told: Sharpened, nearest: Nearest, unexplained:
     if described < nearest.candidate.score.level:
         return unexplained
     names = depends_on(nearest.candidate)
-    after = f'; what changes with {said_names(names)} predicts most of it, but no form that was ' \
-        f'tried explains more than {100.0 * nearest.explained:.0f} %.'
+    after = f'; of all forms that were tried one over {said_names(names)} predicts it best, but ' \
+        f'explains only {100.0 * nearest.explained:.0f} % of it.'
     return replace(unexplained, depends_on=names, memory=nearest.memory,
                    statement=unexplained.statement.removesuffix('.') + after)
 

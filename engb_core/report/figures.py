@@ -61,13 +61,14 @@ class Line:
 
 @dataclass(frozen=True)
 class Points:
-    """Unconnected markers at x, y (n,)."""
+    """Unconnected markers at x, y (n,), `size` pixels across."""
 
     name: str
     x: ArrayLike
     y: ArrayLike
     colour: str = 'recorded'
     marker: str = 'circle'
+    size: float = 7.0
 
 
 @dataclass(frozen=True)

@@ -91,7 +91,8 @@ def _draw(axis, series: Series, points: int) -> None:
     elif isinstance(series, Points):
         x, y = np.asarray(series.x, float), np.asarray(series.y, float)
         step = max(-(-x.size // points), 1)
-        axis.plot(x[::step], y[::step], MARKERS[series.marker], color=colour, markersize=5)
+        axis.plot(x[::step], y[::step], MARKERS[series.marker], color=colour,
+                  markersize=0.7 * series.size)
     else:
         x, y = decimate(series.x, series.y, points)
         axis.plot(x, y, color=colour, linestyle=DASHES[series.dash], linewidth=series.width,

@@ -21,6 +21,10 @@ __all__ = ['plotly_div', 'plotly_script', 'plotly_spec']
 TOP, BOTTOM, GAP, LEFT, RIGHT = 30, 44, 40, 56, 14
 LABELS = 16   # more room above the first panel where spans carry labels
 
+# Plotly takes the next step of 1, 2, 5 that gives no more ticks than it is told: at worst two and
+# a half times fewer. An axis with fewer than three can't be read.
+LEAST_TICKS = 8
+
 # Marks a colour role in the JSON. No text from outside holds it: `clean` removes it.
 ROLE = '\x01'
 
@@ -70,7 +74,7 @@ def plotly_spec(figure: Figure, points: int) -> dict[str, Any]:
         suffix = '' if number == 1 else str(number)
         axis = {'domain': [bottom, top], 'anchor': 'x', 'gridcolor': ROLE + 'grid',
                 'linecolor': ROLE + 'rule', 'zeroline': panel.zero, 'zerolinewidth': 1,
-                'zerolinecolor': ROLE + 'muted', 'nticks': max(panel.height // 26, 4),
+                'zerolinecolor': ROLE + 'muted', 'nticks': max(panel.height // 26, LEAST_TICKS),
                 'automargin': True, 'fixedrange': False}
         if panel.y.log:
             axis['type'] = 'log'
@@ -133,7 +137,7 @@ def _traces(series: Series, axis: str, points: int) -> list[dict[str, Any]]:
     if isinstance(series, Points):
         x, y = _thinned(series, points)
         return [common | {'mode': 'markers', 'x': rounded(x), 'y': rounded(y),
-                          'marker': {'color': colour, 'size': 7,
+                          'marker': {'color': colour, 'size': series.size,
                                      'symbol': SYMBOLS[series.marker]}}]
     x, y = decimate(series.x, series.y, points)
     trace = common | {'mode': 'lines+markers' if series.marker else 'lines',

@@ -1,23 +1,24 @@
 """Brakes of the paper's kind whose numbers are drawn by chance: nobody chose what is to be found.
 
-Every number lies within ±30 % of the paper's or the chosen one, the contact anywhere between 2
-and 9 rad. The load is the whole mechanism's, not the cubic that the identification fits.
+Every number lies within ±30 % of the chosen one, the contact anywhere between 2 and 9 rad. They
+are of the model's form, so that each number has a true value; their load is the whole mechanism's,
+not the cubic that the identification fits, and the drive reckons with the data sheet's K_T.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from engb_core.kinematics import Mechanism
-from engb_core.model import Cogging, Friction, Model, Motor
+from engb_core.bench.brake import mean_load_torque
+from engb_core.bench.settings import BenchSettings
 from engb_core.reproduce import chosen
-from engb_core.statics import clamp_force, load_polynomial, torque_of_clamp_force
 
-__all__ = ['draw_brake', 'DrawnBrake']
+__all__ = ['draw_brake']
 
-# Numbers lie within this part of the paper's either way; the contact between these angles [rad].
+# Numbers lie within this part of the chosen ones either way; the contact between these [rad].
 SPREAD = 0.3
 CONTACTS = (2.0, 9.0)
 
@@ -28,22 +29,14 @@ ORDERS = (6.0, 8.0, 12.0, 24.0)
 LARGEST_LOAD = 0.12
 
 
-@dataclass(frozen=True)
-class DrawnBrake:
-    """One brake: `model` with all its numbers, the `mechanism` behind its load and friction."""
-
-    model: Model
-    mechanism: Mechanism
-
-
-def draw_brake(seed: int, top: float = 20.0) -> DrawnBrake:
+def draw_brake(seed: int | Sequence[int], top: float = 20.0) -> BenchSettings:
     """Return the brake of this seed.
 
     Args:
-        seed: any whole number.
+        seed: any whole number, or several.
         top: the strokes' largest angle [rad], at which the load is LARGEST_LOAD ± 30 %.
     """
-    random = np.random.default_rng([2017, seed])
+    random = np.random.default_rng([2017, *np.atleast_1d(seed).tolist()])
 
     def about(value: float, spread: float = SPREAD) -> float:
         return float(value * random.uniform(1.0 - spread, 1.0 + spread))
@@ -58,14 +51,17 @@ def draw_brake(seed: int, top: float = 20.0) -> DrawnBrake:
     mechanism = replace(mechanism, clearance=float(mechanism.posture(contact).pad_onto))
     linear, square = base.clamp_stiffness
     mechanism = replace(mechanism, clamp_stiffness=(about(linear), about(square)))
-    load = float(torque_of_clamp_force(mechanism, clamp_force(mechanism, top), top))
+    load = float(mean_load_torque(replace(chosen.FORM, mechanism=mechanism), top))
     scale = about(LARGEST_LOAD) / load
     mechanism = replace(mechanism, clamp_stiffness=tuple(
         scale * value for value in mechanism.clamp_stiffness))
-    chain = load_polynomial(mechanism)
-    motor = Motor(about(chosen.MOTOR.torque_constant), about(chosen.MOTOR.inertia),
-                  about(chosen.MOTOR.viscous_friction))
-    cogging = Cogging(float(random.choice(ORDERS)), about(4e-3),
-                      float(random.uniform(-np.pi, np.pi)))
-    friction = Friction(about(chosen.COULOMB), chain.load_gain, about(chosen.SATURATION_VELOCITY))
-    return DrawnBrake(Model(motor, chain.load_torque, friction, (cogging,)), mechanism)
+    form = chosen.FORM
+    coulomb = about(form.coulomb)
+    return replace(
+        form, mechanism=mechanism, torque_constant=about(form.torque_constant),
+        inertia=about(form.inertia), viscous_friction=about(form.viscous_friction),
+        coulomb=coulomb, breakaway=coulomb, saturation_velocity=about(form.saturation_velocity),
+        cogging=((float(random.choice(ORDERS)), about(4e-3),
+                  float(random.uniform(-np.pi, np.pi))),),
+        # Less friction than holds the wedge back, whichever way the disc turns.
+        pad_friction=about(form.pad_friction))

@@ -54,6 +54,20 @@ ERRATA: tuple[Erratum, ...] = (
         'F_cl and F_N are one quantity, the clamp force. The bracket is the largest torque that '
         'friction can hold; the difference T_m − T_L is what it has to hold.'),
     Erratum(
+        '(13)', 'no word on how large T_sf is', 'T_sf ≥ C₀',
+        'Between the middle line, which sticks, and the last, which lets go, friction would else '
+        'jump up as the shaft begins to move, and the shaft would stick again at once. The second '
+        'brake here has T_sf = 1.5·C₀, and sticks by this equation.'),
+    Erratum(
+        '(39), (40)', '−ΔJ·ω̇ among the even parts, “negligible”; nothing of it in (40)',
+        'even only if clamp and release accelerate alike',
+        'Over clamp followed by release the reference’s acceleration mirrors evenly, so what J is '
+        'too large by is taken off the load: with the J of Table 1 and that of the simulated '
+        'motor 0.7 mN·m at 60 rad/s², too little load in the lower half of a stroke and too much '
+        'in the upper. Where tracking is poor the accelerations at one position differ, and half '
+        'the difference stands in the odd part, which (40) does not list. See the figure after '
+        '12.'),
+    Erratum(
         'text below (7), (14), (22)', 'r, r₁, r₂ are diameters', 'radii',
         'In (19) the pad rolls r·θ_g; a circle of diameter r would roll half of that.'),
     Erratum(
@@ -101,6 +115,6 @@ ERRATA: tuple[Erratum, ...] = (
         '(44)', 'P = (d/r)/((d/r) − μ)', 'P = ((d/r) − μ)/(d/r)',
         'P compares load torques at equal θ (43), hence at equal clamp force; by (12) corrected '
         'they stand as d/r − μ to d/r. The printed ratio is that of clamp forces at equal torque. '
-        'With P = 0.421 and μ = 0.249 the corrected form gives d/r = 0.430, the printed one a '
-        'negative d/r.'),
+        'With P = 0.421 and μ = 0.249 the corrected form gives a slope of 0.430, the printed one '
+        'a negative d/r.'),
 )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.errors import InputError
 from engb_core.identify.cogging import order_spectrum
 from engb_core.identify.nominal import (
     fit_free_motor,
@@ -51,7 +52,7 @@ class NominalResult:
         joint: all runs at once, with friction and cogging.
         torque_constant: from the added inertia.
         orders, spectrum: the order spectrum of what friction leaves over in the slow strokes.
-        nominal: the model for all that follows: J, B, cogging.
+        nominal: what the joint regression starts from: J, B, cogging.
     """
 
     steps: list[StepFit]
@@ -76,7 +77,8 @@ class NominalResult:
 
     @property
     def classical(self) -> Model:
-        """The nominal model as the classical reading of the step test has it."""
+        """The nominal model as the paper has it: J and B of the classical step test. Controllers
+        and the paper's way rest on it."""
         motor = replace(self.nominal.motor, inertia=self.linear_steps.inertia.value,
                         viscous_friction=self.linear_steps.viscous_friction.value)
         return replace(self.nominal, motor=motor)
@@ -122,6 +124,9 @@ def compare_cogging(before: Recording, after: Recording) -> CoggingEffect:
     for recording in (before, after):
         motion, = motions(recording)[:1]
         reference = recording.reference
+        if reference is None or reference.velocity is None:
+            raise InputError(f'{recording.name}: no reference recorded; record the topic '
+                             'reference')
         wanted = np.interp(motion.time, reference.time, reference.position)
         speed = np.interp(motion.time, reference.time, reference.velocity)
         # At steady slow speed, the integral part settled: a turn's own error is not the cogging's.

@@ -1,4 +1,4 @@
-"""Every number that the paper publishes beside ours."""
+"""Every number that the paper publishes beside ours, and whence ours comes."""
 
 from __future__ import annotations
 
@@ -6,28 +6,32 @@ from dataclasses import dataclass
 import math
 
 from engb_core.identify.uncertainty import Estimate
-from engb_core.reproduce import chosen
-from engb_core.reproduce.identification_chapter import StrokesResult
-from engb_core.reproduce.nominal_chapter import CoggingEffect, NominalResult
-from engb_core.reproduce.self_energizing_chapter import DiscResult
-from engb_core.reproduce.validation_chapter import (
-    compensated_share,
-    ValidationResult,
-    worst_offset,
-)
+from engb_core.reproduce.results import BrakeResults, Results
+from engb_core.reproduce.validation_chapter import compensated_share, worst_offset
 
-__all__ = ['Number', 'published_numbers', 'Results']
+__all__ = ['Found', 'FOUND', 'FOLLOWS', 'Number', 'published_numbers', 'SET']
+
+# Whence a number comes. SET: the brake was made with it, so that finding it says nothing of the
+# paper. FOUND: identified from the recordings, of a brake that was not made with it. FOLLOWS:
+# comes out of physics that was not tuned to it.
+SET, FOUND, FOLLOWS = 'set', 'found', 'follows'
 
 
 @dataclass(frozen=True)
-class Results:
-    """All chapters."""
+class Found:
+    """One brake's number.
 
-    nominal: NominalResult
-    cogging: CoggingEffect
-    strokes: StrokesResult
-    validation: ValidationResult
-    disc: DiscResult
+    Attributes:
+        value: from the recordings; `low`, `high` its 95 % interval, NaN where it has none.
+        word: SET, FOUND or FOLLOWS.
+        truth: of the simulated brake; None where it has no such number.
+    """
+
+    value: float
+    word: str
+    low: float = math.nan
+    high: float = math.nan
+    truth: float | None = None
 
 
 @dataclass(frozen=True)
@@ -38,112 +42,130 @@ class Number:
         name: what it is.
         unit: '' or '-' where it has none.
         paper: as published; None where the paper gives none.
-        ours: from the recordings; `low`, `high` its 95 % interval, NaN where it has none.
-        truth: of the simulated brake; None where it has no such number.
+        form, more: of the brake of the model's form, and of that with more physics.
         remark: one sentence.
     """
 
     name: str
     unit: str
     paper: float | None
-    ours: float
-    low: float = math.nan
-    high: float = math.nan
-    truth: float | None = None
+    form: Found
+    more: Found
     remark: str = ''
 
 
 def published_numbers(results: Results) -> list[Number]:
     """Return the numbers in the order of the paper."""
-    nominal, strokes = results.nominal, results.strokes
-    motor, joint = chosen.MOTOR, nominal.joint.estimates
-    friction = strokes.good.estimates
-    tracking, validation = results.validation.tracking, results.validation
-    even, odd = compensated_share(validation.left[0])
-    helping, hindering = results.disc.directions
+    both = [_of_one(brake) for brake in results.brakes]
+    return [Number(name, unit, paper, form, more, remark)
+            for (name, unit, paper, form, remark), (_, _, _, more, _)
+            in zip(*both, strict=True)]
+
+
+Row = tuple[str, str, float | None, Found, str]
+
+
+def _of_one(brake: BrakeResults) -> list[Row]:
+    return [*_nominal(brake), *_friction(brake), *_validation(brake), *_disc(brake)]
+
+
+def _nominal(brake: BrakeResults) -> list[Row]:
+    nominal, joint = brake.nominal, brake.nominal.joint.estimates
+    motor, settings = brake.truth.model.motor, brake.truth.settings
+    form = brake.name == 'form'
+    rows: list[Row] = [_row(
+        'K_T, from an added inertia', 0.0174, nominal.torque_constant, SET if form else FOUND,
+        settings.torque_constant, 'Table 1; the drive reckons with 0.0174, the second brake’s '
+        'magnet is weaker')]
+    for symbol, paper, name, truth in (
+            ('J', 6.813e-5, 'inertia', motor.inertia),
+            ('B', 1.125e-3, 'viscous_friction', motor.viscous_friction)):
+        steps, sweep = getattr(nominal.linear_steps, name), getattr(nominal.linear_sweep, name)
+        rows += [
+            _row(f'{symbol}, classical step test', paper, steps, SET if form else FOLLOWS, truth,
+                 'the first brake’s true J and B are such that this reading gives Table 1'
+                 if symbol == 'J' else 'too large: Coulomb friction is taken for drag'),
+            _row(f'{symbol}, fitted to the sweep’s response', paper, sweep, FOLLOWS, truth),
+            _row(f'{symbol}, output error, step test', paper,
+                 getattr(nominal.output_error_steps, name), FOLLOWS, truth,
+                 'an estimator is no remedy for a missing friction' if symbol == 'B' else
+                 'SciPy’s simulation and least squares, linear motor'),
+            _row(f'{symbol}, joint regression', paper, joint[name], FOUND, truth,
+                 'what the motor has; Table 1 is not it')]
+    return rows
+
+
+def _friction(brake: BrakeResults) -> list[Row]:
+    found, truth = brake.strokes.good.estimates, brake.truth.model.friction
+    saturates = brake.truth.settings.saturation_velocity > 0.0
+    causal = brake.strokes.causal.friction
+    width = truth.saturation_velocity if saturates else None
     return [
-        _number('K_T, from an added inertia', 0.0174, nominal.torque_constant,
-                motor.torque_constant, 'Table 1; the paper doesn’t say how'),
-        _number('J, joint regression', 6.813e-5, joint['inertia'], motor.inertia,
-                'Table 1 is also the simulated motor'),
-        _number('J, classical step test', 6.813e-5, nominal.linear_steps.inertia, motor.inertia,
-                'too large: Coulomb friction is taken for drag'),
-        _number('J, fitted to the sweep’s response', 6.813e-5, nominal.linear_sweep.inertia,
-                motor.inertia),
-        _number('J, output error, step test', 6.813e-5, nominal.output_error_steps.inertia,
-                motor.inertia, 'SciPy’s simulation and least squares, linear motor'),
-        _number('J, output error, sweep', 6.813e-5, nominal.output_error_sweep.inertia,
-                motor.inertia),
-        _number('B, joint regression', 1.125e-3, joint['viscous_friction'],
-                motor.viscous_friction),
-        _number('B, classical step test', 1.125e-3, nominal.linear_steps.viscous_friction,
-                motor.viscous_friction, 'too large for the same reason'),
-        _number('B, fitted to the sweep’s response', 1.125e-3,
-                nominal.linear_sweep.viscous_friction, motor.viscous_friction),
-        _number('B, output error, step test', 1.125e-3,
-                nominal.output_error_steps.viscous_friction, motor.viscous_friction,
-                'an estimator is no remedy for a missing friction'),
-        _number('B, output error, sweep', 1.125e-3,
-                nominal.output_error_sweep.viscous_friction, motor.viscous_friction),
-        _number('C₀', None, friction['coulomb'], chosen.COULOMB,
-                'the paper prints no number'),
-        _number('C₁', None, friction['load_gain'], chosen.true_brake().friction.load_gain,
-                'follows from the efficiency of gear and screw'),
-        _number('ω_s, joint regression', None, friction['saturation_velocity'],
-                chosen.SATURATION_VELOCITY, 'drawn in Figure 15, not printed'),
-        Number('ω_s, the paper’s way', 'rad/s', None,
-               strokes.good.paper.friction.saturation_velocity, truth=chosen.SATURATION_VELOCITY,
-               remark='too large: the observer’s filter smears the change of sign'),
-        Number('Tracking, middle load, PID: largest', 'rad', None,
-               tracking['middle_pid'].largest),
-        Number('Tracking, middle load, with the model: largest', 'rad', None,
-               tracking['middle_feedforward'].largest),
-        Number('Tracking, high load, PID: largest', 'rad', 0.83, tracking['high_pid'].largest,
-               remark='depends on gains and reference, which the paper doesn’t give'),
-        Number('Tracking, high load, PID: rms', 'rad', 0.38, tracking['high_pid'].rms),
-        Number('Tracking, high load, with the model: largest', 'rad', 0.32,
-               tracking['high_feedforward'].largest,
-               remark='the simulated brake obeys the form of the model, a real one doesn’t'),
-        Number('Tracking, high load, with the model: rms', 'rad', 0.13,
-               tracking['high_feedforward'].rms),
-        Number('The same, model over PID: rms', '-', 0.13 / 0.38,
-               tracking['high_feedforward'].rms / tracking['high_pid'].rms),
-        Number('Even disturbance left, part of what was there', '-', None, even,
-               remark='paper: “close to 0”'),
-        Number('Odd disturbance left, part of what was there', '-', None, odd,
-               remark='paper: “close to 0”'),
-        Number('PD and model: steady offset', 'rad', 0.1, worst_offset(validation.offsets),
-               remark='required: 0.5 rad'),
-        Number('The same on a brake that sticks', 'rad', 0.1,
-               worst_offset(validation.sticking_offsets), remark='required: 0.5 rad'),
-        Number('d/r, from the paper’s P and μ', '-', 0.430, results.disc.mean_wedge,
-               truth=results.disc.wedge_at_rest,
-               remark='ours: the wedge’s mean slope over the stroke; true: at θ_g = 0'),
-        _number('P, disc helping', 0.421, helping.joint.gain, _true_gain(results, 0)),
-        _number('P, disc hindering', None, hindering.joint.gain, _true_gain(results, 1)),
-        _number('μ, the paper’s way, d/r constant', 0.249, helping.paper.pad_friction,
-                chosen.PAD_FRICTION, 'too large: the slope is not d/r over the stroke'),
-        _number('μ, joint regression, mean slope', 0.249, helping.joint.pad_friction,
-                chosen.PAD_FRICTION),
-        _number('μ, the same with the disc hindering', None, _negated(
-            hindering.joint.pad_friction), chosen.PAD_FRICTION),
+        _row('C₀, joint regression', None, found['coulomb'], FOUND, truth.coulomb,
+             'the paper prints no number'),
+        _plain('C₀, the paper’s way', 'N·m', None, causal.coulomb, FOUND, truth.coulomb,
+               'causal observer, J and B of the step test'),
+        _row('C₁, joint regression', None, found['load_gain'], FOUND, truth.load_gain,
+             'true: from the efficiency of gear and screw; the caliper’s hysteresis adds to it'),
+        _plain('C₁, the paper’s way', '-', None, causal.load_gain, FOUND, truth.load_gain,
+               'the observer lags behind the position'),
+        _row('ω_s, joint regression', None, found['saturation_velocity'], FOUND, width,
+             'drawn in Figure 15, not printed; the second brake sticks and has none'),
+        _plain('ω_s, the paper’s way', 'rad/s', None, causal.saturation_velocity, FOUND, width),
     ]
 
 
-def _true_gain(results: Results, index: int) -> float:
-    angles = results.disc.angles
-    friction = results.disc.directions[index].true_friction
-    standing = chosen.true_brake().load_torque
-    turning = chosen.true_brake(friction).load_torque
-    one = _torque(standing, angles)
-    two = _torque(turning, angles)
-    return float(one @ two / (one @ one))
+def _validation(brake: BrakeResults) -> list[Row]:
+    validation = brake.validation
+    tracking = validation.tracking
+    rows: list[Row] = []
+    published = {('high', 'pid', 'largest'): 0.83, ('high', 'pid', 'rms'): 0.38,
+                 ('high', 'paper', 'largest'): 0.32, ('high', 'paper', 'rms'): 0.13}
+    names = {'pid': 'PID', 'paper': 'with the paper’s model', 'joint': 'with the joint model'}
+    for load in ('middle', 'high'):
+        for way, told in names.items():
+            run = tracking[f'{load}_{way}_poor']
+            for number, value in (('largest', run.largest), ('rms', run.rms)):
+                rows.append(_plain(
+                    f'Tracking, {load} load, {told}: {number}', 'rad',
+                    published.get((load, way, number)), value, FOLLOWS, None,
+                    'at the low gains; the paper prints neither gains nor reference'
+                    if (load, way, number) == ('high', 'pid', 'largest') else ''))
+    rows += [_plain('PID over the paper’s model, high load: rms', '-', 0.38 / 0.13,
+                    validation.ratio('high', 'paper', 'poor'), FOLLOWS, None),
+             _plain('PID over the joint model, high load: rms', '-', None,
+                    validation.ratio('high', 'joint', 'poor'), FOLLOWS, None)]
+    for told, left in (('paper’s', validation.left), ('joint', validation.joint_left)):
+        for part, share in zip(('Even', 'Odd'), compensated_share(left[0]), strict=True):
+            rows.append(_plain(
+                f'{part} disturbance left by the {told} model, part of it', '-', None, share,
+                FOLLOWS, None, 'on strokes that nothing was identified from; paper: “close to 0”'
+                if part == 'Even' and left is validation.left else ''))
+    rows += [_plain('PD and the paper’s model: steady offset', 'rad', 0.1,
+                    worst_offset(validation.offsets), FOLLOWS, None, 'required: 0.5 rad'),
+             _plain('PD and the joint model: steady offset', 'rad', None,
+                    worst_offset(validation.joint_offsets), FOLLOWS, None)]
+    return rows
 
 
-def _torque(load, angles):
-    import numpy as np
-    return np.polynomial.polynomial.polyval(np.maximum(angles - load.contact_angle, 0.0),
-                                            load.coefficients)
+def _disc(brake: BrakeResults) -> list[Row]:
+    helping, hindering = brake.disc.directions
+    return [
+        _plain('d/r, the wedge’s mean slope', '-', 0.430, brake.truth.mean_wedge, SET,
+               None, 'from the paper’s P and μ; at rest it is '
+               f'{brake.disc.wedge_at_rest:.4f}'),
+        _row('P, the paper’s way', 0.421, helping.paper.gain, SET, helping.true_gain),
+        _row('P, joint regression', 0.421, helping.joint.gain, SET, helping.true_gain,
+             'the second brake’s pads lose friction with speed and force'),
+        _row('P, disc hindering, joint regression', None, hindering.joint.gain, FOLLOWS,
+             hindering.true_gain),
+        _row('μ, the paper’s way, d/r constant', 0.249, helping.paper.pad_friction, SET,
+             helping.true_friction),
+        _row('μ, joint regression, mean slope', 0.249, helping.joint.pad_friction, SET,
+             helping.true_friction),
+        _row('μ, the same with the disc hindering', None, _negated(
+            hindering.joint.pad_friction), FOLLOWS, helping.true_friction),
+    ]
 
 
 def _negated(estimate: Estimate) -> Estimate:
@@ -151,7 +173,12 @@ def _negated(estimate: Estimate) -> Estimate:
                     estimate.degrees_of_freedom)
 
 
-def _number(name: str, paper: float | None, estimate: Estimate, truth: float | None,
-            remark: str = '') -> Number:
+def _row(name: str, paper: float | None, estimate: Estimate, word: str, truth: float | None,
+         remark: str = '') -> Row:
     low, high = (float(value) for value in estimate.interval())
-    return Number(name, estimate.unit, paper, estimate.value, low, high, truth, remark)
+    return name, estimate.unit, paper, Found(estimate.value, word, low, high, truth), remark
+
+
+def _plain(name: str, unit: str, paper: float | None, value: float, word: str,
+           truth: float | None, remark: str = '') -> Row:
+    return name, unit, paper, Found(value, word, truth=truth), remark

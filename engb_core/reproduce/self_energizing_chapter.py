@@ -1,22 +1,26 @@
-"""Chapter 5: the disc standing and turning either way; P and the pads' friction coefficient."""
+"""Chapter 5: the disc standing, then turning, in one run; P and the pads' friction coefficient."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.errors import InputError
 from engb_core.identify.procedure import IdentifiedModel, identify
-from engb_core.identify.self_energizing import compare_fits, compare_paper_way, SelfEnergizing
+from engb_core.identify.self_energizing import compare_paper_way, fit_together, SelfEnergizing
 from engb_core.recording import Recording
 from engb_core.reproduce import chosen
 from engb_core.reproduce.nominal_chapter import NominalResult
+from engb_core.reproduce.truth import Truth
 
-__all__ = ['analyse_disc', 'Direction', 'DiscResult']
+__all__ = ['analyse_disc', 'Direction', 'DiscResult', 'EXACT_WEDGE', 'part_of',
+           'POINTS_PER_VALUE', 'standing_and_turning']
 
-Array = NDArray[np.float64]
+# The simulated wedge is exactly that of the drawing.
+EXACT_WEDGE = 0.0
 
 # The observer's kernel ties so many of a stroke's resampled points together.
 POINTS_PER_VALUE = 8.0
@@ -28,46 +32,71 @@ class Direction:
 
     Attributes:
         name: 'helping' or 'hindering'.
-        identified: from the run with the disc turning.
+        standing, turning: identified from the run's parts.
         paper: P by the paper's way, with d/r as it stands at θ_g = 0.
-        joint: P from the two joint regressions, with the wedge's mean slope over the strokes.
-        true_friction: μ of the simulated brake, signed.
+        joint: P from one joint regression of both parts, at the wedge's mean slope.
+        true_gain, true_friction: P and μ of the simulated brake, signed; in the mean over the
+            strokes, each angle counted by the square of its load, with cold pads.
     """
 
     name: str
-    identified: IdentifiedModel
+    standing: IdentifiedModel
+    turning: IdentifiedModel
     paper: SelfEnergizing
     joint: SelfEnergizing
+    true_gain: float
     true_friction: float
 
 
 @dataclass(frozen=True)
 class DiscResult:
-    """Chapter 5: `standing`, both directions, and the wedge's slope at rest and in the mean."""
+    """Chapter 5: both directions, and the wedge's slope at rest [-]."""
 
-    standing: IdentifiedModel
     directions: list[Direction]
     wedge_at_rest: float
-    mean_wedge: float
-    angles: Array
 
 
 def analyse_disc(recordings: Mapping[str, Recording], nominal: NominalResult,
-                 standing: IdentifiedModel) -> DiscResult:
-    """Compare 'disc_helping' and 'disc_hindering' with the disc standing."""
-    angles = np.linspace(4.0, 19.5, 100)
-    wedge = chosen.MECHANISM.posture(angles).wedge
-    load = standing.load_torque(angles)
-    # P is fitted by least squares, so each angle counts by the square of its load.
-    mean_wedge = float(wedge @ load**2 / (load @ load))
-    at_rest = chosen.MECHANISM.gear_offset / chosen.MECHANISM.gear_radius
+                 truth: Truth) -> DiscResult:
+    """Compare the turning with the standing part of 'disc_helping' and 'disc_hindering'."""
+    # The geometry is known; the force that presses is not asked for.
+    mechanism = truth.settings.mechanism
+    at_rest = mechanism.gear_offset / mechanism.gear_radius
     directions = []
-    for name, friction in (('helping', chosen.PAD_FRICTION), ('hindering', -chosen.PAD_FRICTION)):
-        turning = identify([recordings[f'disc_{name}']], nominal.nominal,
-                           prior=nominal.prior)
+    for name, speed in (('helping', chosen.DISC_SPEED), ('hindering', -chosen.DISC_SPEED)):
+        standing, turning = (
+            identify([part], nominal.nominal, prior=nominal.prior)
+            for part in standing_and_turning(recordings[f'disc_{name}']))
         directions.append(Direction(
-            name, turning,
+            name, standing, turning,
             compare_paper_way(standing.paper.load, turning.paper.parts, at_rest,
                               POINTS_PER_VALUE),
-            compare_fits(standing.regression, turning.regression, angles, mean_wedge), friction))
-    return DiscResult(standing, directions, at_rest, mean_wedge, angles)
+            fit_together(standing, turning, mechanism, nominal.prior, EXACT_WEDGE),
+            truth.gain(speed), truth.pad_friction(speed)))
+    return DiscResult(directions, at_rest)
+
+
+def standing_and_turning(recording: Recording) -> tuple[Recording, Recording]:
+    """Return the parts before the disc begins to turn and after it has come to speed.
+
+    Raises:
+        InputError: no disc speed recorded, or it never turns, or never stands.
+    """
+    signal = recording.signals.get('disc_speed')
+    if signal is None:
+        raise InputError(f'{recording.name}: no disc_speed recorded; record that topic too')
+    speed = np.abs(signal.at(recording.time))
+    top = float(speed.max())
+    moving, full = speed > 0.01 * top, speed > 0.99 * top
+    if not top > 0.0 or moving[0] or not full.any():
+        raise InputError(f'{recording.name}: the disc must stand first and then turn')
+    return (part_of(recording, 'standing', ~moving & (np.cumsum(moving) == 0)),
+            part_of(recording, 'turning', full))
+
+
+def part_of(recording: Recording, name: str, where: NDArray[np.bool_]) -> Recording:
+    """Return the samples of `recording` at `where` (n,); its reference and signals stay whole."""
+    velocity = recording.velocity
+    return replace(recording, name=f'{recording.name}, {name}', time=recording.time[where],
+                   position=recording.position[where], effort=recording.effort[where],
+                   velocity=None if velocity is None else velocity[where])

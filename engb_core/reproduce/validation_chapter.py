@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
-from engb_core.identify.paper_way import paper_way
-from engb_core.identify.procedure import IdentifiedModel
-from engb_core.identify.smoothing import motions
+from engb_core.control.feedforward import Feedforward
+from engb_core.errors import InputError
+from engb_core.identify.paper_way import observe, paper_way
+from engb_core.model import Model
 from engb_core.recording import Recording
-from engb_core.reproduce.plan import PLAN
+from engb_core.reproduce.plan import Experiment, OBSERVER_CUTOFFS
+from engb_core.reproduce.ways import used_motions
 
-__all__ = ['analyse_validation', 'Left', 'Offset', 'Tracking', 'ValidationResult']
+__all__ = ['analyse_validation', 'compensated_share', 'Left', 'Offset', 'Tracking',
+           'ValidationResult', 'worst_offset']
 
 Array = NDArray[np.float64]
 
@@ -42,6 +45,7 @@ class Left:
     """What disturbance is left in one run once the model is taken off.
 
     Attributes:
+        name: of the run.
         position: (m,) [rad].
         even, odd: (m,) [N·m] with the sign of d̂; `even_before`, `odd_before` before the model's
             torque is taken off.
@@ -71,24 +75,50 @@ class Offset:
 
 @dataclass(frozen=True)
 class ValidationResult:
-    """Chapter 4: `tracking` by experiment name, `left` of two runs, `offsets` under PD, and
-    `sticking_offsets` on a brake that sticks."""
+    """Chapter 4.
+
+    Attributes:
+        tracking: by experiment name.
+        left: of two runs once the paper's model is taken off, `joint_left` the joint one.
+        offsets: under PD with the paper's model, `joint_offsets` with the joint one.
+    """
 
     tracking: dict[str, Tracking]
     left: list[Left]
+    joint_left: list[Left]
     offsets: list[Offset]
-    sticking_offsets: list[Offset]
+    joint_offsets: list[Offset]
+
+    def ratio(self, load: str, way: str, kind: str) -> float:
+        """Return rms error with PID alone over that with a model.
+
+        Args:
+            load: 'middle' or 'high'.
+            way: 'paper' or 'joint'.
+            kind: of gains, 'poor' or 'good'.
+        """
+        return (self.tracking[f'{load}_pid_{kind}'].rms
+                / self.tracking[f'{load}_{way}_{kind}'].rms)
 
 
-def analyse_validation(recordings: Mapping[str, Recording],
-                       identified: IdentifiedModel) -> ValidationResult:
-    """Analyse the runs of chapter 4."""
-    names = ('middle_pid', 'middle_feedforward', 'high_pid', 'high_feedforward', 'model_1',
-             'model_2', 'pd_model', 'pd_sticking')
+def analyse_validation(recordings: Mapping[str, Recording], experiments: Mapping[str, Experiment],
+                       paper: Model, joint: Model) -> ValidationResult:
+    """Analyse the runs of chapter 4.
+
+    Args:
+        recordings, experiments: by name.
+        paper, joint: the model identified the paper's way and by joint regression.
+    """
+    names = [f'{load}_{way}_{kind}' for load in ('middle', 'high')
+             for way in ('pid', 'paper', 'joint') for kind in ('poor', 'good')]
+    names += [f'observer_{cutoff:g}' for cutoff in OBSERVER_CUTOFFS]
+    names += ['model_1', 'model_2', 'pd_paper', 'pd_joint']
     tracking = {name: track(recordings[name]) for name in names}
-    left = [left_over(recordings[name], identified) for name in ('model_1', 'model_2')]
-    return ValidationResult(tracking, left, _offsets(tracking['pd_model']),
-                            _offsets(tracking['pd_sticking']))
+    left, joint_left = ([left_over(recordings[name], model) for name in ('model_1', 'model_2')]
+                        for model in (paper, joint))
+    offsets, joint_offsets = (_offsets(tracking[name], experiments[name])
+                              for name in ('pd_paper', 'pd_joint'))
+    return ValidationResult(tracking, left, joint_left, offsets, joint_offsets)
 
 
 def track(recording: Recording) -> Tracking:
@@ -98,6 +128,8 @@ def track(recording: Recording) -> Tracking:
     positions and velocities.
     """
     reference = recording.reference
+    if reference is None or reference.velocity is None:
+        raise InputError(f'{recording.name}: no reference recorded; record the topic reference')
     spline = CubicHermiteSpline(reference.time, reference.position, reference.velocity)
     inside = ((recording.time >= reference.time[0]) & (recording.time <= reference.time[-1]))
     time = recording.time[inside]
@@ -109,24 +141,29 @@ def track(recording: Recording) -> Tracking:
                     float(np.abs(part).max()), float(np.sqrt(np.mean(part**2))))
 
 
-def left_over(recording: Recording, identified: IdentifiedModel) -> Left:
+def left_over(recording: Recording, model: Model) -> Left:
     """Part the disturbance that the model leaves into even and odd, as step 4 does."""
-    model = identified.model
-    pieces = motions(recording)
-    before = paper_way(pieces, model)
+    pieces = used_motions(recording)
+    observed = [observe(piece, model) for piece in pieces]
+    before = paper_way(pieces, model, observed=observed)
+    torques = Feedforward(model)
     known = []
-    for piece, observed in zip(pieces, before.disturbance, strict=True):
-        torque = identified.load_torque(piece.position) + identified.friction_torque(
-            piece.position, piece.velocity)
-        known.append(observed + piece.kernel.apply(torque))
+    for piece, seen in zip(pieces, observed, strict=True):
+        loads = np.array([torques.load_torque(angle) for angle in piece.position.tolist()])
+        friction = np.array([torques.friction_torque(*pair) for pair in zip(
+            loads.tolist(), piece.velocity.tolist(), strict=True)])
+        known.append(replace(seen, disturbance=seen.disturbance
+                             + piece.kernel.apply(loads + friction)))
     after = paper_way(pieces, model, observed=known)
-    load = identified.load_torque(after.parts.position)
+    load = np.array([torques.load_torque(angle) for angle in after.parts.position.tolist()])
     return Left(recording.name, after.parts.position, after.parts.even, after.parts.odd,
                 before.parts.even, before.parts.odd, load)
 
 
-def _offsets(tracking: Tracking) -> list[Offset]:
-    table = next(entry.table for entry in PLAN if entry.name == 'pd_model')
+def _offsets(tracking: Tracking, experiment: Experiment) -> list[Offset]:
+    table = experiment.table
+    if table is None:
+        raise InputError(f'{experiment.name}: has no table of stops')
     still = np.flatnonzero(np.abs(np.gradient(table.position, table.time)) < 1e-9)
     groups = np.split(still, np.flatnonzero(np.diff(still) > 1) + 1)
     # The recording's reference starts a moment after its first sample; both rests are known.

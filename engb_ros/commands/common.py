@@ -98,12 +98,17 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
     import dataclasses
 
     from engb_ros.bags.read import read_recording
+    from engb_ros.tables.open import is_table
     seen: set[str] = set()
     for path in paths:
         real = os.path.realpath(path)
         if real in seen:
             raise InputError(f'{path}: given twice')
         seen.add(real)
+        if is_table(path) and os.path.exists(path):
+            raise InputError(f'{path}: is a table; make a recording of it first: engb import '
+                             f'{path} --out RECORDING (engb diagnose and engb model take tables '
+                             'as they are)')
     tell_what_is_missing()
     joint = model.joint.name if model else None
     found = []

@@ -7,12 +7,18 @@ A table of a bench (.csv, .mat, .mf4, …) is taken as it is; what its titles do
 said with --column, --unit and --torque-constant. Without --model a first model is made of the
 recordings; it and the tables as recordings go into DIR too.
 
+With --simulated or --fmu your own simulator takes the model's place: a surrogate of it is
+identified (surrogate.yaml), its own error told, and what is named is what the simulator lacks.
+
 examples:
   engb diagnose bench.csv --out result
   engb diagnose bench.csv --unit position=deg effort=A --torque-constant 0.05 --out result
   engb diagnose run1 --model nominal.yaml --out result
   engb diagnose morning.mcap evening.mcap --model nominal.yaml --out result
   engb diagnose train --model nominal.yaml --holdout test --out result
+  engb diagnose bench.csv --simulated simulation.csv --out result
+  engb diagnose run1 --fmu simulator.fmu --out result
+  engb diagnose run1 --model robot.xml --joint wheel --out result
 
 A recording is a rosbag2 folder, an .mcap or a .db3 file (plain or zstd) that holds joint_states.
 Without --holdout a part of the recordings is kept out of every fit. A mismatch is a result:
@@ -22,6 +28,7 @@ exit status 0. Status 2 and one line on standard error: there is no diagnosis to
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 import textwrap
@@ -30,7 +37,6 @@ from typing import TYPE_CHECKING
 from engb_core.printable import printable
 from engb_ros.commands.common import (
     add_effects,
-    add_model,
     add_namespace,
     add_progress,
     folder_output,
@@ -43,6 +49,13 @@ from engb_ros.commands.inputs import (
     request_of,
     write_first_model,
     write_inputs,
+)
+from engb_ros.commands.nominal import (
+    add_nominal,
+    model_given,
+    simulator_of,
+    simulator_paths,
+    SURROGATE,
 )
 from engb_ros.numerics import computing
 
@@ -74,9 +87,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument('recordings', nargs='+', metavar='RECORDING',
                         help='what to diagnose: bag folders or files, or tables')
-    add_model(parser, required=False, text='the model file; without it a first model is made of '
-              'the recordings')
     parser.add_argument('--out', required=True, metavar='DIR', help='where the results go')
+    add_nominal(parser)
     parser.add_argument('--holdout', nargs='+', default=[], metavar='RECORDING',
                         help='recordings that no fit sees, on which the result is judged')
     add_effects(parser)
@@ -87,22 +99,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    from engb_core.model import Model
-    model = Model.read(arguments.model) if arguments.model else None
+    model, lacks = model_given(arguments)
+    simulator = simulator_paths(arguments)
     request = request_of(arguments, model)
     given = [*arguments.recordings, *arguments.holdout]
-    names = FILES if model else (*FILES, *FIRST)
+    names = FILES if model else (*FILES, SURROGATE) if simulator else (*FILES, *FIRST)
     with Progress(arguments) as progress, folder_output(
             arguments.out, (*names, *recording_names(given)),
-            [*([arguments.model] if model else []), *given]) as scratch:
+            [*([arguments.model] if model else []), *simulator, *given]) as scratch:
         inputs = read_inputs(given, model, arguments.namespace, progress, request)
-        for told in inputs.told:
+        notes = (*inputs.told, *lacks)
+        for told in notes:
             print(told)
         recordings = inputs.recordings[:len(arguments.recordings)]
         holdout = inputs.recordings[len(arguments.recordings):]
         write_inputs(scratch, inputs)
-        notes = inputs.told
         with computing(', '.join(arguments.recordings)):
+            if simulator:
+                found = simulator_of(arguments, recordings, inputs.joint, request, progress)
+                model, notes = found.model, (*notes, *found.told)
+                model.write(scratch / SURROGATE)
             if model is None:
                 from engb_core.identify.first_model import first_model
                 first = first_model(recordings, inputs.joint, request.torque_constant, progress)
@@ -118,7 +134,9 @@ def run(arguments: argparse.Namespace) -> None:
             diagnosis.evidence, notes=(*notes, *diagnosis.evidence.notes)))
         progress('writing the report')
         write_results(scratch, diagnosis)
-    print(summary(diagnosis))
+    if simulator:
+        print(f'your simulator is described by {SURROGATE}; what is named here it lacks:')
+    print(summary(diagnosis, said=notes))
     out = printable(arguments.out)
     print(f'report: {Path(out) / REPORT}')
     if diagnosis.next_experiment is not None and diagnosis.next_experiment.time is not None:
@@ -145,8 +163,8 @@ def write_experiment(path: Path, proposal: NextExperiment) -> None:
             file.write(f'{time:.6g},{position:.9g}\n')
 
 
-def summary(diagnosis: Diagnosis) -> str:
-    """Return the diagnosis in a few lines of text."""
+def summary(diagnosis: Diagnosis, said: Sequence[str] = ()) -> str:
+    """Return the diagnosis in a few lines of text, without notes that were `said` before."""
     lines = [VERDICTS.get(diagnosis.verdict, diagnosis.verdict) + _of_the_floor(diagnosis)]
     for number, finding in enumerate(diagnosis.effects, 1):
         doubt = ', rather not' if finding.probability < EVEN else ''
@@ -167,6 +185,8 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.append(f'   {entry.recording} {entry.quantity}: {entry.rms_before:.3g} → '
                      f'{entry.rms_after:.3g} {entry.unit}{floor}')
     for note in diagnosis.evidence.notes:
+        if note in said:
+            continue
         lines.extend(_wrapped(f'note: {note}', ''))
     if diagnosis.next_experiment is not None:
         lines.extend(_wrapped(f'next: {diagnosis.next_experiment.reason}', ''))

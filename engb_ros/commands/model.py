@@ -16,6 +16,7 @@ Strokes of a brake, whose load and friction the paper's procedure separates: eng
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from engb_core.printable import printable
@@ -29,6 +30,9 @@ from engb_ros.commands.inputs import (
 from engb_ros.numerics import computing
 
 __all__ = ['add_arguments', 'run']
+
+NO_CONSTANT = ('the torque constant: no input tells it, and motor.torque_constant is a usual '
+               'value; give --torque-constant')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,6 +60,8 @@ def run(arguments: argparse.Namespace) -> None:
         with computing(', '.join(arguments.recordings)):
             first = first_model(inputs.recordings, inputs.joint, request.torque_constant,
                                 progress)
+        if request.torque_constant is None:
+            first = replace(first, not_told=(*first.not_told, NO_CONSTANT))
         write_first_model(scratch / out.name, scratch / page.name, first)
     for told in inputs.told:
         print(told)

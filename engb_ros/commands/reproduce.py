@@ -3,11 +3,13 @@
 examples:
   engb reproduce --out out/reproduction
   engb reproduce --offline --out out/reproduction
+  engb reproduce --sealed 10 --out out/reproduction
 
-Without --offline each experiment runs on live nodes (plant, controller, recorder as processes)
-and leaves its bag in OUT/bags; the analysis reads those bags. With --offline the bags kept with
-the package are read instead, and no ROS installation is needed. OUT then holds report.html,
-results.json and the identified model.yaml.
+Two simulated brakes stand in for the paper's: one of the model's form, one with what the model
+leaves out. Without --offline each experiment runs on live nodes (plant, controller, observer,
+recorder as processes) and leaves its bag in OUT/bags; the analysis reads those bags. With
+--offline the bags kept with the package are read instead, and no ROS installation is needed.
+OUT then holds report.html, results.json and the model.yaml identified from the first brake.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from engb_ros.commands.common import add_progress, folder_output, Progress
 
 __all__ = ['add_arguments', 'run']
 
-OUTPUTS = ('report.html', 'results.json', 'model.yaml', 'bags')
+OUTPUTS = ('report.html', 'results.json', 'model.yaml', 'bags', 'sealed')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +40,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         'that come with the source tree)')
     parser.add_argument('--seed', type=int, default=1, metavar='N',
                         help='of the sensor noise (default: 1)')
+    parser.add_argument('--seeds', type=int, default=20, metavar='N',
+                        help='of noise, over which each way of identifying is judged; those '
+                        'after the first are simulated in this process (default: 20)')
+    parser.add_argument('--no-diagnosis', action='store_true',
+                        help='do not diagnose what the paper\'s model leaves over')
+    parser.add_argument('--sealed', type=int, default=0, metavar='N',
+                        help='so many brakes more, each drawn by a process of its own, identified '
+                        'on live nodes and opened last (default: none; with --offline those kept '
+                        'with the package are opened)')
     parser.add_argument('--every', type=int, default=1, metavar='N',
                         help='keep every n-th message in the bags (default: all)')
     add_progress(parser)
@@ -49,6 +60,11 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError(f'--seed {arguments.seed}: must not be below 0')
     if not 1 <= arguments.every <= 20:
         raise InputError(f'--every {arguments.every}: must lie within 1 and 20')
+    if arguments.seeds < 1:
+        raise InputError(f'--seeds {arguments.seeds}: must be 1 or more')
+    if arguments.sealed < 0 or (arguments.sealed and arguments.offline):
+        raise InputError(f'--sealed {arguments.sealed}: must not be below 0, and needs the nodes: '
+                         'leave out --offline')
     begin = time.monotonic()
     from engb_core.reproduce.page import reproduction_page, results_mapping
     from engb_core.reproduce.procedure import reproduce
@@ -56,21 +72,45 @@ def run(arguments: argparse.Namespace) -> None:
     with Progress(arguments) as progress, folder_output(
             arguments.out, OUTPUTS, inputs) as scratch:
         if arguments.offline:
-            record = _from_bags(_kept_bags(arguments.bags))
-            origin = 'The recordings are the bags kept with the package.'
+            kept = _kept_bags(arguments.bags)
+            record = _from_bags(kept)
+            origin = 'The recordings are the bags kept with the package, made on live nodes.'
         else:
             record = _live(scratch / 'bags', arguments.seed, arguments.every, progress)
             origin = (f'The recordings were made on live nodes (seed {arguments.seed}) and read '
                       'back from their bags.')
-        results = reproduce(record, progress)
+        results = reproduce(record, progress, arguments.seeds, not arguments.no_diagnosis)
+        if arguments.offline:
+            sealed = _opened(kept / 'sealed')
+        else:
+            sealed = _sealed(scratch / 'sealed', arguments.sealed, arguments.seed, progress)
         progress('writing the report')
-        results.strokes.good.model.write(scratch / 'model.yaml')
+        results.form.strokes.good.model.write(scratch / 'model.yaml')
         (scratch / 'results.json').write_text(
-            json.dumps(results_mapping(results), indent=1, ensure_ascii=False, allow_nan=False),
-            encoding='utf-8')
-        reproduction_page(results, origin).write(scratch / 'report.html')
+            json.dumps(results_mapping(results, sealed), indent=1, ensure_ascii=False,
+                       allow_nan=False), encoding='utf-8')
+        reproduction_page(results, origin, sealed).write(scratch / 'report.html')
     _tell(results, time.monotonic() - begin)
     print(printable(f'report: {Path(arguments.out) / "report.html"}'))
+
+
+def _opened(folder: Path):
+    from engb_ros.sealed_brakes import open_all
+    return open_all(folder, 'They ran on live nodes, with observer and identifier, when the bags '
+                    'kept with the package were made; what was found then is kept beside each '
+                    'seal.')
+
+
+def _sealed(folder: Path, count: int, seed: int, progress: Progress):
+    if not count:
+        return None
+    from engb_ros.runner import RunnerError
+    from engb_ros.sealed_brakes import identify_sealed, open_all
+    try:
+        identify_sealed(folder, count, seed, progress)
+    except RunnerError as error:
+        raise InputError(f'sealed brakes: {error}') from error
+    return open_all(folder, 'They ran on live nodes, with observer and identifier.')
 
 
 def _kept_bags(given: str | None) -> Path:
@@ -82,13 +122,13 @@ def _kept_bags(given: str | None) -> Path:
 
 
 def _from_bags(folder: Path) -> Callable[..., Recording]:
-    from engb_ros.bags.read import read_recording
+    from engb_ros.experiments import read_experiment
 
-    def record(experiment, model: Model) -> Recording:
-        path = folder / experiment.name
+    def record(brake: str, experiment, model: Model) -> Recording:
+        path = folder / brake / experiment.name
         if not path.exists():
             raise InputError(f'{path}: no bag of experiment {experiment.name!r}')
-        return read_recording(path)
+        return read_experiment(path)
 
     return record
 
@@ -102,9 +142,9 @@ def _live(folder: Path, seed: int, every: int, progress: Progress) -> Callable[.
     from engb_ros.experiments import record_experiment
     from engb_ros.runner import RunnerError
 
-    def record(experiment, model: Model) -> Recording:
-        folder.mkdir(exist_ok=True)
-        path = folder / experiment.name
+    def record(brake: str, experiment, model: Model) -> Recording:
+        path = folder / brake / experiment.name
+        path.parent.mkdir(parents=True, exist_ok=True)
         try:
             return record_experiment(experiment, model, path, seed, progress, every)
         except RunnerError as error:
@@ -115,10 +155,13 @@ def _live(folder: Path, seed: int, every: int, progress: Progress) -> Callable[.
 
 def _tell(results, seconds: float) -> None:
     from engb_core.reproduce.numbers import published_numbers
-    print(f'{"":<52} {"paper":>9} {"ours":>10} {"simulated":>10}')
+    print(f'{"":<58} {"paper":>9} {"form":>10} {"":<8}{"true":>10} {"more":>10} {"":<8}'
+          f'{"true":>10}')
     for entry in published_numbers(results):
         paper = '' if entry.paper is None else f'{entry.paper:.4g}'
-        truth = '' if entry.truth is None else f'{entry.truth:.4g}'
         unit = f' [{entry.unit}]' if entry.unit not in ('', '-') else ''
-        print(f'{entry.name + unit:<52} {paper:>9} {entry.ours:>10.4g} {truth:>10}'.rstrip())
+        cells = ' '.join(f'{found.value:>10.4g} {found.word:<8}'
+                         f'{"" if found.truth is None else f"{found.truth:.4g}":>10}'
+                         for found in (entry.form, entry.more))
+        print(f'{entry.name + unit:<58} {paper:>9} {cells}'.rstrip())
     print(f'{seconds:.0f} s')

@@ -12,6 +12,7 @@ from engb_ros.nodes.joint import JOINT, with_joint
 from engb_ros.nodes.parameters import ParameterSpec
 
 if TYPE_CHECKING:
+    from engb_core.bench.settings import BenchSettings
     from engb_core.virtual_brake import VirtualBrake
 
 __all__ = ['BRAKE_PARAMETERS', 'make_brake']
@@ -25,6 +26,12 @@ BRAKE_PARAMETERS = (
                   'friction (chapter 2) take the place of the model\'s'),
     ParameterSpec('pad_friction', 0.0, 'μ of the pads on the turning disc, with `mechanism`',
                   '-', 0.0, 1.0),
+    ParameterSpec('bench', '', 'bench brake file, or a sealed one: a brake with current loop, '
+                  'heating pad and load cell (engb_core.bench) runs in the place of the '
+                  'model\'s'),
+    ParameterSpec('added_inertia', 0.0, 'a disc of known inertia on the motor\'s shaft, with '
+                  '`bench`', 'kg·m²', 0.0, 1.0),
+    ParameterSpec('unloaded', False, 'the caliper is taken off, with `bench`'),
     ParameterSpec('rate', 1000.0, 'samples per second', 'Hz', 10.0, 10000.0),
     ParameterSpec('effort_limit', 0.75, 'the drive gives no more', 'N·m', 0.0, 1e4),
     ParameterSpec('command_timeout', 0.1, 'without a command for so long, no torque', 's',
@@ -61,6 +68,11 @@ def make_brake(values: dict[str, Any]) -> VirtualBrake:
         model = mechanism_load(model, read_mechanism(values['mechanism']),
                                values['pad_friction'])
     model = replace(model, effects=model.effects + parse_effects(values['effects']))
+    bench = None
+    if values['bench']:
+        from engb_core.bench.brake import BenchBrake
+        bench = BenchBrake(_bench_settings(values['bench']), values['added_inertia'],
+                           values['unloaded'], values['seed'])
     return VirtualBrake(
         model,
         DriveSettings(values['rate'], values['effort_limit'], values['command_timeout'],
@@ -69,4 +81,14 @@ def make_brake(values: dict[str, Any]) -> VirtualBrake:
                        values['effort_noise'], values['effort_resolution'], values['seed']),
         Profile(values['disc_speed_times'], values['disc_speed_values'], 'disc_speed'),
         Profile(values['pad_temperature_times'], values['pad_temperature_values'],
-                'pad_temperature'))
+                'pad_temperature'), bench)
+
+
+def _bench_settings(path: str) -> BenchSettings:
+    from engb_core.bench.settings import BenchSettings
+    if not path.endswith('.sealed'):
+        return BenchSettings.read(path)
+    from engb_ros.sealed import read_sealed
+    truth = read_sealed(path)
+    truth.pop('salt', None)
+    return BenchSettings.from_mapping(truth)

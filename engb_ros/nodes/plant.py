@@ -58,6 +58,8 @@ class PlantNode(ManagedNode):
         self._publish_joint = self.advertise(interface.JOINT_STATES).publish
         self._publish_disc = self.advertise(interface.DISC_SPEED).publish
         self._publish_temperature = self.advertise(interface.PAD_TEMPERATURE).publish
+        self._publish_cell = (self.advertise(interface.LOAD_CELL).publish
+                              if values['bench'] else None)
         self._publish_clock = (self.advertise(interface.CLOCK).publish if values['publish_clock']
                                else None)
         listen_for_effort(self, values, self._brake.model.joint.name, self._on_command)
@@ -124,6 +126,8 @@ class PlantNode(ManagedNode):
             self._publish_clock(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
         if brake.samples % self._disc_every == 0:
             self._publish_disc(self._scalar.fill(measured.disc_speed))
+            if self._publish_cell is not None:
+                self._publish_cell(self._scalar.fill(measured.clamp_force))
         if brake.samples % self._temperature_every == 0:
             self._publish_temperature(self._scalar.fill(measured.pad_temperature))
         self._publish_joint(self._joint.fill(

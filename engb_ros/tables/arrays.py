@@ -121,6 +121,13 @@ def _flatten(name: str, value: object, into: dict[str, np.ndarray], deep: int) -
         for field in value.dtype.names:
             _flatten(f'{name}.{field}', value[field].item() if value.ndim == 0
                      else value[field][0], into, deep - 1)
+    elif value.dtype.names and value.size <= MOST_COLUMNS and deep:
+        # Signals of a Simulink scope: an array of structs, each with its label.
+        for number, part in enumerate(value.ravel(), 1):
+            label = str(part['label']) if 'label' in value.dtype.names else ''
+            for field in value.dtype.names:
+                _flatten(f'{name}({number}).{field}' if field != 'values' or not label
+                         else f'{name}({number}).{label}', part[field], into, deep - 1)
     else:
         into[name] = value
 

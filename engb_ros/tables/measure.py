@@ -93,25 +93,32 @@ def _columns(table: Table, request: Request) -> tuple[dict[str, int], Request]:
     found = roles_of(table, given)
     if request.rate is not None:
         found.chosen.pop('time', None)
-    questions = [_which(table, role, found) for role in ('position', 'effort')
+    # Without any titles: the usual order, time, position, effort, is only what is proposed.
+    untitled = not any(channel.name for channel in table.channels)
+    questions = [_which(table, role, found, place if untitled else 0)
+                 for place, role in enumerate(('position', 'effort'), 1)
                  if role not in found.chosen]
     own = any(channel.clocked for channel in table.channels)
     if 'time' not in found.chosen and request.rate is None and not own:
-        questions.append(Question('the time of the samples', '--rate 1000', ('--rate', '')))
+        option = ('--column', 'time=') if untitled else ('--rate', '')
+        questions.append(Question('which column is time' if untitled
+                                  else 'the time of the samples', '--column time=0' if untitled
+                                  else '--rate 1000', option))
     answered = settled(request, questions, table.path)
     if answered is not request:
         return _columns(table, answered)
     return found.chosen, request
 
 
-def _which(table: Table, role: str, roles: Roles) -> Question:
+def _which(table: Table, role: str, roles: Roles, usual: int = 0) -> Question:
     places = roles.unclear.get(role, ())
     if not table.channels:
         raise InputError(f'{table.path}: holds no column')
     names = [table.channels[place].name or str(place)
              for place in places or range(min(len(table.channels), 12))]
+    proposed = names[usual if usual < len(names) else 0]
     return Question(f'which column is {role} (there is {table.listing()})',
-                    f'--column {shlex.quote(f"{role}={names[0]}")}', ('--column', f'{role}='),
+                    f'--column {shlex.quote(f"{role}={proposed}")}', ('--column', f'{role}='),
                     tuple(names))
 
 
@@ -320,7 +327,12 @@ def _sentence(table: Table, role: str, place: int, unit: Unit, request: Request)
     text = f'{role}: column {printable(channel.name) or place}'
     if unit is _SI:
         factor = request.scale.get(role)
-        return text + (f', times {factor:g}' if factor else ', as it is')
+        if factor:
+            return f'{text}, times {factor:g}'
+        # A title that says current, and nobody said a unit.
+        doubt = (' (taken as a torque in N·m; of a current give --unit effort=A and '
+                 '--torque-constant)' if role == 'effort' and is_current(channel) else '')
+        return f'{text}, as it is{doubt}'
     written = request.units.get(role) or channel.unit
     if not written:
         text += f', taken as {_spelt(unit)}'

@@ -143,7 +143,7 @@ class ColumnarTable(Table):
                 self._file: Any = pyarrow.parquet.ParquetFile(path)
                 schema, rows = self._file.schema_arrow, self._file.metadata.num_rows
             else:
-                self._file = pyarrow.feather.read_table(path, memory_map=True)
+                self._file = _arrow_table(path)
                 schema, rows = self._file.schema, self._file.num_rows
         except (pyarrow.ArrowException, OSError) as error:
             raise InputError(f'{path}: not a usable {kind} file ({error})') from error
@@ -166,6 +166,17 @@ class ColumnarTable(Table):
             raise InputError(f'{self.path}: cannot be read ({error})') from error
         return {place: Samples(numbers_of(self.path, self._names[place],
                                           columns[self._names[place]])) for place in places}
+
+
+def _arrow_table(path: Path) -> Any:
+    """Open an Arrow file, or a stream, which the same programs write under the same name."""
+    import pyarrow.feather
+    with path.open('rb') as file:
+        head = file.read(6)
+    if head == b'ARROW1' or head.startswith(b'FEA1'):
+        return pyarrow.feather.read_table(path, memory_map=True)
+    with pyarrow.memory_map(str(path)) as source:
+        return pyarrow.ipc.open_stream(source).read_all()
 
 
 def _arrow_unit(field: Any) -> str:
@@ -197,6 +208,9 @@ class Ros1Table(Table):
                 message = self._reader.deserialize(first[2], first[0].msgtype)
                 for way, unit in _fields(message):
                     name = connection.topic + ''.join(f'/{part}' for part in way)
+                    if way == ('data',):
+                        # A topic of one number: it is the topic's name that tells the unit.
+                        unit = unit or parse_title(connection.topic)[1]
                     found.append(Channel(name, unit, connection.msgcount, connection.topic, True))
                     self._paths.append((connection.topic, way))
         except Exception as error:      # rosbags raises what it likes on a broken file

@@ -115,7 +115,7 @@ class Table(ABC):
         """Return the channels' names in a line."""
         names = [entry.name or '(no title)' for entry in self.channels]
         if not any(entry.name for entry in self.channels):
-            return f'no titles, numbers 0 to {len(names) - 1}'
+            return f'no title, only numbers 0 to {len(names) - 1}'
         more = f' and {len(names) - _SHOWN} more' if len(names) > _SHOWN else ''
         return ', '.join(names[:_SHOWN]) + more
 

@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 TEXT_SUFFIXES = ('.csv', '.txt', '.tsv', '.dat', '.asc')
 _DELIMITERS = (';', '\t', '|', ',', ' ')
 _HEAD = 400                 # lines that are looked at to find delimiter, titles and units
+_REMARKS = 50               # of these, titles stand in
 _HEAD_BYTES = 1 << 20       # bytes that tell the encoding
 _LONGEST_LINE = 1 << 20
 _CHUNK = 1 << 16            # rows that are turned into numbers at once
@@ -160,14 +161,26 @@ def _layout(path: Path) -> _Layout:
     comma = chosen != ' ' and any(_COMMA.match(cell) for row in best for cell in row)
     comma = comma or chosen == ' ' and sum(
         bool(_COMMA.match(cell)) for row in best[-50:] for cell in row) > 0
-    first = next((number for number, row in enumerate(best)
-                  if _is_body(row) and any(cell.strip() for cell in row)
-                  and len(row) in (width, width - 1) and not row[0].lstrip().startswith('#')),
-                 len(best))
+    first = _first(best, width)
     titles, units = _titles(best[:first], width)
     clocks = [clock_seconds(cell) is not None for cell in best[first]] if first < len(best) else []
     return _Layout(encoding, chosen, comma, first, titles, units, clocks,
                    max(width, len(titles)))
+
+
+def _first(rows: list[list[str]], width: int) -> int:
+    """Return the number of the first row of samples; as many as there are if there is none.
+
+    A remark such as `Rate,1000` looks like one as well, but titles or units come below it.
+    """
+    titles = [number for number, row in enumerate(rows[:_REMARKS])
+              if len(row) == width and width > 1 and all(cell.strip() for cell in row)
+              and not any(map(_is_number, row))]
+    below = titles[-1] + 1 if titles else 0
+    return next((number for number, row in enumerate(rows)
+                 if number >= below and _is_body(row) and any(cell.strip() for cell in row)
+                 and len(row) in (width, width - 1) and not row[0].lstrip().startswith('#')),
+                len(rows))
 
 
 def _encoding(path: Path) -> str:

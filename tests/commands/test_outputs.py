@@ -112,6 +112,12 @@ def test_a_file_of_somebody_else_stays(refused, tmp_path, bag, model_file, comma
     assert standing(tmp_path) == before
 
 
+@pytest.mark.parametrize('command', ['diagnose', 'predict', 'identify'])
+def test_an_empty_name_is_no_place(refused, bag, model_file, command):
+    """An unset variable of a script is not the working folder."""
+    refused(command, bag, '--model', model_file, '--out', '', words=['--out is empty'])
+
+
 def test_own_files_are_written_again(engb, tmp_path, bag, model_file):
     for _ in range(2):
         assert engb('predict', bag, '--model', model_file, '--out', 'a.npz').status == 0

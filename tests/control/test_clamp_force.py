@@ -118,3 +118,11 @@ def test_a_bad_mechanism_file_is_refused(tmp_path, change, told):
     path.write_text('\n'.join([*lines, change]))
     with pytest.raises(InputError, match=told):
         read_mechanism(path)
+
+
+def test_a_key_given_twice_in_a_mechanism_file_is_refused(tmp_path):
+    """The later one would win in silence, and the force would be another."""
+    path = tmp_path / 'mechanism.yaml'
+    path.write_text(config_file('mechanism.yaml').read_text() + '\ngear_ratio: 99.0\n')
+    with pytest.raises(InputError, match=r"mechanism.yaml: key 'gear_ratio' is given twice.*line"):
+        read_mechanism(path)

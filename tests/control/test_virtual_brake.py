@@ -82,7 +82,8 @@ def test_effects_come_as_text():
 
 
 @pytest.mark.parametrize('text', ['[1, 2', 'backlash', 'backlash: 3', 'backlash: {gap: wide}',
-                                  'backlash: {gap: .nan}'])
+                                  'backlash: {gap: .nan}', 'backlash: {gap: 1, gap: 2}',
+                                  '{' * 2000])
 def test_bad_effects_are_refused(text):
     with pytest.raises(InputError, match='effects'):
         parse_effects(text)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ast
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -54,6 +55,25 @@ def is_effect(path: Path) -> bool:
 @EACH
 def test_nothing_from_the_floors_above(path):
     assert not imported(tree_of(path)) & FOREIGN
+
+
+def of_the_core(path: Path) -> str:
+    """Return the dotted name of a module."""
+    return '.'.join(path.relative_to(ROOT).with_suffix('').parts).removesuffix('.__init__')
+
+
+def test_the_diagnosis_has_no_circle_of_imports():
+    """Not even for the sake of types: who needs what says so, and can be read alone."""
+    modules = {of_the_core(path): path for path in MODULES}
+    needs = {}
+    for name, path in modules.items():
+        found = {f'{node.module}.{alias.name}' for node in ast.walk(tree_of(path))
+                 if isinstance(node, ast.ImportFrom) and node.module for alias in node.names}
+        found |= {entry.rpartition('.')[0] for entry in found}
+        needs[name] = {entry for entry in found if entry in modules and entry != name
+                       and entry.startswith(('engb_core.diagnose.', 'engb_core.laws.'))}
+    TopologicalSorter({name: needs[name] for name in needs if name.startswith(
+        ('engb_core.diagnose.', 'engb_core.laws.'))}).prepare()
 
 
 @EACH

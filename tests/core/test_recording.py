@@ -136,3 +136,10 @@ def test_a_part_keeps_the_clock():
     np.testing.assert_array_equal(part.position, recording.position[50:100])
     np.testing.assert_array_equal(part.velocity, recording.velocity[50:100])
     assert part.start == recording.start
+
+
+def test_stamps_in_a_wrong_unit_are_told():
+    """Nanoseconds taken for seconds: all samples fall on a few stamps."""
+    time = np.repeat(np.arange(10) * 1e-9, 30)
+    with pytest.raises(InputError, match='9e-09 s in all: check the unit of time'):
+        Recording.from_samples('run', time, time, time)

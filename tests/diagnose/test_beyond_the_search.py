@@ -11,12 +11,12 @@ from engb_core.diagnose import selection, wide_band
 from engb_core.diagnose.cross_entropy import DEARER, middle_of_basin
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.kept_number import kept_numbers, LOAD
+from engb_core.diagnose.multistart import is_rugged, search_around
 from engb_core.diagnose.nominal import CURVATURE
 from engb_core.diagnose.numbers import wrong_numbers
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.rugged import is_rugged, search_around
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select
 from engb_core.diagnose.wide_band import RESONANCE, resonance_beside
@@ -106,12 +106,12 @@ def refitted(recording: Recording, model: Model, held: str | tuple[str, ...]) ->
 def test_the_numbers_that_a_refit_held(loose, model, held, kept):
     """Beside physics that no number explains."""
     file = refitted(loose, model, held)
-    assert kept_numbers(Fitter(problem_of([loose], file))) == kept
+    assert Fitter(problem_of([loose], file)).held == kept
 
 
 def test_a_file_refitted_in_all_its_numbers_kept_none(loose):
     file = refitted(loose, NOMINAL, 'nothing')
-    assert kept_numbers(Fitter(problem_of([loose], file))) == ()
+    assert Fitter(problem_of([loose], file)).held == ()
 
 
 def gap_at(fitter: Fitter, gap: float, inertia: float, friction: float) -> Fit:
@@ -310,6 +310,6 @@ def test_of_two_numbers_that_a_refit_held_both_are_named(inertia, load_gain):
         hypothesis.start_of_numbers(), x_scale='jac').x
     file = replace(hypothesis.corrected(vector), effects=())
     fitter = Fitter(problem_of([recording], file))
-    assert set(fitter.kept) == {'inertia', 'load_gain'}
+    assert set(fitter.held) == {'inertia', 'load_gain'}
     found = wrong_numbers(fitter, fitter.finish(fitter.base()))
     assert {entry.effect for entry in found} == {'inertia_error', 'load_dependent_friction'}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.held_load import numbers_without_load
+from engb_core.diagnose.held_load_curve import numbers_without_load
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of, sharper

@@ -10,8 +10,8 @@ from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.search import physics_effects
-from engb_core.diagnose.twist import with_resonance
 from engb_core.diagnose.wide_band import resonance_beside
+from engb_core.diagnose.wind_up import with_resonance
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import EffectSetting
 

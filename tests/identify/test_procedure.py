@@ -11,8 +11,8 @@ from engb_core.errors import InputError
 from engb_core.identify.procedure import identify
 from engb_core.model import Cogging, Friction, LoadTorque, Model
 from engb_core.recording import Recording
-from engb_core.reproduce.bench import run_experiment
-from engb_core.reproduce.plan import PLAN
+from engb_core.reproduce.in_process import run_experiment
+from engb_core.reproduce.plan import STROKES
 
 from .bench import PAPER, simulate, stroke_reference
 
@@ -120,6 +120,17 @@ def test_recording_without_strokes_is_refused(motion):
         identify([Recording.from_samples('bare', time, position, 0.01 * np.ones_like(time))])
 
 
+def test_strokes_that_meet_no_load_are_told():
+    """A bench that moves to and fro is no brake: its load friction came out as 3.6 ± 2."""
+    found = identify([simulate(stroke_reference(count=2), {'load': (0.0, 0.0, 0.0, 0.0)})])
+    assert not found.load_seen
+    assert found.model.friction.load_gain == 0.0
+    assert np.ptp(found.load_torque(np.linspace(0.0, 20.0, 50))) == 0.0
+    assert found.model.friction.coulomb == pytest.approx(PAPER['coulomb'], rel=0.1)
+    told = found.summary()
+    assert 'no load torque stands out' in told and 'engb model' in told
+
+
 def test_no_recording_is_refused():
     with pytest.raises(InputError):
         identify([])
@@ -158,7 +169,7 @@ def test_a_missed_contact_leaves_no_line_behind():
                                          contact_angle=4.0),
                   friction=Friction(0.014, 0.11, 0.3), cogging=(Cogging(12.0, 4e-3, 0.7),))
     reference = ReferenceSettings(kind='strokes')
-    experiment = replace(next(entry for entry in PLAN if entry.name == 'strokes'), brake=brake,
+    experiment = replace(STROKES, brake=brake,
                          reference=reference, duration=reference.trajectory().duration + 0.3)
     found = identify([run_experiment(experiment, Model())])
     assert [wave.order for wave in found.model.cogging] == [12.0]

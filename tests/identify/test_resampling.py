@@ -7,8 +7,8 @@ from engb_core.errors import InputError
 from engb_core.identify.even_odd import decompose, even_odd
 from engb_core.identify.resampling import (
     by_interpolation,
+    by_mirrored_time,
     by_nearest_neighbour,
-    by_sample_number,
     nearest_neighbour,
     reference_grid,
 )
@@ -62,5 +62,13 @@ def test_load_is_even_and_friction_odd_though_tracking_is_poor(way):
 
 def test_without_resampling_poor_tracking_mixes_load_into_friction():
     one, two = strokes(0.15)
-    parts = decompose(by_sample_number(80, one, two))
+    # Both strokes one after the other, as they were driven; the reference turns between them.
+    time = np.arange(one[0].size + two[0].size, dtype=float)
+    samples = tuple(np.concatenate(pair) for pair in zip(one, two, strict=True))
+    clamp = np.arange(one[0].size)
+    parts = decompose(by_mirrored_time(80, time, clamp, samples, one[0].size - 0.5))
     assert np.abs(-parts.odd - 3.0).max() > 0.5
+    paired = by_mirrored_time(80, time, clamp, samples, one[0].size - 0.5)
+    first = samples[0][:one[0].size]
+    assert paired.release_position[0] == samples[0][-1]
+    assert paired.clamp_position[-1] == first[-1]

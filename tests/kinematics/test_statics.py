@@ -129,7 +129,7 @@ def test_turning_the_other_way_costs_more_torque():
 
 def test_self_locking_is_refused_with_its_reason():
     with pytest.raises(InputError, match='self-locking'):
-        statics.torque_of_clamp_force(CHOSEN, 1000.0, 15.0, 0.43)
+        statics.torque_of_clamp_force(CHOSEN, 1000.0, 15.0, 0.4414)
     with pytest.raises(InputError, match='self-locking'):
         statics.self_energizing_gain(0.3, 0.3)
     holding = replace(CHOSEN, efficiency=0.45)

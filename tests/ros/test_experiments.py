@@ -4,24 +4,54 @@ from dataclasses import replace
 
 import numpy as np
 
+from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.identify.nominal import fit_free_motor
+from engb_core.model import Model
 from engb_core.reproduce import chosen
-from engb_core.reproduce.plan import PLAN
+from engb_core.reproduce.drawn_brakes import draw_brake
+from engb_core.reproduce.plan import plan_of
 from engb_ros import interface
-from engb_ros.experiments import record_experiment
+from engb_ros.experiments import read_experiment, record_experiment
 from engb_ros.files import config_file
+from engb_ros.sealed import sealed
+
+PLAN = {entry.name: entry for entry in plan_of(chosen.FORM)}
 
 
 def test_step_test_on_live_nodes_finds_the_motor(tmp_path):
-    experiment = replace(PLAN[0], duration=2.5)
+    experiment = replace(PLAN['steps'], duration=2.5)
     told = []
     recording = record_experiment(experiment, chosen.NOMINAL, tmp_path / 'steps', 1, told.append)
     assert recording.time.size >= 2500
     assert np.diff(recording.time).max() < 0.01
     assert any('steps' in line for line in told)
     found = fit_free_motor([recording]).values
-    assert abs(found['inertia'] / chosen.MOTOR.inertia - 1.0) < 0.05
+    assert abs(found['inertia'] / chosen.FORM.inertia - 1.0) < 0.05
     assert abs(found['coulomb'] / chosen.COULOMB - 1.0) < 0.1
+
+
+def test_a_sealed_brake_runs_and_observer_and_identifier_listen(tmp_path):
+    """The seal goes to the plant alone; d̂ and the model come from the live nodes."""
+    brake = draw_brake(4)
+    seal = tmp_path / 'brake.sealed'
+    seal.write_text(sealed(brake.to_mapping()))
+    model, bag = tmp_path / 'node.yaml', tmp_path / 'strokes'
+    start = chosen.NOMINAL
+    recording = record_experiment(PLAN['strokes'], start, bag, 1, lambda line: None, sealed=seal,
+                                  identified=model)
+    # Sample for sample what the observer says of the recorded samples: it is causal.
+    expected = DisturbanceObserver(start.motor).filter(recording.time, recording.velocity,
+                                                       recording.effort)
+    seen = recording.signals['disturbance'].at(recording.time)
+    assert np.abs(seen - expected)[500:].max() < 1e-6
+    assert recording.signals['load_cell'].value.max() > 500.0
+    again = read_experiment(bag)
+    assert np.array_equal(again.position, recording.position)
+    # In the drive's units; its torque constant is another than the motor's.
+    scale = brake.assumed_torque_constant / brake.torque_constant
+    found = Model.read(model)
+    assert abs(found.friction.coulomb / (scale * brake.coulomb) - 1.0) < 0.05
+    assert abs(found.motor.inertia / (scale * brake.inertia) - 1.0) < 0.1
 
 
 def test_excitation_lets_go_of_a_motor_that_runs_away(runner, probe):

@@ -5,7 +5,9 @@ import pytest
 from scipy.io import savemat
 
 from engb_core.errors import InputError
+from engb_ros.tables.measure import measured_of
 from engb_ros.tables.open import open_table
+from engb_ros.tables.request import Request
 
 
 def read_table(path, columns):
@@ -90,3 +92,19 @@ def test_npz_errors(tmp_path):
         read_table(tmp_path / 'none.csv', {'x': 'q'})
     with pytest.raises(InputError, match='folder'):
         read_table(tmp_path, {'x': 'q'})
+
+
+def test_without_titles_the_usual_order_is_proposed(tmp_path):
+    path = tmp_path / 'bare.csv'
+    path.write_text(''.join(f'{n / 1000:.3f},{n % 7},{n % 3}\n' for n in range(100)))
+    with pytest.raises(InputError, match='--column position=1 --column effort=2 --column time=0'):
+        measured_of(path, Request())
+
+
+def test_a_current_taken_as_a_torque_is_told(tmp_path):
+    path = tmp_path / 'bench.csv'
+    path.write_text('t,phi,current\n' + ''.join(
+        f'{n / 1000:.3f},{n % 7},{n % 3}\n' for n in range(100)))
+    columns = {'time': 't', 'position': 'phi', 'effort': 'current'}
+    measured, _ = measured_of(path, Request(columns=columns, plain_is_si=True))
+    assert '--torque-constant' in measured.told[-1]

@@ -76,6 +76,43 @@ def arrow(path):
                           str(path))
 
 
+def arrow_stream(path):
+    pa = pytest.importorskip('pyarrow')
+    table = pa.table({'time_ms': 1e3 * TIME, 'phi_deg': ANGLE, 'I_A': CURRENT})
+    with pa.ipc.new_stream(str(path), table.schema) as writer:
+        writer.write_table(table)
+
+
+def ros1_numbers(path):
+    """A topic a number, of two rates; the units stand in the topics' names."""
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import get_typestore, Stores
+    store, name = get_typestore(Stores.ROS1_NOETIC), 'std_msgs/msg/Float64'
+    with Writer(path) as writer:
+        for topic, times, values in (('/motor/angle_deg', TIME, ANGLE),
+                                     ('/motor/current_A', TIME[::7], CURRENT[::7])):
+            connection = writer.add_connection(topic, name, typestore=store)
+            for time, value in zip(times, values, strict=True):
+                writer.write(connection, 1_700_000_000_000_000_000 + int(np.rint(1e9 * time)),
+                             store.serialize_ros1(store.types[name](value), name))
+
+
+def simulink(path):
+    """What a Scope block logs as a structure with time: an array of structs with labels."""
+    from scipy.io import savemat
+    signals = np.zeros(2, [('values', object), ('label', object)])
+    signals[0], signals[1] = (ANGLE, 'phi [deg]'), (CURRENT, 'I [A]')
+    savemat(path, {'ScopeData': {'time': TIME, 'signals': signals}})
+
+
+def logger(path):
+    """Remarks above the titles look like rows of samples."""
+    rows = ['Logger 7', 'Date,2026-01-01', 'Rate,1000', 'Offset,0,', '', 'X,Angle,Current',
+            's,deg,A']
+    rows += [f'{t:.4e},{a:.8e},{i:.8e}' for t, a, i in zip(TIME, ANGLE, CURRENT, strict=True)]
+    path.write_text('\n'.join(rows) + '\n')
+
+
 def hdf5(path):
     h5py = pytest.importorskip('h5py')
     with h5py.File(path, 'w') as file:
@@ -109,7 +146,8 @@ def iso(path):
 @pytest.mark.parametrize(('write', 'name'), [
     (mdf, 'a.mf4'), (mdf3, 'a.mdf'), (mat73, 'a.mat'), (ros1, 'a.bag'),
     (tdms, 'a.tdms'), (parquet, 'a.parquet'), (arrow, 'a.arrow'),
-    (hdf5, 'a.h5'), (mat5, 'a.mat'), (plotjuggler, 'a.csv'), (iso, 'a.csv')])
+    (hdf5, 'a.h5'), (mat5, 'a.mat'), (plotjuggler, 'a.csv'), (iso, 'a.csv'),
+    (arrow_stream, 'a.arrow'), (ros1_numbers, 'a.bag'), (simulink, 'a.mat'), (logger, 'a.csv')])
 def test_read_alike(tmp_path, write, name):
     path = tmp_path / name
     write(path)

@@ -1,0 +1,108 @@
+"""Where a diagnosis gets its nominal model from: a model file, a robot's joint, a simulator."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from engb_core.errors import InputError
+from engb_ros.commands.inputs import read_inputs
+
+if TYPE_CHECKING:
+    from engb_core.model import Joint, Model
+    from engb_core.recording import Recording
+    from engb_ros.tables.request import Request
+
+__all__ = ['SURROGATE', 'Simulator', 'add_nominal', 'model_given', 'simulator_of',
+           'simulator_paths']
+
+SURROGATE = 'surrogate.yaml'
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """What stands for somebody's simulator, and what is to be told of it, a sentence each."""
+
+    model: Model
+    told: tuple[str, ...]
+
+
+def add_nominal(parser: argparse.ArgumentParser) -> None:
+    """Add --model, --joint, --simulated, --fmu and --fmu-variable."""
+    group = parser.add_argument_group(
+        'nominal model', 'what the recordings are compared with; without any of these a first '
+        'model is made of the recordings')
+    which = group.add_mutually_exclusive_group()
+    which.add_argument('--model', metavar='MODEL', help='a model file (.yaml), or a joint of a '
+                       'MuJoCo model (.xml, .mjcf) or a .urdf')
+    which.add_argument('--simulated', nargs='+', metavar='RECORDING', help='recordings or tables '
+                       'that your simulator made: the result says what it lacks')
+    which.add_argument('--fmu', metavar='FILE.fmu', help='your simulator as an FMU (FMI 2 or 3, '
+                       'co-simulation; needs FMPy): it is driven along the recorded motion')
+    group.add_argument('--joint', metavar='NAME', help='which joint of an .xml or .urdf')
+    group.add_argument('--fmu-variable', nargs='+', action='extend', default=[],
+                       metavar='ROLE=NAME', help='which variable of the FMU is what: '
+                       'effort=NAME position=NAME')
+
+
+def model_given(arguments: argparse.Namespace) -> tuple[Model | None, tuple[str, ...]]:
+    """Return the model that --model names, and what of its file it does not hold.
+
+    Raises:
+        InputError: it can't be read.
+    """
+    from engb_core.model import Model
+    from engb_core.simulated.joint_files import JOINT_FILES, model_of_joint
+    path = arguments.model
+    if path is None:
+        return None, ()
+    if Path(path).suffix.lower() not in JOINT_FILES:
+        return Model.read(path), ()
+    model, lacks = model_of_joint(path, arguments.joint)
+    return model, tuple(f'{Path(path).name}: not taken over: {line}' for line in lacks)
+
+
+def simulator_paths(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """Return the files of the simulator that the options name; none: there is no simulator."""
+    return tuple(arguments.simulated or ()) + ((arguments.fmu,) if arguments.fmu else ())
+
+
+def simulator_of(arguments: argparse.Namespace, real: Sequence[Recording], joint: Joint,
+                 request: Request, progress: Callable[[str], None]) -> Simulator:
+    """Return the model that stands for the simulator of --simulated or --fmu.
+
+    Raises:
+        InputError: it can't be read or run, or moves too little.
+    """
+    from engb_core.simulated.clock_match import clock_match
+    from engb_core.simulated.surrogate import surrogate_of
+    if arguments.fmu:
+        from engb_core.simulated.fmu_drive import recording_of_fmu
+        simulated = [recording_of_fmu(arguments.fmu, run, _variables(arguments), progress)
+                     for run in real]
+        told: list[str] = [f'{Path(arguments.fmu).name} was driven along the recorded motion.']
+    else:
+        inputs = read_inputs(arguments.simulated, None, None, progress, request)
+        simulated, told = list(inputs.recordings), list(inputs.told)
+    surrogate = surrogate_of(simulated, real, joint, request.torque_constant, progress)
+    if not arguments.fmu:
+        units = ('rad', 'N·m') if joint.type == 'revolute' else ('m', 'N')
+        for run in real:
+            for other in simulated:
+                match = clock_match(run, other)
+                if match is not None:
+                    told.append(match.statement(run.name, f'the simulated {other.name}', *units))
+    return Simulator(surrogate.model, (*told, *surrogate.told()))
+
+
+def _variables(arguments: argparse.Namespace) -> dict[str, str]:
+    found = {}
+    for text in arguments.fmu_variable:
+        role, _, name = text.partition('=')
+        if role not in ('effort', 'position') or not name:
+            raise InputError(f'--fmu-variable {text}: write effort=NAME or position=NAME')
+        found[role] = name
+    return found

@@ -1,0 +1,46 @@
+"""The documentation builds as a site without a warning, and leaves no page and no effect out."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+from engb_core.effects.catalogue import catalogue
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope='module')
+def site():
+    specification = importlib.util.spec_from_file_location('make_site', ROOT / 'docs/make_site.py')
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def test_every_page_and_every_effect_is_in_it(site):
+    index = site.index_page().splitlines()
+    for path in (ROOT / 'docs').glob('*.md'):
+        assert path.stem in index
+    text = site.effects_page()
+    for effect in catalogue().values():
+        if effect.stages:
+            assert f'`{effect.id}`' in text and effect.equation in text
+
+
+def test_the_chapter_of_the_readme_is_taken_whole(site):
+    assert site.diagnosis_page().count('\n1. ') == 1 and '**Parsimony.**' in site.diagnosis_page()
+
+
+@pytest.mark.slow
+def test_it_builds_without_a_warning(tmp_path):
+    pytest.importorskip('sphinx', reason='sphinx is not installed (make docs)')
+    pytest.importorskip('myst_parser', reason='myst-parser is not installed (make docs)')
+    made = subprocess.run([sys.executable, str(ROOT / 'docs' / 'make_site.py'),
+                           str(tmp_path / 'site')], capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    assert (tmp_path / 'site' / 'api.html').exists()
