@@ -69,7 +69,8 @@ def read(path: str | os.PathLike[str], model: Model | None = None) -> Run:
                          'engb_ros anew (pip install -e .), or give arrays to engb.Recording')
     if not Path(path).exists():
         raise InputError(f'{path}: there is no such file or folder')
-    return readers[0].load()(path, model)
+    found: Run = readers[0].load()(path, model)
+    return found
 
 
 def load_model(path: str | os.PathLike[str]) -> Model:

@@ -144,7 +144,8 @@ class VirtualBrake:
         self.samples += 1
         time = self.samples * self.period
         bench = self._bench
-        torque = self.torque if bench is None else bench.effort
+        torque = (self._plant.measured_effort(self.torque, self.period)
+                  if isinstance(self._plant, BrakePlant) else self._plant.effort)
         position, velocity, effort = self._sensors.measure(time, self._plant.position, torque)
         if bench is None:
             return Measurement(time, position, velocity, effort, disc_speed, temperature)

@@ -52,8 +52,11 @@ class AbsentLoad:
         """Whether the load is to be told rather than `explanation`: that leaves more of the
         mismatch, or is itself no more than a description without a name."""
         fit = explanation.fit
-        return (explanation.table is not None
-                or any(variant.effect.unnamed for variant in fit.hypothesis.variants)
+        unnamed = [variant.effect.unnamed for variant in fit.hypothesis.variants]
+        if unnamed and not any(unnamed):
+            # Physics with a name, which no description of its rest makes less of.
+            return self.left < _weighted(fitter, fit.residual)
+        return (explanation.table is not None or any(unnamed)
                 or self.left < _weighted(fitter, fit.residual))
 
     def unexplained(self, fitter: Fitter) -> Unexplained:

@@ -14,6 +14,7 @@ from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
+from engb_core.diagnose.effort_scale import with_effort_scale
 from engb_core.diagnose.evidence import (
     evidence_of,
     pooled,
@@ -24,6 +25,7 @@ from engb_core.diagnose.evidence import (
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
     load_shape_finding,
@@ -155,7 +157,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         return problem, _judged(settled, tell, threads, earlier)
 
     problem, outcome = judged(0.0)
-    lag = sum(entry.parameters.get('lag', 0.0) for entry in outcome.corrected.effects)
+    lag = _lateness(outcome.corrected)
     if lag < SHORTEST_LAG:
         return problem, outcome
     tell('judging once more without what comes too late before a stop')
@@ -163,8 +165,13 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         again = judged(LATE * lag, outcome.fitter)
     except InputError:
         return problem, outcome
-    still = any('lag' in entry.parameters for entry in again[1].corrected.effects)
-    return again if still else (problem, outcome)
+    return again if _lateness(again[1].corrected) > 0.0 else (problem, outcome)
+
+
+def _lateness(model: Model) -> float:
+    """Return by how much torque comes late [s], which nothing of a late measurement is."""
+    return sum(entry.parameters.get('lag', 0.0) for entry in model.effects
+               if get_effect(entry.effect).lead is not None)
 
 
 @dataclass(frozen=True)
@@ -203,7 +210,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
             fitter, nominal, selection = free, free.nominal(), select(search(free, tell))
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('asking whether an effect begins within the recordings')
-        selection = with_onset(fitter, selection)
+        selection = with_effort_scale(fitter, with_onset(fitter, selection))
     tell('refining')
     chosen = selection.chosen
     if is_rugged(chosen):
@@ -217,6 +224,9 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, explanation.fit)
+        grows = missing_load_friction(fitter, explanation.fit)
+        if grows is not None and all(entry.effect != grows.effect for entry in numbers):
+            numbers.append(grows)
         shape = load_shape_finding(fitter, explanation.fit)
         numbers += [] if shape is None else [shape]
         tell('taking the numbers from a sharper motion')

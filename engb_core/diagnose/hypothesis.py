@@ -268,8 +268,9 @@ class Hypothesis:
             if variant.effect.only_here:
                 continue
             values = self.named(vector, index, run)
-            if 'phase' in values:
-                values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)
+            for parameter in variant.effect.parameters:
+                if parameter.kind == 'phase':
+                    values[parameter.name] = math.remainder(values[parameter.name], 2.0 * math.pi)
             settings.append(EffectSetting(variant.effect.id, values)
                             if variant.effect.written is None else variant.effect.written(values))
         return replace(model, effects=(*given, *settings))

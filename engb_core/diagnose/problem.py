@@ -269,7 +269,8 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         effective_load=float(np.sum(loads ** 3) / max(np.sum(loads ** 2), 1e-30)),
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
-        joint_type=model.joint.type)
+        joint_type=model.joint.type,
+        commanded=all(motion.commanded is not None for motion in motions))
 
 
 def _moves(motion: Motion) -> NDArray[np.bool_]:
@@ -343,6 +344,10 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
     # Above the corner of the low-pass second differences are blind to what the motion needs.
     low = low_passed_noise(motion, comparison, max(1, round(0.8 / bandwidth / motion.step)))
     resolution = float(np.median(np.abs(recording.effort))) * 1e-4
+    if motion.commanded is not None:
+        # A command's noise is what counts make of it, which a standing one does not show.
+        resolution = (motion.commanded.law.gain * motion.quantum / np.sqrt(12.0)
+                      * comparison.noise_gain_whole)
     if low is None:
         left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
         low = max(noise_of(recording.effort) * comparison.noise_gain_whole,

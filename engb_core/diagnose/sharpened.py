@@ -94,7 +94,8 @@ def _best_form(fitter: Fitter, fit: Fit) -> Fit:
             continue
         # Of the effect as its file has it: the variant's own has been scaled to the stroke.
         for form in variants_of(get_effect(variant.effect.id), fitter.problem.scene):
-            if form.constants == variant.constants:
+            if form.constants == variant.constants \
+                    or len(form.effect.parameters) != len(variant.effect.parameters):
                 continue
             variants = list(best.hypothesis.variants)
             variants[index] = form

@@ -76,7 +76,8 @@ class Expressions:
         found = getattr(self, f'_{type(node).__name__.lower()}', None)
         if found is None:
             raise self.fail(node, f'{type(node).__name__} is not translated to C')
-        return found(node)
+        made: Value = found(node)
+        return made
 
     def array(self, node: ast.expr) -> tuple[str, Array]:
         """Return the name of an array and its kind."""

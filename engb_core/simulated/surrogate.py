@@ -50,7 +50,7 @@ class Surrogate:
         lines = ['The simulator was described by a model of its own recording (a surrogate), '
                  f'which misses {self.remainder:.3g} {unit} rms of its effort'
                  + ('.' if self.noise is None else
-                    f'; noise as in the real recording is {self.noise:.3g} of that.')]
+                    f'; noise as in the real recording would leave {self.noise:.3g}.')]
         if held:
             lines.append('The simulator holds already: ' + ' '.join(held))
         if self.diagnosis.unexplained is not None and self.diagnosis.unexplained.share > 0.0:

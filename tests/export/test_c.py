@@ -27,8 +27,8 @@ from .machines import compiled_library, differs, machines, run_in_c, simulated
 
 MACHINES = machines()
 QUICK = ('rich', 'load_hysteresis', 'law_friction_gain')
-# They act on what is recorded, not in the brake.
-NOT_IN_IT = ('sampling_delay',)
+# They act on what is recorded or on a loop round the brake, not in it.
+NOT_IN_IT = ('sampling_delay', 'command_delay', 'command_rate_limit', 'effort_measurement_lag')
 
 
 @pytest.mark.parametrize('name', [pytest.param(
