@@ -18,6 +18,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from engb_core.bench.sensors import SensorSettings  # noqa: E402
+from engb_core.bench.virtual_brake import DriveSettings, Profile, VirtualBrake  # noqa: E402
 from engb_core.control.loop import LoopSettings, PositionLoop  # noqa: E402
 from engb_core.control.pid import PidGains  # noqa: E402
 from engb_core.control.trajectory import TrajectoryBuilder  # noqa: E402
@@ -27,16 +29,14 @@ from engb_core.diagnose.problem import problem_of  # noqa: E402
 from engb_core.effects.base import Effect  # noqa: E402
 from engb_core.effects.catalogue import catalogue  # noqa: E402
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model  # noqa: E402
-from engb_core.plant import physics_of  # noqa: E402
+from engb_core.physics.plant import physics_of  # noqa: E402
+from engb_core.physics.simulation import simulate_closed_loop  # noqa: E402
 from engb_core.prediction import find_phases  # noqa: E402
 from engb_core.recording import Recording, Reference, Signal  # noqa: E402
 from engb_core.report.effect_pictures import effect_pictures  # noqa: E402
 from engb_core.report.layout import Page  # noqa: E402
 from engb_core.report.pictures import Units  # noqa: E402
 from engb_core.report.text import Html  # noqa: E402
-from engb_core.sensors import SensorSettings  # noqa: E402
-from engb_core.simulation import simulate_closed_loop  # noqa: E402
-from engb_core.virtual_brake import DriveSettings, Profile, VirtualBrake  # noqa: E402
 
 NOMINAL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
                 friction=Friction(0.012, 0.11, 0.5),

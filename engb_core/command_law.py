@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 
 from engb_core.effects.base import POSITION, REFERENCE
-from engb_core.plant import Physics
+from engb_core.physics.plant import Physics
+from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
-from engb_core.sample_table import sample_table
 
 __all__ = ['Commanded', 'CommandLaw', 'command_law', 'commanded_of']
 

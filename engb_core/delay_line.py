@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from engb_core.compiled import compiled
 from engb_core.effects.base import STATE_SIZE
+from engb_core.physics.compiled import compiled
 
 __all__ = ['delayed']
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, maximum_filter1d
 
 from engb_core.command_law import Commanded, CommandLaw
-from engb_core.compiled import PARAMETER_SIZE
 from engb_core.effects.base import (
     DIRECTION,
     Effect,
@@ -30,13 +29,14 @@ from engb_core.effects.base import (
 )
 from engb_core.effects.catalogue import get_effect, registered
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import effort_of_motion, measured
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
-from engb_core.motion import gaussian_kernel
-from engb_core.plant import physics_of, setting_values
+from engb_core.physics.compiled import PARAMETER_SIZE
+from engb_core.physics.inverse_dynamics import effort_of_motion, measured
+from engb_core.physics.plant import physics_of, setting_values
+from engb_core.physics.sample_table import sample_table
+from engb_core.physics.simulation import simulate_closed_loop
 from engb_core.recording import Recording, Reference, Signal
-from engb_core.sample_table import sample_table
-from engb_core.simulation import simulate_closed_loop
+from engb_core.signals.motion import gaussian_kernel
 
 __all__ = ['FLOOR', 'MODEL', 'RATE', 'TICK', 'TOLERANCE', 'compared', 'effort_needed',
            'faults_of_effect', 'simulated_loop', 'with_effect']

@@ -166,7 +166,7 @@ def simulate(recording: Run, model: Model) -> tuple[Array, Array]:
     Raises:
         InputError: the recording has no reference, or the model no controller.
     """
-    from engb_core.simulation import simulate_closed_loop
+    from engb_core.physics.simulation import simulate_closed_loop
     return simulate_closed_loop(recording, model)
 
 

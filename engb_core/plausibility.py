@@ -28,11 +28,11 @@ from numpy.typing import NDArray
 
 from engb_core.command_law import command_law
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
-from engb_core.motion import Motion, motion_of
-from engb_core.plant import load_torques, nominal_vector, physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import load_torques, nominal_vector, physics_of
 from engb_core.recording import Recording
+from engb_core.signals.motion import Motion, motion_of
 
 __all__ = ['Plausibility', 'refuse_implausible']
 

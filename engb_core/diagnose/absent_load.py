@@ -21,7 +21,7 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.model import Model
-from engb_core.plant import load_torques, nominal_vector, physics_of
+from engb_core.physics.plant import load_torques, nominal_vector, physics_of
 
 __all__ = ['AbsentLoad', 'absent_load']
 

@@ -15,7 +15,7 @@ from engb_core.diagnose.nominal import DELAY, NominalNumber, with_numbers
 from engb_core.diagnose.onset import Onset
 from engb_core.effects.base import Effect, Parameter, Scene
 from engb_core.model import EffectSetting, Model
-from engb_core.plant import effects_of, Physics, physics_of, with_values
+from engb_core.physics.plant import effects_of, Physics, physics_of, with_values
 
 __all__ = ['Hypothesis', 'Variant', 'variants_of']
 

@@ -8,7 +8,7 @@ import math
 from engb_core.effects.base import Scene
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_SHAPE
 from engb_core.model import EffectSetting, Model
-from engb_core.plant import (
+from engb_core.physics.plant import (
     N_AMPLITUDE,
     N_CONTACT,
     N_COULOMB,

@@ -14,7 +14,11 @@ from engb_core.diagnose.position_noise import position_noise
 from engb_core.diagnose.side_by_side import OwnSamples
 from engb_core.effects.base import Scene
 from engb_core.errors import InputError
-from engb_core.filtering import (
+from engb_core.model import Model
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import load_torques, nominal_vector, Physics, physics_of
+from engb_core.recording import Recording
+from engb_core.signals.filtering import (
     Comparison,
     comparison_of,
     low_passed_noise,
@@ -22,14 +26,10 @@ from engb_core.filtering import (
     noise_of,
     slowest_speed,
 )
-from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.model import Model
-from engb_core.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
-from engb_core.motion_band import COMPARED, told_up_to
-from engb_core.plant import load_torques, nominal_vector, Physics, physics_of
-from engb_core.position_error import effort_of_recording
-from engb_core.recording import Recording
-from engb_core.sharp_motion import sharp_motion_of
+from engb_core.signals.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
+from engb_core.signals.motion_band import COMPARED, told_up_to
+from engb_core.signals.position_error import effort_of_recording
+from engb_core.signals.sharp_motion import sharp_motion_of
 
 __all__ = ['Problem', 'Run', 'problem_of', 'sharper']
 

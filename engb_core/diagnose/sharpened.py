@@ -23,8 +23,8 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
-from engb_core.motion import MOTION_BANDWIDTH
-from engb_core.sharp_motion import MOST_OF_RATE
+from engb_core.signals.motion import MOTION_BANDWIDTH
+from engb_core.signals.sharp_motion import MOST_OF_RATE
 
 __all__ = ['Sharpened', 'explained_problem', 'sharpened']
 

@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.orders import leading_orders
 from engb_core.effects.base import Effect
-from engb_core.position_error import effort_of_recording
+from engb_core.signals.position_error import effort_of_recording
 
 __all__ = ['settings_from_residual', 'strongest_frequency']
 

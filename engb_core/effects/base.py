@@ -28,8 +28,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 import re
 
-from engb_core.compiled import EffectFunction
 from engb_core.model import EffectSetting
+from engb_core.physics.compiled import EffectFunction
 
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
            'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'NUMBER_OFF', 'PAD_TEMPERATURE', 'POSITION',

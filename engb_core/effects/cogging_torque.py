@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 import math
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, Parameter, POSITION
-from engb_core.harmonics import toothed_wave
+from engb_core.physics.compiled import effect_function
+from engb_core.physics.harmonics import toothed_wave
 
 # A motor's slots, its poles and the teeth of a gear repeat at orders that have nothing to do with
 # one another: so many more than one, each with a size, an order and a phase of its own.

@@ -1,8 +1,8 @@
 """The drive acts on its set-point later than it is recorded."""
 
-from engb_core.compiled import effect_function
 from engb_core.delay_line import delayed
 from engb_core.effects.base import Effect, Parameter, REFERENCE, TIME_STEP
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

@@ -2,8 +2,8 @@
 
 import math
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, Parameter, REFERENCE, TIME, TIME_STEP
+from engb_core.physics.compiled import effect_function
 
 # Place in the state: the set-point on which the drive acted last.
 _ACTED = 0

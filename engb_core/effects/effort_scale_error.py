@@ -1,7 +1,7 @@
 """Effort is off by one factor: torque constant, gear ratio, or what a drive calls torque."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, EFFORT, NUMBER_OFF, Parameter
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

@@ -9,17 +9,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from engb_core import plant
-from engb_core.compiled import PARAMETER_SIZE
 from engb_core.effects import base
 from engb_core.effects.base import Effect, SAMPLE_SIZE, STAGES, STATE_SIZE
 from engb_core.export.expressions import number
 from engb_core.export.kinds import Array, LONG, REAL, TABLE
 from engb_core.export.translate import helpers_of, Translator
-from engb_core.load_friction import load_friction_gain
 from engb_core.model import Model
-from engb_core.plant import ACTUATION_STAGE, effects_of, NOMINAL_SIZE, Physics, physics_of
-from engb_core.simulation import advance_steps, INNER_STEP
+from engb_core.physics import plant
+from engb_core.physics.compiled import PARAMETER_SIZE
+from engb_core.physics.load_friction import load_friction_gain
+from engb_core.physics.plant import ACTUATION_STAGE, effects_of, NOMINAL_SIZE, Physics, physics_of
+from engb_core.physics.simulation import advance_steps, INNER_STEP
 
 __all__ = ['CModel', 'Quantity', 'c_model', 'feedforward_header']
 

@@ -9,9 +9,9 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from engb_core import compiled
 from engb_core.errors import InputError
 from engb_core.export.kinds import Array, joined, Kind, LONG, REAL, TABLE
+from engb_core.physics import compiled
 
 if TYPE_CHECKING:
     from engb_core.export.translate import Translator

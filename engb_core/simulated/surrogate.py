@@ -17,10 +17,10 @@ import numpy as np
 
 from engb_core.diagnose.diagnosis import Diagnosis
 from engb_core.diagnose.engine import diagnose
-from engb_core.filtering import noise_of
 from engb_core.identify.first_model import first_model
 from engb_core.model import Joint, Model
 from engb_core.recording import Recording
+from engb_core.signals.filtering import noise_of
 
 __all__ = ['Surrogate', 'surrogate_of']
 

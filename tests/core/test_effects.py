@@ -35,9 +35,9 @@ from engb_core.effects.base import (
 )
 from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
 
 from .loops import drawn, looped, model_with, nothing, numbers
 
@@ -264,7 +264,7 @@ def test_effects_add_up():
 def test_without_numba_the_same_numbers(tmp_path):
     """Plain Python runs the same functions; nothing may depend on the compiler."""
     script = ('import sys; sys.modules["numba"] = None\n'
-              'from engb_core.compiled import COMPILED; assert not COMPILED\n'
+              'from engb_core.physics.compiled import COMPILED; assert not COMPILED\n'
               'import numpy; from tests.core.loops import numbers\n'
               'numpy.savez(sys.argv[1], **numbers())')
     done = subprocess.run([sys.executable, '-c', script, str(tmp_path / 'plain.npz')], cwd=ROOT,

@@ -2,10 +2,10 @@
 
 import pytest
 
+from engb_core.bench.sensors import SensorSettings
+from engb_core.bench.virtual_brake import VirtualBrake
 from engb_core.diagnose.engine import diagnose
 from engb_core.model import Friction, LoadTorque, Model
-from engb_core.sensors import SensorSettings
-from engb_core.virtual_brake import VirtualBrake
 from tests.diagnose.simulated_brake import brake_with, lively, NOMINAL
 
 QUIET = SensorSettings(effort_noise=0.0, effort_resolution=0.0)

@@ -13,7 +13,7 @@ from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.search import with_variant
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model, Motor
-from engb_core.plant import physics_of
+from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
 
 # A motor on its own.

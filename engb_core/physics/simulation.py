@@ -11,8 +11,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import call_effect, compiled, kernel
-from engb_core.dry_friction import friction_gain
 from engb_core.effects.base import (
     ACCELERATION,
     DIRECTION,
@@ -32,7 +30,9 @@ from engb_core.effects.base import (
 )
 from engb_core.errors import InputError
 from engb_core.model import Controller, Model
-from engb_core.plant import (
+from engb_core.physics.compiled import call_effect, compiled, kernel
+from engb_core.physics.dry_friction import friction_gain
+from engb_core.physics.plant import (
     load_torque,
     N_COULOMB,
     N_INERTIA,

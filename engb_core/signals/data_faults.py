@@ -16,8 +16,8 @@ from scipy.stats import norm
 
 from engb_core.command_law import command_law
 from engb_core.model import Model
-from engb_core.motion import CUT_OFF, quantum_of
 from engb_core.recording import Recording, Signal
+from engb_core.signals.motion import CUT_OFF, quantum_of
 
 __all__ = ['DataFault', 'cleaned']
 

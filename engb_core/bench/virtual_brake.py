@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import math
 from typing import NamedTuple, TYPE_CHECKING
 
+from engb_core.bench.sensors import SensorChain, SensorSettings
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
-from engb_core.sensors import SensorChain, SensorSettings
-from engb_core.simulation import BrakePlant
+from engb_core.physics.simulation import BrakePlant
 from engb_core.yaml_text import load_yaml, shown
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.ndimage import convolve1d, maximum_filter1d
 
 from engb_core.command_law import Commanded, commanded_of
+from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
-from engb_core.sample_table import sample_table
 
 __all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered',
            'gaussian_kernel', 'motion_of', 'quantum_of', 'without_counts']

@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import EffectFunction, kernel, row_of
 from engb_core.effects.base import ACCELERATION, EFFORT, INERTIA, POSITION, TORQUE, VELOCITY
-from engb_core.plant import N_DELAY, Physics, torque_without_inertia
+from engb_core.physics.compiled import EffectFunction, kernel, row_of
+from engb_core.physics.plant import N_DELAY, Physics, torque_without_inertia
 
 __all__ = ['effort_of_motion', 'measured']
 

@@ -22,11 +22,11 @@ from engb_core.effects.base import (
     TORQUE,
     VELOCITY,
 )
-from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.motion import filtered, gaussian_kernel, Motion, without_counts
-from engb_core.plant import Physics
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
-from engb_core.sharp_motion import ORDER
+from engb_core.signals.motion import filtered, gaussian_kernel, Motion, without_counts
+from engb_core.signals.sharp_motion import ORDER
 
 __all__ = ['at_recorded_samples', 'carried', 'effort_of_recording']
 
