@@ -129,8 +129,8 @@ def nearest_told(fitter: Fitter, told: Sharpened, nearest: Nearest, unexplained:
     if described < nearest.candidate.score.level:
         return unexplained
     names = depends_on(nearest.candidate)
-    after = f'; what changes with {said_names(names)} predicts most of it, but no form that was ' \
-        f'tried explains more than {100.0 * nearest.explained:.0f} %.'
+    after = f'; of all forms that were tried one over {said_names(names)} predicts it best, but ' \
+        f'explains only {100.0 * nearest.explained:.0f} % of it.'
     return replace(unexplained, depends_on=names, memory=nearest.memory,
                    statement=unexplained.statement.removesuffix('.') + after)
 

@@ -28,6 +28,7 @@ exit status 0. Status 2 and one line on standard error: there is no diagnosis to
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 import textwrap
@@ -135,7 +136,7 @@ def run(arguments: argparse.Namespace) -> None:
         write_results(scratch, diagnosis)
     if simulator:
         print(f'your simulator is described by {SURROGATE}; what is named here it lacks:')
-    print(summary(diagnosis))
+    print(summary(diagnosis, said=notes))
     out = printable(arguments.out)
     print(f'report: {Path(out) / REPORT}')
     if diagnosis.next_experiment is not None and diagnosis.next_experiment.time is not None:
@@ -162,8 +163,8 @@ def write_experiment(path: Path, proposal: NextExperiment) -> None:
             file.write(f'{time:.6g},{position:.9g}\n')
 
 
-def summary(diagnosis: Diagnosis) -> str:
-    """Return the diagnosis in a few lines of text."""
+def summary(diagnosis: Diagnosis, said: Sequence[str] = ()) -> str:
+    """Return the diagnosis in a few lines of text, without notes that were `said` before."""
     lines = [VERDICTS.get(diagnosis.verdict, diagnosis.verdict) + _of_the_floor(diagnosis)]
     for number, finding in enumerate(diagnosis.effects, 1):
         doubt = ', rather not' if finding.probability < EVEN else ''
@@ -184,6 +185,8 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.append(f'   {entry.recording} {entry.quantity}: {entry.rms_before:.3g} → '
                      f'{entry.rms_after:.3g} {entry.unit}{floor}')
     for note in diagnosis.evidence.notes:
+        if note in said:
+            continue
         lines.extend(_wrapped(f'note: {note}', ''))
     if diagnosis.next_experiment is not None:
         lines.extend(_wrapped(f'next: {diagnosis.next_experiment.reason}', ''))

@@ -327,7 +327,12 @@ def _sentence(table: Table, role: str, place: int, unit: Unit, request: Request)
     text = f'{role}: column {printable(channel.name) or place}'
     if unit is _SI:
         factor = request.scale.get(role)
-        return text + (f', times {factor:g}' if factor else ', as it is')
+        if factor:
+            return f'{text}, times {factor:g}'
+        # A title that says current, and nobody said a unit.
+        doubt = (' (taken as a torque in N·m; of a current give --unit effort=A and '
+                 '--torque-constant)' if role == 'effort' and is_current(channel) else '')
+        return f'{text}, as it is{doubt}'
     written = request.units.get(role) or channel.unit
     if not written:
         text += f', taken as {_spelt(unit)}'

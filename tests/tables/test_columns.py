@@ -99,3 +99,12 @@ def test_without_titles_the_usual_order_is_proposed(tmp_path):
     path.write_text(''.join(f'{n / 1000:.3f},{n % 7},{n % 3}\n' for n in range(100)))
     with pytest.raises(InputError, match='--column position=1 --column effort=2 --column time=0'):
         measured_of(path, Request())
+
+
+def test_a_current_taken_as_a_torque_is_told(tmp_path):
+    path = tmp_path / 'bench.csv'
+    path.write_text('t,phi,current\n' + ''.join(
+        f'{n / 1000:.3f},{n % 7},{n % 3}\n' for n in range(100)))
+    columns = {'time': 't', 'position': 'phi', 'effort': 'current'}
+    measured, _ = measured_of(path, Request(columns=columns, plain_is_si=True))
+    assert '--torque-constant' in measured.told[-1]
