@@ -235,7 +235,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
     if findings and not (_carries_over(told, problem.model) and (
-            any(map(_is_physics, findings)) or that_carries(fitter, nominal, told).models)):
+            any(_is_physics(entry, selection) for entry in findings)
+            or that_carries(fitter, nominal, told).models)):
         told = _without_names(fitter, explanation, findings)
         explanation, findings, mismatch = told.explanation, [], nominal.residual
     absent = absent_load(fitter, nominal)
@@ -250,7 +251,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     corrected = problem.model
     if verdict != 'consistent':
         # What is likelier wrong than right is told, but has to carry over to be in the model.
-        likely = any(_is_physics(entry) and entry.probability >= 0.5 for entry in findings)
+        likely = any(_is_physics(entry, selection) and entry.probability >= 0.5
+                     for entry in findings)
         applied = told if likely else that_carries(fitter, nominal, told)
         corrected = _that_helps(applied, () if findings and applied.models else (problem.model,))
     # Numbers that are not right for every kind of motion may help all the same: not consistent.
@@ -318,9 +320,11 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
                    unexplained=unexplained)
 
 
-def _is_physics(finding: EffectFinding) -> bool:
-    """Whether more is named than a number, which a refit moves whatever is missing."""
-    return finding.effect != LOAD_SHAPE and not get_effect(finding.effect).number_only
+def _is_physics(finding: EffectFinding, selection: Selection) -> bool:
+    """Whether more is named than a number, which a refit moves whatever is missing; but two that
+    agree (effort_scale.py) are more than that."""
+    return finding.effect in selection.believed or (
+        finding.effect != LOAD_SHAPE and not get_effect(finding.effect).number_only)
 
 
 def _carries_over(told: Sharpened, file: Model) -> bool:
