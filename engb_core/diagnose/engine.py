@@ -31,6 +31,7 @@ from engb_core.diagnose.load_shape import (
     with_free_load_curve,
 )
 from engb_core.diagnose.locate import intervals, zones
+from engb_core.diagnose.more_orders import without_idle_orders
 from engb_core.diagnose.multistart import is_rugged, search_around
 from engb_core.diagnose.nameless import that_carries
 from engb_core.diagnose.numbers import level, wrong_numbers
@@ -215,7 +216,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     chosen = selection.chosen
     if is_rugged(chosen):
         chosen = middle_of_basin(fitter, search_around(fitter, fitter.refine(chosen)))
-    chosen = fitter.finish(fitter.refine(chosen))
+    chosen = fitter.finish(without_idle_orders(fitter, fitter.refine(chosen)))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
     told = Sharpened(explanation, explanation.models(),

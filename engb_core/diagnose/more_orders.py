@@ -6,15 +6,18 @@ or an eccentric encoder. So the orders are added before any other effect is trie
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.starts import settings_from_residual
+from engb_core.diagnose.uncertainty import stands_out
 from engb_core.effects.cogging_torque import EFFECT, MORE_ORDERS, with_orders
 
-__all__ = ['with_more_orders']
+__all__ = ['with_more_orders', 'without_idle_orders']
 
 # An order is another one if it lies this part off all that are there, and off their harmonics.
 APART = 0.02
@@ -40,6 +43,43 @@ def with_more_orders(fitter: Fitter, fit: Fit) -> Fit:
                 or not _better_unseen(fitter, fit, best):
             break
         fit = fitter.refine(best)
+    return fit
+
+
+def without_idle_orders(fitter: Fitter, fit: Fit) -> Fit:
+    """Return a fit without the further orders whose amplitude the data do not tell from none.
+
+    Orders that were added while cogging stood alone described what an effect that was found beside
+    it later says better; left in, they would be no list of orders, and the size of the whole would
+    not stand out.
+    """
+    for index, variant in enumerate(fit.hypothesis.variants):
+        if variant.effect.id != EFFECT.id:
+            continue
+        sizes = [parameter.name for parameter in variant.effect.parameters
+                 if parameter.name.startswith('amplitude_')]
+        finished = fitter.finish(fit) if sizes else fit
+        kept = [name.removeprefix('amplitude_') for name in sizes
+                if stands_out(finished, fitter, index, name)]
+        if len(kept) == len(sizes):
+            return fit
+        effect = with_orders(1 + len(kept))
+        sources = {parameter.name: parameter.name for parameter in EFFECT.parameters} | {
+            f'{name}_{2 + place}': f'{name}_{number}' for place, number in enumerate(kept)
+            for name in ('amplitude', 'order', 'phase')}
+        variants = list(fit.hypothesis.variants)
+        variants[index] = replace(variant, effect=effect, constants=tuple(
+            EFFECT.defaults[name] for name, _ in effect.constants))
+        hypothesis = fitter.hypothesis(tuple(variants), fit.hypothesis.numbers)
+        numbers = len(fit.hypothesis.numbers)
+        before = {(owner, fit.hypothesis.parameter(entry).name, run): fit.vector[numbers + entry]
+                  for entry, (owner, _, run) in enumerate(fit.hypothesis.places)}
+        values = []
+        for entry, (owner, _, run) in enumerate(hypothesis.places):
+            name = hypothesis.parameter(entry).name
+            values.append(before[owner, sources[name] if owner == index else name, run])
+        return fitter.refine(fitter.evaluate(
+            hypothesis, np.concatenate([fit.vector[:numbers], values])))
     return fit
 
 

@@ -98,8 +98,8 @@ def _inflation(residual: NDArray[np.float64]) -> float:
     return variance * colour
 
 
-def stands_out(fit: Fit, fitter: Fitter, variant: int) -> bool:
-    """Return whether the data tell the size of an effect from none.
+def stands_out(fit: Fit, fitter: Fitter, variant: int, name: str = '') -> bool:
+    """Return whether the data tell each size of an effect, or the one called `name`, from none.
 
     By noise alone: how wrong the formula may be is no question of there or not. Derivatives tell
     nothing of that where the cost goes by jumps: a gap that is never crossed to its end has no
@@ -111,7 +111,8 @@ def stands_out(fit: Fit, fitter: Fitter, variant: int) -> bool:
     offset = len(fit.hypothesis.numbers)
     for entry, (owner, _, run) in enumerate(fit.hypothesis.places):
         parameter = fit.hypothesis.parameter(entry)
-        if owner == variant and run <= 0 and parameter.none is not None:
+        if (owner == variant and run <= 0 and parameter.none is not None
+                and name in ('', parameter.name)):
             value, std = fit.vector[offset + entry], deviations[offset + entry]
             none = parameter.none
             if parameter.logarithmic:

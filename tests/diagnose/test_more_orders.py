@@ -7,11 +7,12 @@ import pytest
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
-from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.more_orders import with_more_orders
+from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.more_orders import with_more_orders, without_idle_orders
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.search import with_variant
 from engb_core.effects.catalogue import get_effect
+from engb_core.effects.cogging_torque import with_orders
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model, Motor
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
@@ -51,6 +52,22 @@ def test_each_order_is_found_with_its_size():
              for end in ('', '_2', '_3')}
     assert found == {order: pytest.approx(size, rel=0.05) for size, order, _ in WAVES}
     assert 'amplitude_4' in values and values['amplitude_4'] == 0.0
+
+
+def test_an_order_that_does_not_stand_out_leaves_the_list():
+    fitter, fit = cogging(recording(WAVES[0], WAVES[1]))
+    two = with_more_orders(fitter, fit)
+    constants = fit.hypothesis.variants[0].constants
+    four = fitter.hypothesis((Variant(with_orders(4), ()),), two.hypothesis.numbers)
+    # Between the two that are there stands one that is nearly nothing, and last comes another.
+    first, second = two.vector[:-3], two.vector[-3:]
+    idle = fitter.evaluate(four, np.concatenate(
+        [first, [1e-6, np.log(3.3), 0.1], second, [1e-6, np.log(21.0), 0.2]]))
+    left = without_idle_orders(fitter, idle)
+    assert left.hypothesis.named(left.vector, 0) == pytest.approx(
+        two.hypothesis.named(two.vector, 0), rel=0.02, abs=1e-6)
+    assert len(left.hypothesis.variants[0].constants) == len(constants) - 3
+    assert without_idle_orders(fitter, left) is left
 
 
 def test_one_order_stays_one():
