@@ -25,6 +25,7 @@ from engb_core.laws.judgement import (
     contribution_of_last,
     depends_on,
     excess_removed,
+    EXPLAINED,
     find_law,
     Found,
     Nearest,
@@ -129,8 +130,12 @@ def nearest_told(fitter: Fitter, told: Sharpened, nearest: Nearest, unexplained:
     if described < nearest.candidate.score.level:
         return unexplained
     names = depends_on(nearest.candidate)
+    # What leaves less than the noise explains all of it: the noise is known to a part only.
+    part = min(nearest.explained, 1.0)
+    short = (f'explains only {100.0 * part:.0f} % of it' if part < EXPLAINED else
+             f'not surely enough to be a law (it explains {100.0 * part:.0f} % of it)')
     after = f'; of all forms that were tried one over {said_names(names)} predicts it best, but ' \
-        f'explains only {100.0 * nearest.explained:.0f} % of it.'
+        f'{short}.'
     return replace(unexplained, depends_on=names, memory=nearest.memory,
                    statement=unexplained.statement.removesuffix('.') + after)
 
