@@ -21,7 +21,7 @@ from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
 
-__all__ = ['with_effort_scale']
+__all__ = ['Factors', 'with_effort_scale']
 
 SCALE, LOAD = 'effort_scale_error', 'load_stiffness_error'
 # What says that the load curve is off as a whole: judged anew beside the scale of effort.
@@ -32,14 +32,14 @@ DEVIATIONS = 2.0
 # to 0.4 (nominal.py).
 APART = 0.4 * math.sqrt(2.0)
 # What numbers from masses and lengths are sure to at best: each effect's `form`.
-FORM = 0.01 * math.sqrt(2.0)
+FORM = 0.01
 # Log mean square by which what was chosen may fit better.
 BETTER = 0.03
 
 
 @dataclass(frozen=True)
-class _Factors:
-    """By what the recordings multiply inertia and load, as logarithms with deviations."""
+class Factors:
+    """By what the recordings multiply inertia and load, as logarithms with deviations [-]."""
 
     inertia: float
     inertia_std: float
@@ -48,18 +48,21 @@ class _Factors:
 
     @property
     def apart(self) -> float:
+        """How far apart the two are, as a logarithm."""
         return self.inertia - self.load
 
     @property
     def std(self) -> float:
-        return math.hypot(self.inertia_std, self.load_std, FORM)
+        """The deviation of that."""
+        return math.hypot(self.inertia_std, self.load_std, FORM, FORM)
 
     @property
     def both_off_alike(self) -> bool:
-        """Whether both are off, to the same side, and agree."""
+        """Whether both are off by more than such numbers usually are, to the same side, and
+        agree."""
         return (self.inertia * self.load > 0.0
-                and abs(self.inertia) > DEVIATIONS * self.inertia_std
-                and abs(self.load) > DEVIATIONS * self.load_std
+                and abs(self.inertia) > DEVIATIONS * math.hypot(self.inertia_std, FORM)
+                and abs(self.load) > DEVIATIONS * math.hypot(self.load_std, FORM)
                 and abs(self.apart) < DEVIATIONS * self.std)
 
     def one_cause(self) -> float:
@@ -105,7 +108,7 @@ def _scaled(fitter: Fitter, start: Fit) -> Fit:
     return fitter.refine(fitter.fit(variant, fitter.refit(start, numbers), rounds=8), 12)
 
 
-def _factors(fitter: Fitter, start: Fit) -> _Factors | None:
+def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     """Return by what inertia and load must be multiplied, each by a number of its own."""
     numbers = tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
     names = [number.name for number in numbers]
@@ -121,6 +124,6 @@ def _factors(fitter: Fitter, start: Fit) -> _Factors | None:
     factor = float(fit.vector[scale])
     if factor <= 0.0:
         return None
-    return _Factors(
+    return Factors(
         float(fit.vector[inertia]) - math.log(fitter.problem.model.motor.inertia),
         float(deviations[inertia]), math.log(factor), float(deviations[scale]) / factor)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.diagnose.effort_scale import with_effort_scale
+from engb_core.diagnose.effort_scale import Factors, with_effort_scale
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.problem import problem_of
@@ -50,6 +50,11 @@ def test_two_factors_or_none_are_not(factors):
     selection = chosen(recording(*factors))
     assert selection.chosen.hypothesis.ids == ()
     assert selection.believed == {}
+
+
+def test_less_than_masses_and_lengths_are_sure_to_is_nothing():
+    assert not Factors(0.005, 0.0005, 0.006, 0.0005).both_off_alike
+    assert Factors(0.05, 0.0005, 0.06, 0.0005).both_off_alike
 
 
 def test_a_machine_without_load_cannot_tell():
