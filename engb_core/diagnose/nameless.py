@@ -37,7 +37,10 @@ def that_carries(fitter: Fitter, nominal: Fit, told: Sharpened) -> Sharpened:
         told: descriptions and refitted numbers, the fullest model first.
     """
     fit, table = told.explanation.fit, told.explanation.table
-    free = numbers_and_sizes(fit)
+    # Where effects describe the rest, they are asked, not the numbers: those of one kind of
+    # motion alone need not say anything of the other, with a description as without.
+    count = len(fit.hypothesis.numbers)
+    free = numbers_and_sizes(fit)[count if fit.hypothesis.variants else 0:]
     kinds = [stretches_of_time(fitter), *kinds_of_motion(fitter)]
     kinds = [labels for labels in kinds if np.unique(labels[fitter.fitted]).size > 1]
     weighted = (nominal.residual * fitter.weight) ** 2
