@@ -12,13 +12,13 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from engb_core.bench.sensors import SensorSettings  # noqa: E402
+from engb_core.bench.virtual_brake import DriveSettings, VirtualBrake  # noqa: E402
 from engb_core.control.loop import LoopSettings, PositionLoop  # noqa: E402
 from engb_core.control.pid import PidGains  # noqa: E402
 from engb_core.control.trajectory import Trajectory, TrajectoryBuilder  # noqa: E402
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model  # noqa: E402
 from engb_core.recording import Recording, Reference  # noqa: E402
-from engb_core.sensors import SensorSettings  # noqa: E402
-from engb_core.virtual_brake import DriveSettings, VirtualBrake  # noqa: E402
 
 __all__ = ['NOMINAL', 'PAIR', 'ROOT', 'peak_memory', 'recorded', 'Stopwatch', 'strokes']
 

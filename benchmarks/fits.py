@@ -31,12 +31,12 @@ import bench  # noqa: F401  (finds the package)
 import numpy as np
 
 from engb_core.diagnose.engine import diagnose
-from engb_core.filtering import comparison_of
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Friction, LoadTorque, Model, Motor
-from engb_core.motion import Motion, motion_of
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
+from engb_core.signals.filtering import comparison_of
+from engb_core.signals.motion import Motion, motion_of
 
 # The truth. The gravity torque is known to all tools (BAM and MuJoCo take mass and length).
 MASS, LENGTH, GRAVITY = 0.5, 0.15, 9.80665

@@ -26,10 +26,10 @@ import time
 from bench import NOMINAL, PAIR, ROOT, strokes
 import numpy as np
 
-from engb_core.compiled import COMPILED
 from engb_core.model import EffectSetting, Model
+from engb_core.physics.compiled import COMPILED
+from engb_core.physics.simulation import INNER_STEP, simulate_closed_loop
 from engb_core.recording import Recording, Reference
-from engb_core.simulation import INNER_STEP, simulate_closed_loop
 
 TARGET, TARGET_RATIO = 20.0, 2.0
 SOURCE = Path(__file__).with_name('simulate.c')

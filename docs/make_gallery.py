@@ -18,6 +18,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from engb_core.bench.sensors import SensorSettings  # noqa: E402
+from engb_core.bench.virtual_brake import DriveSettings, Profile, VirtualBrake  # noqa: E402
 from engb_core.control.loop import LoopSettings, PositionLoop  # noqa: E402
 from engb_core.control.pid import PidGains  # noqa: E402
 from engb_core.control.trajectory import TrajectoryBuilder  # noqa: E402
@@ -27,15 +29,14 @@ from engb_core.diagnose.problem import problem_of  # noqa: E402
 from engb_core.effects.base import Effect  # noqa: E402
 from engb_core.effects.catalogue import catalogue  # noqa: E402
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model  # noqa: E402
-from engb_core.plant import physics_of  # noqa: E402
+from engb_core.physics.plant import physics_of  # noqa: E402
+from engb_core.physics.simulation import simulate_closed_loop  # noqa: E402
 from engb_core.prediction import find_phases  # noqa: E402
-from engb_core.recording import Recording, Signal  # noqa: E402
+from engb_core.recording import Recording, Reference, Signal  # noqa: E402
 from engb_core.report.effect_pictures import effect_pictures  # noqa: E402
 from engb_core.report.layout import Page  # noqa: E402
 from engb_core.report.pictures import Units  # noqa: E402
 from engb_core.report.text import Html  # noqa: E402
-from engb_core.sensors import SensorSettings  # noqa: E402
-from engb_core.virtual_brake import DriveSettings, Profile, VirtualBrake  # noqa: E402
 
 NOMINAL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
                 friction=Friction(0.012, 0.11, 0.5),
@@ -61,6 +62,8 @@ SIZES: dict[str, dict[str, float]] = {
     'pad_creep': {'relaxed_fraction': 0.12, 'time_constant': 0.6},
     'self_energizing': {'load_ratio': 1.25}, 'pad_friction_fade': {'ratio_change': -0.25},
     'disc_runout': {'amplitude': 0.02},
+    'command_delay': {'delay': 0.03}, 'command_rate_limit': {'speed': 12.0},
+    'effort_scale_error': {'scale': 0.8}, 'effort_measurement_lag': {'lag': 0.06},
 }
 
 
@@ -124,10 +127,28 @@ def recorded(brake: Model) -> Recording:
                                   {'disc_speed': Signal(time, disc)})
 
 
+def servo(brake: Model) -> Recording:
+    """Simulate a drive that closes its own loop on a set-point, and tells no torque: what it was
+    asked for stands as effort."""
+    builder = TrajectoryBuilder().stop(0.3)
+    for top, speed in ((16.0, 30.0), (8.0, 6.0), (20.0, 40.0)):
+        builder.move(top, 400.0, speed).stop(0.5).move(0.0, 400.0, speed).stop(0.5)
+    way = builder.build()
+    time = np.arange(0.0, way.duration, 0.002)
+    wanted = np.array([way.at(moment).position for moment in time])
+    gain = NOMINAL.controller.proportional
+    drive = replace(brake, controller=Controller(gain, 0.0, 0.0, np.inf, 1000.0))
+    empty = Recording('simulated', time, np.zeros(time.size), np.zeros(time.size),
+                      reference=Reference(time, wanted))
+    position, _ = simulate_closed_loop(empty, drive)
+    position = np.round(position * 4096.0 / (2.0 * np.pi)) * 2.0 * np.pi / 4096.0
+    return replace(empty, position=position, effort=gain * (wanted - position))
+
+
 def traces_of(effect: Effect) -> tuple[list[Trace], Model]:
     """Return what the pictures of an effect are drawn from."""
     brake = with_effect(effect)
-    problem = problem_of([recorded(brake)], NOMINAL)
+    problem = problem_of([(servo if 'command' in effect.stages else recorded)(brake)], NOMINAL)
     run = problem.runs[0]
     brake = find_phases(run.motion, brake)
     grid = run.comparison.grid

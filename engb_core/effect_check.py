@@ -11,29 +11,32 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, maximum_filter1d
 
-from engb_core.compiled import PARAMETER_SIZE
+from engb_core.command_law import Commanded, CommandLaw
 from engb_core.effects.base import (
     DIRECTION,
     Effect,
     LEVEL,
     LOAD,
     POSITION,
+    REFERENCE,
     SAMPLE_SIZE,
     Scene,
     STAGES,
     STATE_SIZE,
+    TIME,
     TIME_STEP,
     VELOCITY,
 )
 from engb_core.effects.catalogue import get_effect, registered
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
-from engb_core.motion import gaussian_kernel
-from engb_core.plant import physics_of, setting_values
+from engb_core.physics.compiled import PARAMETER_SIZE
+from engb_core.physics.inverse_dynamics import effort_of_motion, measured
+from engb_core.physics.plant import physics_of, setting_values
+from engb_core.physics.sample_table import sample_table
+from engb_core.physics.simulation import simulate_closed_loop
 from engb_core.recording import Recording, Reference, Signal
-from engb_core.sample_table import sample_table
-from engb_core.simulation import simulate_closed_loop
+from engb_core.signals.motion import gaussian_kernel
 
 __all__ = ['FLOOR', 'MODEL', 'RATE', 'TICK', 'TOLERANCE', 'compared', 'effort_needed',
            'faults_of_effect', 'simulated_loop', 'with_effect']
@@ -43,6 +46,8 @@ Array = NDArray[np.float64]
 RATE, DURATION = 1000.0, 4.0
 TICK = 1.0 / RATE
 CONTROLLER = Controller(0.3, 1.0, 0.004, 10.0, RATE)
+# For effects on the set-point: a law whose effort follows from reference and position alone.
+PROPORTIONAL = Controller(0.3, 0.0, 0.0, 10.0, RATE)
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6), contact_angle=2.0),
               friction=Friction(0.012, 0.11, 0.1), controller=CONTROLLER)
 SCENE = Scene(duration=DURATION, largest_effort=0.2, largest_load=0.12, speed=60.0, sampling=TICK,
@@ -174,17 +179,20 @@ def _in_motion(effect: Effect) -> Iterator[str]:
 
 def with_effect(effect: Effect, values: dict[str, float]) -> Model:
     """Return `MODEL` with one effect, its parameters and constants at these values."""
-    return replace(MODEL, effects=(EffectSetting(effect.id, dict(values)),))
+    return replace(MODEL, effects=(EffectSetting(effect.id, dict(values)),),
+                   controller=PROPORTIONAL if 'command' in effect.stages else CONTROLLER)
 
 
 def simulated_loop(model: Model, angle: Array) -> tuple[Array, Array]:
     """Return a closed loop's samples (n - 1, SAMPLE_SIZE), and the effort (n - 1,) [N·m] that it
     held.
 
-    A sample is the middle of a tick, over which effort and acceleration are constant and mean.
+    A sample is the middle of a tick, over which effort and acceleration are constant and mean;
+    its reference is that of the tick's begin. The effort is what the feedback asks for by the
+    reference as it is given, whatever set-point the drive acts on, as it is then measured.
 
     Args:
-        model: the simulated machine, with the feedback of `CONTROLLER`.
+        model: the simulated machine, with its feedback.
         angle: (n,) what is tracked [rad], at `RATE`.
     """
     time = np.arange(angle.size, dtype=np.float64) * TICK
@@ -198,21 +206,31 @@ def simulated_loop(model: Model, angle: Array) -> tuple[Array, Array]:
         signals={'disc_speed': Signal(time, disc), 'pad_temperature': Signal(time, warmth)}),
         model)
     error = angle - position
-    integral = np.concatenate([[0.0], np.cumsum(CONTROLLER.integral * error * TICK)[:-1]])
-    effort = (push + CONTROLLER.proportional * error + integral
-              + CONTROLLER.derivative * (speed - velocity))
+    gains = model.controller or CONTROLLER
+    integral = np.concatenate([[0.0], np.cumsum(gains.integral * error * TICK)[:-1]])
+    effort = (push + gains.proportional * error + integral
+              + gains.derivative * (speed - velocity))
     middle = time[:-1] + 0.5 * TICK
     middle[0] = 0.0     # a start at 0 tells the effects to begin anew
     samples = sample_table(
         TICK, middle, 0.5 * (position[1:] + position[:-1]), 0.5 * (velocity[1:] + velocity[:-1]),
         np.diff(velocity) / TICK, disc[:-1],
         (np.cumsum(disc) * TICK)[:-1] - 0.5 * disc[:-1] * TICK, warmth[:-1])
-    return samples, effort[:-1]
+    samples[:, REFERENCE] = angle[:-1]
+    physics = physics_of(model)
+    return samples, measured(samples.copy(), physics, physics.fresh_state(), effort[:-1])
 
 
 def effort_needed(samples: Array, model: Model) -> Array:
-    """Return the effort (n,) [N·m] that the motion of samples (n, SAMPLE_SIZE) needs."""
-    return effort_of_motion(samples.copy(), TICK, physics_of(model))
+    """Return the effort (n,) [N·m] that the motion of samples (n, SAMPLE_SIZE) needs, as the
+    model's loop records it."""
+    physics = physics_of(model)
+    effort = effort_of_motion(samples.copy(), TICK, physics)
+    if physics.stages['command'] and model.controller is not None:
+        law = CommandLaw(model.controller.proportional, 0.0, -math.inf, math.inf)
+        effort += Commanded(law, samples, np.ones(1), samples[:, TIME]).recorded_beyond_acted(
+            physics)
+    return effort
 
 
 def compared(values: Array, samples: Array) -> Array:

@@ -69,7 +69,8 @@ def read(path: str | os.PathLike[str], model: Model | None = None) -> Run:
                          'engb_ros anew (pip install -e .), or give arrays to engb.Recording')
     if not Path(path).exists():
         raise InputError(f'{path}: there is no such file or folder')
-    return readers[0].load()(path, model)
+    found: Run = readers[0].load()(path, model)
+    return found
 
 
 def load_model(path: str | os.PathLike[str]) -> Model:
@@ -165,7 +166,7 @@ def simulate(recording: Run, model: Model) -> tuple[Array, Array]:
     Raises:
         InputError: the recording has no reference, or the model no controller.
     """
-    from engb_core.simulation import simulate_closed_loop
+    from engb_core.physics.simulation import simulate_closed_loop
     return simulate_closed_loop(recording, model)
 
 

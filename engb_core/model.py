@@ -121,7 +121,7 @@ class Model:
     joint: Joint = Joint()
 
     @classmethod
-    def read(cls, path: str | os.PathLike) -> Model:
+    def read(cls, path: str | os.PathLike[str]) -> Model:
         """Read a model file.
 
         Raises:
@@ -221,11 +221,11 @@ class Model:
         data['effects'] = [_effect_mapping(entry) for entry in self.effects]
         return data
 
-    def save(self, path: str | os.PathLike) -> None:
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model file, whole or not at all: `write`, as libraries call it."""
         self.write(path)
 
-    def write(self, path: str | os.PathLike) -> None:
+    def write(self, path: str | os.PathLike[str]) -> None:
         """Write the model file, whole or not at all."""
         path = Path(path)
         text = yaml.safe_dump(self.to_mapping(), sort_keys=False, allow_unicode=True)
@@ -240,7 +240,7 @@ class Model:
             raise
 
 
-def _known(data: dict, allowed: set[str], where: str) -> None:
+def _known(data: dict[Any, Any], allowed: set[str], where: str) -> None:
     for key in data:
         if key not in allowed:
             name = f'{where}.{_key(key)}' if where else _key(key)
@@ -253,7 +253,7 @@ def _key(key: Any) -> str:
     return text[1:-1] if isinstance(key, str) else text
 
 
-def _list(value: Any, where: str) -> list:
+def _list(value: Any, where: str) -> list[Any]:
     if value is None:
         return []
     if not isinstance(value, list):

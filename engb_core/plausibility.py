@@ -26,12 +26,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.command_law import command_law
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
-from engb_core.motion import Motion, motion_of
-from engb_core.plant import load_torques, nominal_vector, physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import load_torques, nominal_vector, physics_of
 from engb_core.recording import Recording
+from engb_core.signals.motion import Motion, motion_of
 
 __all__ = ['Plausibility', 'refuse_implausible']
 
@@ -127,6 +128,9 @@ class Plausibility:
                 'one turn; add the turns (numpy.unwrap) before recording or importing it')
 
     def _units(self) -> str:
+        if command_law(self.recording) is not None:
+            # What was asked for need not be alike the torque of the motion, whatever its unit.
+            return ''
         recording = self._short()
         stands = self._likeness(recording, 1.0, 1.0)
         position, time, found = _SI, _SI, stands

@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from engb_core.data_faults import cleaned
 from engb_core.effects.catalogue import get_effect
-from engb_core.filtering import comparison_of, slowest_speed
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
-from engb_core.motion import filtered, Motion, motion_of
-from engb_core.motion_band import COMPARED, told_up_to
-from engb_core.plant import physics_of
-from engb_core.position_error import effort_of_recording
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
-from engb_core.sharp_motion import sharp_motion_of
+from engb_core.signals.data_faults import cleaned
+from engb_core.signals.filtering import comparison_of, slowest_speed
+from engb_core.signals.motion import filtered, Motion, motion_of
+from engb_core.signals.motion_band import COMPARED, told_up_to
+from engb_core.signals.position_error import effort_of_recording
+from engb_core.signals.sharp_motion import sharp_motion_of
 
 __all__ = ['find_phases', 'predict_effort']
 

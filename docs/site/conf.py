@@ -13,7 +13,7 @@ autodoc_member_order = 'bysource'
 napoleon_use_ivar = True
 html_theme = 'alabaster'
 html_theme_options = {'description': 'what physics a brake model leaves out',
-                      'fixed_sidebar': True, 'page_width': '1100px'}
+                      'fixed_sidebar': True, 'page_width': '960px'}
 # What stands between single backticks is code.
 default_role = 'code'
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from engb_core.bench.settings import BenchSettings
+from engb_core.mechanism.statics import load_polynomial
 from engb_core.model import Cogging, Friction, Model, Motor
-from engb_core.statics import load_polynomial
 
 __all__ = ['apparent_model']
 

@@ -27,9 +27,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engb_core.bench.settings import BenchSettings
-from engb_core.compiled import compiled, kernel
-from engb_core.kinematics import Mechanism, OVERSHOOT
-from engb_core.statics import efficiency_load_gain
+from engb_core.mechanism.kinematics import Mechanism, OVERSHOOT
+from engb_core.mechanism.statics import efficiency_load_gain
+from engb_core.physics.compiled import compiled, kernel
 
 __all__ = ['BenchBrake', 'mean_load_torque', 'pad_friction_at']
 

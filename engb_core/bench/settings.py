@@ -11,8 +11,8 @@ from typing import Any
 import yaml
 
 from engb_core.errors import InputError
-from engb_core.kinematics import CHOSEN, Mechanism
-from engb_core.statics import efficiency_load_gain
+from engb_core.mechanism.kinematics import CHOSEN, Mechanism
+from engb_core.mechanism.statics import efficiency_load_gain
 
 __all__ = ['BenchSettings']
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 import math
 
+from engb_core.bench.sensors import VelocityFromPosition
 from engb_core.control.acceptance import AcceptanceBounds, check_candidate, check_computable
 from engb_core.control.brake_settings import ControllerSettings, Report
 from engb_core.control.causes import Cause, Stop
@@ -18,7 +19,6 @@ from engb_core.control.supervisor import Supervisor
 from engb_core.control.trajectory import Setpoint
 from engb_core.errors import InputError
 from engb_core.model import Model
-from engb_core.sensors import VelocityFromPosition
 
 __all__ = ['BrakeController', 'PreparedModel']
 

@@ -9,7 +9,7 @@ from engb_core.control.clamp_force import EstimatorSettings
 from engb_core.control.loop import LoopSettings
 from engb_core.control.reference import ReferenceSettings
 from engb_core.control.supervisor_settings import SupervisorSettings
-from engb_core.kinematics import Mechanism
+from engb_core.mechanism.kinematics import Mechanism
 
 __all__ = ['ControllerSettings', 'ForceSettings', 'Report']
 

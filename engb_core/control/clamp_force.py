@@ -12,9 +12,9 @@ import numpy as np
 
 from engb_core.control.feedforward import Feedforward
 from engb_core.errors import InputError
-from engb_core.kinematics import Mechanism
+from engb_core.mechanism.kinematics import Mechanism
+from engb_core.mechanism.statics import efficiency_load_gain
 from engb_core.model import Model
-from engb_core.statics import efficiency_load_gain
 from engb_core.yaml_text import load_yaml
 
 __all__ = ['ClampForceEstimator', 'ClampForceMap', 'EstimatorSettings', 'read_mechanism']
@@ -24,7 +24,8 @@ _POINTS = 600
 
 
 def read_mechanism(path: str | os.PathLike) -> Mechanism:
-    """Read a mechanism file: YAML with the names of `engb_core.kinematics.Mechanism`, SI units.
+    """Read a mechanism file: YAML with the names of `Mechanism` in
+    `engb_core.mechanism.kinematics`, SI units.
 
     Raises:
         InputError: unreadable, a key missing or unknown, a value out of range.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from engb_core.control.trajectory import Setpoint
-from engb_core.load_friction import load_friction_gain
 from engb_core.model import Model
+from engb_core.physics.load_friction import load_friction_gain
 
 __all__ = ['Feedforward']
 
@@ -15,7 +15,7 @@ class Feedforward:
     """u_ff = J·ω̇_d + B·ω_d, equation (27), and, each by its switch, T_L(θ_d), T_C, T_cog.
 
     Plain numbers throughout: it runs once a control cycle. That its torques are those of
-    `engb_core.plant` is held by a test.
+    `engb_core.physics.plant` is held by a test.
 
     Attributes:
         shift: the load curve is moved by this [rad] (wear; positive: contact comes later).

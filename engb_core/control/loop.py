@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 
+from engb_core.bench.sensors import VelocityFromPosition
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.control.feedforward import Feedforward
 from engb_core.control.pid import Pid, PidGains
 from engb_core.control.trajectory import Setpoint
 from engb_core.model import Model
-from engb_core.sensors import VelocityFromPosition
 
 __all__ = ['LoopSettings', 'PositionLoop']
 

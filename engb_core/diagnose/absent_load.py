@@ -21,7 +21,7 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.model import Model
-from engb_core.plant import load_torques, nominal_vector, physics_of
+from engb_core.physics.plant import load_torques, nominal_vector, physics_of
 
 __all__ = ['AbsentLoad', 'absent_load']
 
@@ -52,8 +52,11 @@ class AbsentLoad:
         """Whether the load is to be told rather than `explanation`: that leaves more of the
         mismatch, or is itself no more than a description without a name."""
         fit = explanation.fit
-        return (explanation.table is not None
-                or any(variant.effect.unnamed for variant in fit.hypothesis.variants)
+        unnamed = [variant.effect.unnamed for variant in fit.hypothesis.variants]
+        if unnamed and not any(unnamed):
+            # Physics with a name, which no description of its rest makes less of.
+            return self.left < _weighted(fitter, fit.residual)
+        return (explanation.table is not None or any(unnamed)
                 or self.left < _weighted(fitter, fit.residual))
 
     def unexplained(self, fitter: Fitter) -> Unexplained:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.data_faults import DataFault
 from engb_core.model import Model
+from engb_core.signals.data_faults import DataFault
 
 __all__ = ['ClosedLoop', 'Candidate', 'Diagnosis', 'EffectFinding', 'Evidence', 'Interval',
            'LawFinding', 'LawPicture', 'NextExperiment', 'NominalChange', 'ParameterEstimate',

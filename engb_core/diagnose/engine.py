@@ -9,11 +9,11 @@ import time
 
 import numpy as np
 
-from engb_core.data_faults import cleaned, DataFault
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
+from engb_core.diagnose.effort_scale import with_effort_scale
 from engb_core.diagnose.evidence import (
     evidence_of,
     pooled,
@@ -24,6 +24,7 @@ from engb_core.diagnose.evidence import (
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
     load_shape_finding,
@@ -49,9 +50,10 @@ from engb_core.errors import InputError
 from engb_core.laws.competition import law_for, nearest_told
 from engb_core.laws.judgement import Nearest
 from engb_core.model import Model
-from engb_core.plant import physics_of
+from engb_core.physics.plant import physics_of
 from engb_core.plausibility import refuse_implausible
 from engb_core.recording import Recording
+from engb_core.signals.data_faults import cleaned, DataFault
 
 __all__ = ['diagnose']
 
@@ -155,7 +157,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         return problem, _judged(settled, tell, threads, earlier)
 
     problem, outcome = judged(0.0)
-    lag = sum(entry.parameters.get('lag', 0.0) for entry in outcome.corrected.effects)
+    lag = _lateness(outcome.corrected)
     if lag < SHORTEST_LAG:
         return problem, outcome
     tell('judging once more without what comes too late before a stop')
@@ -163,8 +165,13 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         again = judged(LATE * lag, outcome.fitter)
     except InputError:
         return problem, outcome
-    still = any('lag' in entry.parameters for entry in again[1].corrected.effects)
-    return again if still else (problem, outcome)
+    return again if _lateness(again[1].corrected) > 0.0 else (problem, outcome)
+
+
+def _lateness(model: Model) -> float:
+    """Return by how much torque comes late [s], which nothing of a late measurement is."""
+    return sum(entry.parameters.get('lag', 0.0) for entry in model.effects
+               if get_effect(entry.effect).lead is not None)
 
 
 @dataclass(frozen=True)
@@ -203,7 +210,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
             fitter, nominal, selection = free, free.nominal(), select(search(free, tell))
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('asking whether an effect begins within the recordings')
-        selection = with_onset(fitter, selection)
+        selection = with_effort_scale(fitter, with_onset(fitter, selection))
     tell('refining')
     chosen = selection.chosen
     if is_rugged(chosen):
@@ -217,6 +224,9 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     if selection.nominal_excess > CLEAN_EXCESS:
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, explanation.fit)
+        grows = missing_load_friction(fitter, explanation.fit)
+        if grows is not None and all(entry.effect != grows.effect for entry in numbers):
+            numbers.append(grows)
         shape = load_shape_finding(fitter, explanation.fit)
         numbers += [] if shape is None else [shape]
         tell('taking the numbers from a sharper motion')
@@ -225,7 +235,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
     if findings and not (_carries_over(told, problem.model) and (
-            any(map(_is_physics, findings)) or that_carries(fitter, nominal, told).models)):
+            any(_is_physics(entry, selection) for entry in findings)
+            or that_carries(fitter, nominal, told).models)):
         told = _without_names(fitter, explanation, findings)
         explanation, findings, mismatch = told.explanation, [], nominal.residual
     absent = absent_load(fitter, nominal)
@@ -240,10 +251,15 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     corrected = problem.model
     if verdict != 'consistent':
         # What is likelier wrong than right is told, but has to carry over to be in the model.
-        likely = any(_is_physics(entry) and entry.probability >= 0.5 for entry in findings)
+        likely = any(_is_physics(entry, selection) and entry.probability >= 0.5
+                     for entry in findings)
         applied = told if likely else that_carries(fitter, nominal, told)
         corrected = _that_helps(applied, () if findings and applied.models else (problem.model,))
-    verdict = unless_nothing_helps(verdict, findings, corrected is not problem.model)
+    # Numbers that are not right for every kind of motion may help all the same: not consistent.
+    helps = corrected is not problem.model or (
+        verdict != 'consistent'
+        and _that_helps(told, (problem.model,)) is not problem.model)
+    verdict = unless_nothing_helps(verdict, findings, helps)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected, told)
 
@@ -304,9 +320,11 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
                    unexplained=unexplained)
 
 
-def _is_physics(finding: EffectFinding) -> bool:
-    """Whether more is named than a number, which a refit moves whatever is missing."""
-    return finding.effect != LOAD_SHAPE and not get_effect(finding.effect).number_only
+def _is_physics(finding: EffectFinding, selection: Selection) -> bool:
+    """Whether more is named than a number, which a refit moves whatever is missing; but two that
+    agree (effort_scale.py) are more than that."""
+    return finding.effect in selection.believed or (
+        finding.effect != LOAD_SHAPE and not get_effect(finding.effect).number_only)
 
 
 def _carries_over(told: Sharpened, file: Model) -> bool:

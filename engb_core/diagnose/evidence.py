@@ -27,8 +27,8 @@ from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.model import Model
+from engb_core.physics.simulation import simulate_closed_loop
 from engb_core.prediction import find_phases
-from engb_core.simulation import simulate_closed_loop
 
 __all__ = ['evidence_of', 'pooled', 'quality_of_fit', 'simulated_loops', 'unseen_errors']
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from engb_core.diagnose.experiment_segments import STEP
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Controller, Model
-from engb_core.motion import motion_of
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
+from engb_core.physics.sample_table import sample_table
+from engb_core.physics.simulation import simulate_closed_loop
 from engb_core.recording import Recording, Reference, Signal
-from engb_core.sample_table import sample_table
-from engb_core.simulation import simulate_closed_loop
+from engb_core.signals.motion import motion_of
 
 __all__ = ['default_controller', 'rehearsed']
 

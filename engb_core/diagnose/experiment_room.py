@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from engb_core.diagnose.problem import Problem, Run
 from engb_core.errors import InputError
 from engb_core.model import Model
-from engb_core.motion import filtered, gaussian_kernel
-from engb_core.plant import load_torques, nominal_vector
+from engb_core.physics.plant import load_torques, nominal_vector
+from engb_core.signals.motion import filtered, gaussian_kernel
 
 __all__ = ['Room', 'room_of']
 

@@ -129,9 +129,13 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
         alternatives = tuple(
             (_other(fit, chosen), believed * weight)
             for fit, weight in zip(rivals, weights[1:], strict=True) if believed * weight > TOLD)
+        probability = believed * weights[0]
+        if variant.effect.id in selection.believed:
+            probability, rival = selection.believed[variant.effect.id]
+            alternatives = ((rival, 1.0 - probability),)
         onset = _onset(fitter, variant)
         finding = EffectFinding(
-            effect=variant.effect.id, probability=believed * weights[0],
+            effect=variant.effect.id, probability=probability,
             parameters=parameters,
             share=share * matters[index] / total, alternatives=alternatives,
             statement=_said(variant.effect.statement(values), onset), onset=onset)

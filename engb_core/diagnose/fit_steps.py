@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 def weak_prior(parameter: Parameter) -> tuple[float, float]:
     """Return centre and width of what is known of an effect's parameter beforehand: its order of
     magnitude where it has starts, else nothing."""
-    if parameter.name in ('phase', 'order') or not parameter.starts:
+    if parameter.kind in ('phase', 'order') or not parameter.starts:
         return 0.0, 1e6
     if parameter.logarithmic:
         logs = np.log(parameter.starts)
@@ -66,17 +66,17 @@ def secant(design: Array, step: Array, change: Array, weight: Array) -> Array:
 def derivative_step(parameter: Parameter, value: float) -> float:
     """Return the step of a difference quotient."""
     if parameter.logarithmic:
-        return 1e-5 if parameter.name == 'order' else 1e-3
+        return 1e-5 if parameter.kind == 'order' else 1e-3
     return 1e-4 * max(abs(value), abs(parameter.starts[0]) if parameter.starts else 1.0, 1e-3)
 
 
 def largest_step(parameter: Parameter) -> tuple[float, float]:
     """Return how far one iteration may move a parameter, down and up."""
-    if parameter.name == 'order':
+    if parameter.kind == 'order':
         return -0.01, 0.01
     if parameter.logarithmic:
         return -1.2, 1.2
-    if parameter.name in ('phase', 'shape'):
+    if parameter.kind in ('phase', 'shape'):
         return -0.6, 0.6
     return -np.inf, np.inf
 

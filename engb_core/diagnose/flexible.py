@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import compiled
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Run
@@ -30,8 +29,9 @@ from engb_core.effects.unexplained_surface import (
     NOTHING_CODE,
     SURFACE_VALUES,
 )
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting
+from engb_core.physics.compiled import compiled
+from engb_core.physics.inverse_dynamics import effort_of_motion
 
 __all__ = ['Flexible', 'Table', 'best_table', 'left_out']
 

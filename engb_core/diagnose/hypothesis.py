@@ -15,7 +15,7 @@ from engb_core.diagnose.nominal import DELAY, NominalNumber, with_numbers
 from engb_core.diagnose.onset import Onset
 from engb_core.effects.base import Effect, Parameter, Scene
 from engb_core.model import EffectSetting, Model
-from engb_core.plant import effects_of, Physics, physics_of, with_values
+from engb_core.physics.plant import effects_of, Physics, physics_of, with_values
 
 __all__ = ['Hypothesis', 'Variant', 'variants_of']
 
@@ -268,8 +268,9 @@ class Hypothesis:
             if variant.effect.only_here:
                 continue
             values = self.named(vector, index, run)
-            if 'phase' in values:
-                values['phase'] = math.remainder(values['phase'], 2.0 * math.pi)
+            for parameter in variant.effect.parameters:
+                if parameter.kind == 'phase':
+                    values[parameter.name] = math.remainder(values[parameter.name], 2.0 * math.pi)
             settings.append(EffectSetting(variant.effect.id, values)
                             if variant.effect.written is None else variant.effect.written(values))
         return replace(model, effects=(*given, *settings))

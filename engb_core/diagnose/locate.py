@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from engb_core.diagnose.diagnosis import Interval, Zone
 from engb_core.diagnose.problem import Run
 from engb_core.model import Model
-from engb_core.plant import load_torques, nominal_vector
+from engb_core.physics.plant import load_torques, nominal_vector
 
 __all__ = ['coordinates', 'intervals', 'zones']
 

@@ -8,7 +8,7 @@ import math
 from engb_core.effects.base import Scene
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_SHAPE
 from engb_core.model import EffectSetting, Model
-from engb_core.plant import (
+from engb_core.physics.plant import (
     N_AMPLITUDE,
     N_CONTACT,
     N_COULOMB,
@@ -65,6 +65,8 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
     torque = 'N·m' if revolute else 'N'
     delay = NominalNumber(DELAY, N_DELAY, 's', 0.5 * scene.sampling, -0.6 * scene.sampling,
                           0.5 * scene.sampling)
+    # A command is computed from the very position that is recorded beside it.
+    apart = () if scene.commanded else (delay,)
     angle = 'rad' if revolute else 'm'
     numbers = [
         NominalNumber('inertia', N_INERTIA, 'kg·m²' if revolute else 'kg', 0.4,
@@ -92,7 +94,7 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
                           0.3 * abs(load.amplitude) + 0.1 * effort, -10 * effort, 10 * effort),
             NominalNumber('load_phase', N_PHASE, 'rad', 0.2, load.phase - 1.5, load.phase + 1.5),
         ]
-        return (*numbers, delay)
+        return (*numbers, *apart)
     if load.contact_angle is not None:
         reach = max(abs(value - load.contact_angle) for value in scene.position_range)
         numbers.append(NominalNumber('contact_angle', N_CONTACT, angle, 0.1 * reach,
@@ -108,7 +110,7 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
             f'p{power}', N_TERMS + 1 + power,
             torque if power == 0 else f'{torque}/{angle}' + ('' if power == 1 else f'^{power}'),
             size, -30.0 * size, 30.0 * size))
-    return (*numbers, delay)
+    return (*numbers, *apart)
 
 
 def _shape_numbers(model: Model, scene: Scene, torque: str) -> list[NominalNumber]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import kernel
+from engb_core.physics.compiled import kernel
 
 __all__ = ['normal_equations']
 

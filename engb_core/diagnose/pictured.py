@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.problem import Run
 from engb_core.effects.base import LOAD, SHIFT
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
 from engb_core.prediction import find_phases
 
 __all__ = ['channels_of']

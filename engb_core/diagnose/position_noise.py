@@ -15,11 +15,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.filtering import Comparison
-from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.motion import Motion, motion_of
-from engb_core.plant import Physics
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
+from engb_core.signals.filtering import Comparison
+from engb_core.signals.motion import Motion, motion_of
 
 __all__ = ['position_noise']
 

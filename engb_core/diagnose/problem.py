@@ -14,7 +14,11 @@ from engb_core.diagnose.position_noise import position_noise
 from engb_core.diagnose.side_by_side import OwnSamples
 from engb_core.effects.base import Scene
 from engb_core.errors import InputError
-from engb_core.filtering import (
+from engb_core.model import Model
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import load_torques, nominal_vector, Physics, physics_of
+from engb_core.recording import Recording
+from engb_core.signals.filtering import (
     Comparison,
     comparison_of,
     low_passed_noise,
@@ -22,14 +26,10 @@ from engb_core.filtering import (
     noise_of,
     slowest_speed,
 )
-from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.model import Model
-from engb_core.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
-from engb_core.motion_band import COMPARED, told_up_to
-from engb_core.plant import load_torques, nominal_vector, Physics, physics_of
-from engb_core.position_error import effort_of_recording
-from engb_core.recording import Recording
-from engb_core.sharp_motion import sharp_motion_of
+from engb_core.signals.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
+from engb_core.signals.motion_band import COMPARED, told_up_to
+from engb_core.signals.position_error import effort_of_recording
+from engb_core.signals.sharp_motion import sharp_motion_of
 
 __all__ = ['Problem', 'Run', 'problem_of', 'sharper']
 
@@ -269,7 +269,8 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         effective_load=float(np.sum(loads ** 3) / max(np.sum(loads ** 2), 1e-30)),
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
-        joint_type=model.joint.type)
+        joint_type=model.joint.type,
+        commanded=all(motion.commanded is not None for motion in motions))
 
 
 def _moves(motion: Motion) -> NDArray[np.bool_]:
@@ -343,6 +344,10 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
     # Above the corner of the low-pass second differences are blind to what the motion needs.
     low = low_passed_noise(motion, comparison, max(1, round(0.8 / bandwidth / motion.step)))
     resolution = float(np.median(np.abs(recording.effort))) * 1e-4
+    if motion.commanded is not None:
+        # A command's noise is what counts make of it, which a standing one does not show.
+        resolution = (motion.commanded.law.gain * motion.quantum / np.sqrt(12.0)
+                      * comparison.noise_gain_whole)
     if low is None:
         left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
         low = max(noise_of(recording.effort) * comparison.noise_gain_whole,

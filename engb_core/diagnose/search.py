@@ -8,6 +8,7 @@ import math
 
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.more_orders import with_more_orders
 from engb_core.diagnose.multistart import is_rugged, search_around
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.side_by_side import side_by_side
@@ -41,10 +42,10 @@ NOTHING_LEFT = 0.15
 
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
 # is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
-# without one moves along θ by its own coefficients.
+# without one moves along θ by its own coefficients. The scale of effort is that of all numbers.
 _NOT_SEARCHED = {'unexplained_surface', 'law', 'inertia_error', 'viscous_friction_error',
                  'coulomb_friction_error', 'load_stiffness_error', 'load_dependent_friction',
-                 'sampling_delay', 'contact_shift', 'load_curve_shape'}
+                 'sampling_delay', 'contact_shift', 'load_curve_shape', 'effort_scale_error'}
 
 
 @dataclass
@@ -111,6 +112,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
             result.add(fit)
     tell('refining the leading effects')
     _refine(result, 1)
+    _add_orders(result)
     tell('choosing pairs')
     pairs = _companions(result, result.of_size(1)[:len(COMPANIONS)], effects)
     for number, fit in enumerate(_with_companions(fitter, pairs)):
@@ -120,6 +122,13 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
         result.add(fit)
     _refine(result, 2)
     return result
+
+
+def _add_orders(result: Search) -> None:
+    """Let cogging repeat at several orders, where it is among the leading effects."""
+    fit = result.fits.get(('cogging_torque',))
+    if fit is not None and fit in result.of_size(1)[:len(COMPANIONS)]:
+        result.add(with_more_orders(result.fitter, fit))
 
 
 def extend(result: Search, fit: Fit) -> None:

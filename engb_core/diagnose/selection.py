@@ -6,7 +6,8 @@ counts is how much of the mismatch an effect takes away, not whether it does.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import partial
 import math
 
@@ -17,6 +18,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.ranking import excess, price, simplest
+from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE
 
@@ -59,6 +61,8 @@ class Selection:
         nominal_excess: of the model file as it stands.
         excess_before: of the refitted nominal model.
         excess_after: of the chosen.
+        believed: effect → (its probability, its rival), where it follows from other evidence than
+            how much of the mismatch is taken away.
     """
 
     chosen: Fit
@@ -66,6 +70,7 @@ class Selection:
     nominal_excess: float
     excess_before: float
     excess_after: float
+    believed: Mapping[str, tuple[float, str]] = field(default_factory=dict)
 
     @property
     def share(self) -> float:
@@ -165,7 +170,8 @@ def _at_the_edge(fit: Fit, chosen: Fit) -> bool:
         return False
     for index, variant in enumerate(fit.hypothesis.variants):
         sizing = variant.sizing
-        if sizing.none is None or variant.effect.id in chosen.hypothesis.ids:
+        if sizing.none is None or math.isinf(sizing.none) \
+                or variant.effect.id in chosen.hypothesis.ids:
             continue
         size = fit.hypothesis.named(fit.vector, index)[sizing.name]
         most = sizing.high if size > sizing.none else sizing.low
@@ -188,7 +194,7 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fi
         excess(other, fitter) > NEXT_LEAVES * new for other in others
         if not further & set(other.hypothesis.ids))
     return gain > FURTHER_LEAST and gain > FURTHER_PART * old and (
-        gain > least * whole or unmistakable)
+        gain > least * whole or unmistakable or better_on_others(fitter, chosen, best))
 
 
 def worth_a_further_effect(old: float, new: float, whole: float) -> bool:

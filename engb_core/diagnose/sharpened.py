@@ -23,8 +23,8 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
-from engb_core.motion import MOTION_BANDWIDTH
-from engb_core.sharp_motion import MOST_OF_RATE
+from engb_core.signals.motion import MOTION_BANDWIDTH
+from engb_core.signals.sharp_motion import MOST_OF_RATE
 
 __all__ = ['Sharpened', 'explained_problem', 'sharpened']
 
@@ -94,7 +94,8 @@ def _best_form(fitter: Fitter, fit: Fit) -> Fit:
             continue
         # Of the effect as its file has it: the variant's own has been scaled to the stroke.
         for form in variants_of(get_effect(variant.effect.id), fitter.problem.scene):
-            if form.constants == variant.constants:
+            if form.constants == variant.constants \
+                    or len(form.effect.parameters) != len(variant.effect.parameters):
                 continue
             variants = list(best.hypothesis.variants)
             variants[index] = form

@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.orders import leading_orders
 from engb_core.effects.base import Effect
-from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.signals.position_error import effort_of_recording
 
 __all__ = ['settings_from_residual', 'strongest_frequency']
 
@@ -42,8 +42,8 @@ def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     relative = 'actuation' in effect.stages
     angle, residual, weight = [], [], []
     for index, run in enumerate(fitter.problem.runs):
-        effort = effort_of_motion(run.samples, run.motion.step,
-                                  fit.hypothesis.physics(fit.vector, index))
+        effort = effort_of_recording(run.recording, run.motion, run.samples,
+                                     fit.hypothesis.physics(fit.vector, index))
         left = (run.motion.effort - effort) * run.comparison.weight
         by = effort if relative else np.ones_like(effort)
         angle.append(run.motion.position)

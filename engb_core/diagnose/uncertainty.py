@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -132,9 +134,11 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
         if parameter.logarithmic:
             value = float(np.exp(value))
             std *= value
-        if parameter.name == 'phase':
+        if parameter.kind == 'phase':
             value = float(np.remainder(value + np.pi, 2.0 * np.pi) - np.pi)
-        distance = abs(value - (parameter.none or 0.0))
+        # What is none at infinity is measured from nothing, as what has no none.
+        none = parameter.none if parameter.none is not None else 0.0
+        distance = abs(value - (none if math.isfinite(none) else 0.0))
         # Formulas are nearly right, never right: their error moves a parameter.
         std = float(np.hypot(std, parameter.form * distance))
         std = float(np.hypot(std, parameter.form_steps * fitter.problem.scene.sampling))

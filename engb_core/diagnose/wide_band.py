@@ -30,7 +30,7 @@ from engb_core.effects.base import Scene
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
-from engb_core.motion import MOST_OF_RATE
+from engb_core.signals.motion import MOST_OF_RATE
 
 __all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside']
 

@@ -2,36 +2,12 @@
 
 import math
 
-from engb_core.compiled import compiled, effect_function
-from engb_core.effects.base import Effect, EFFORT, Parameter, STATE_SIZE, TIME, TIME_STEP
+from engb_core.delay_line import delayed
+from engb_core.effects.base import Effect, EFFORT, Parameter, TIME, TIME_STEP
+from engb_core.physics.compiled import effect_function
 
-# Places in the state: the first-order lag's output, the past efforts' places filled so far, time
-# and effort·time gathered for the next; from _PAST on the past efforts, in a ring.
-_LAGGED, _FILLED, _TIME, _EFFORT, _PAST = range(5)
-_RING = STATE_SIZE - _PAST
-
-
-@compiled
-def _delayed(state, effort, step, delay):
-    """Return the effort of `delay` [s] ago, from means over stretches of a sixtieth of it."""
-    stretch = step * max(1.0, math.ceil(delay / (_RING - 6) / step - 1e-9))
-    if state[_FILLED] == 0.0:
-        state[_PAST:] = effort
-        state[_FILLED] = 1.0
-    state[_TIME] += step
-    state[_EFFORT] += effort * step
-    if state[_TIME] > stretch - 0.5 * step:
-        state[_PAST + int(state[_FILLED]) % _RING] = state[_EFFORT] / state[_TIME]
-        state[_FILLED] += 1.0
-        state[_TIME] = 0.0
-        state[_EFFORT] = 0.0
-    # Now is half a step ago: effort is held over a step. A mean stands for its stretch's middle.
-    back = max((delay + 0.5 * step - state[_TIME]) / stretch - 0.5, 0.0)
-    whole = int(back)
-    latest = int(state[_FILLED]) - 1
-    newer = state[_PAST + (latest - whole) % _RING]
-    older = state[_PAST + (latest - whole - 1) % _RING]
-    return newer + (back - whole) * (older - newer)
+# Place in the state of the first-order lag's output; the others are the delay's.
+_LAGGED = 0
 
 
 @effect_function
@@ -43,7 +19,7 @@ def _actuation(parameters, state, sample):
     if sample[TIME] <= 0.0:
         state[_LAGGED] = effort
     if delay > 0.5 * sample[TIME_STEP]:
-        effort = _delayed(state, effort, sample[TIME_STEP], delay)
+        effort = delayed(state, effort, sample[TIME_STEP], delay)
     if settling > 0.0:
         state[_LAGGED] += (1.0 - math.exp(-sample[TIME_STEP] / settling)) * (
             effort - state[_LAGGED])

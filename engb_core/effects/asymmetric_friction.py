@@ -1,6 +1,5 @@
 """Friction differs between applying and releasing."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import (
     COULOMB,
     DIRECTION,
@@ -12,6 +11,7 @@ from engb_core.effects.base import (
     VELOCITY,
     VISCOUS,
 )
+from engb_core.physics.compiled import effect_function
 
 # Growth with speed that the statement mentions.
 TOLD = 0.2

@@ -3,8 +3,6 @@ changes sign, with the load decoupled meanwhile."""
 
 import math
 
-from engb_core.compiled import effect_function
-from engb_core.dry_friction import slowed_rate
 from engb_core.effects.base import (
     ACCELERATION,
     COULOMB,
@@ -18,6 +16,8 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
+from engb_core.physics.compiled import effect_function
+from engb_core.physics.dry_friction import slowed_rate
 
 # Flanks as stiff as sampled motion can tell, without a bounce: the impact itself is over within a
 # sample or two.

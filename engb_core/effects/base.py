@@ -12,30 +12,40 @@ Stages, in the order in which a sample passes them:
     direction  returns the direction of friction −1…1, given sample[DIRECTION]
     torque     returns a torque that is added to what the motor must give            [N·m]
     actuation  returns the torque that sample[EFFORT], the measured effort, gives    [N·m]
+
+and, before all of them, where effort is a command (command_law.py):
+
+    command    returns the set-point on which the drive acts, given sample[REFERENCE] [rad]
+
+and, behind them, what a recording makes of it:
+
+    measurement  returns the effort that is recorded, given sample[EFFORT], the true one [N·m]
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+import re
 
-from engb_core.compiled import EffectFunction
 from engb_core.model import EffectSetting
+from engb_core.physics.compiled import EffectFunction
 
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
            'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'NUMBER_OFF', 'PAD_TEMPERATURE', 'POSITION',
-           'SAMPLE_SIZE', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP', 'TORQUE',
-           'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Scene']
+           'REFERENCE', 'SAMPLE_SIZE', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP',
+           'TORQUE', 'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Scene']
 
 # Places in a sample, the array that every effect function receives.
 (TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED, DISC_ANGLE, PAD_TEMPERATURE,
  SHIFT, LOAD, LEVEL, DIRECTION, EFFORT, INERTIA, VISCOUS, COULOMB, LOAD_GAIN,
- TORQUE) = range(18)
-SAMPLE_SIZE = 18
+ TORQUE, REFERENCE) = range(19)
+SAMPLE_SIZE = 19
 STATE_SIZE = 72
 # How the statement begins of an effect that is no missing physics.
 NUMBER_OFF = 'A number is off, which is no missing physics: '
-STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation')
+STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation', 'command',
+          'measurement')
 
 
 @dataclass(frozen=True)
@@ -46,7 +56,8 @@ class Parameter:
         name: as in the contract, table 4, or a name of our own for what the contract leaves open.
         unit: SI, '-' for none.
         low, high: bounds of what is physically possible.
-        none: the value at which the effect vanishes (only for the parameter that sizes it).
+        none: the value at which the effect vanishes (only for the parameter that sizes it;
+            infinity for a limit, which must be logarithmic).
         starts: where a fit starts looking; several for parameters with more than one basin.
         logarithmic: fitted on a logarithmic scale.
         per_recording: has to be found anew in each recording (a phase that is not recorded).
@@ -69,6 +80,11 @@ class Parameter:
     form_steps: float = 0.0
     default: float | None = None
 
+    @property
+    def kind(self) -> str:
+        """The name without the number of one of several alike: `order_2` is an `order`."""
+        return re.sub(r'_\d$', '', self.name)
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -80,7 +96,8 @@ class Scene:
     the load goes roughly with travel^`load_power`; `loaded_share` is the part of the dry friction
     that goes with load, on average while the shaft moves; a parabola through none crosses its best
     straight line over the loads at `reference_load`; a share of the load that changes in
-    proportion to it has at `effective_load` the value that least squares give for all loads.
+    proportion to it has at `effective_load` the value that least squares give for all loads;
+    `commanded` is True where effort is a command that follows from the reference.
     """
 
     duration: float
@@ -98,6 +115,7 @@ class Scene:
     loaded_share: float = 0.5
     reference_load: float = 0.2
     effective_load: float = 0.2
+    commanded: bool = False
 
 
 @dataclass(frozen=True)

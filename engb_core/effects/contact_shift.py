@@ -1,7 +1,7 @@
 """The load curve is moved along the angle: worn pads, another clearance."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, NUMBER_OFF, Parameter
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

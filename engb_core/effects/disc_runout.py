@@ -2,9 +2,9 @@
 
 import math
 
-from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import DISC_ANGLE, DISC_SPEED, Effect, LOAD, Parameter
-from engb_core.harmonics import wave
+from engb_core.physics.compiled import compiled, effect_function
+from engb_core.physics.harmonics import wave
 
 TURNING = 0.2  # rad/s from which a disc turns: above the noise of its speed
 

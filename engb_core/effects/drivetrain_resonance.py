@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 import math
 
-from engb_core.compiled import compiled, effect_function
-from engb_core.dry_friction import slowed_rate
 from engb_core.effects.base import (
     ACCELERATION,
     DIRECTION,
@@ -18,6 +16,8 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
+from engb_core.physics.compiled import compiled, effect_function
+from engb_core.physics.dry_friction import slowed_rate
 
 # How torque rises with twist.
 LINEAR, HARDENS, SOFT_CENTRE = 0.0, 1.0, 2.0

@@ -2,8 +2,8 @@
 
 import math
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, LEVEL, Parameter, TIME
+from engb_core.physics.compiled import effect_function
 
 # Part of the recording within which friction that changes sooner has changed at once.
 _AT_ONCE = 0.01

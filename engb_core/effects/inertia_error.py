@@ -1,7 +1,7 @@
 """The model's inertia is wrong."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import ACCELERATION, Effect, INERTIA, NUMBER_OFF, Parameter
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 
-from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import (
     ACCELERATION,
     Effect,
@@ -28,6 +27,7 @@ from engb_core.errors import InputError
 from engb_core.laws.grammar import coordinates_of, has_memory, parameters_of, parse
 from engb_core.laws.machine import ACTS_AS, LONGEST, MODE, MOST_PARAMETERS, program_of, value_of
 from engb_core.model import EffectSetting
+from engb_core.physics.compiled import compiled, effect_function
 
 __all__ = ['EFFECT', 'law_effect', 'law_value']
 

@@ -5,8 +5,8 @@ follow stands here, a cubic between knots that lie evenly along the stroke; beyo
 known, and the last knot holds.
 """
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, LOAD, Parameter, POSITION
+from engb_core.physics.compiled import effect_function
 
 __all__ = ['EFFECT', 'KNOTS']
 

@@ -1,8 +1,8 @@
 """Friction grows with the load on screw and gears."""
 
-from engb_core.compiled import effect_function
-from engb_core.dry_friction import friction_gain
 from engb_core.effects.base import Effect, LEVEL, LOAD, LOAD_GAIN, Parameter
+from engb_core.physics.compiled import effect_function
+from engb_core.physics.dry_friction import friction_gain
 
 # Curvature that the statement mentions.
 TOLD = 0.15

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import (
     Effect,
     LOAD,
@@ -12,7 +11,8 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
-from engb_core.stop_elements import ELEMENTS, moved_elements
+from engb_core.physics.compiled import compiled, effect_function
+from engb_core.physics.stop_elements import ELEMENTS, moved_elements
 
 # Places in the parameters, and of the first slipping element in the state.
 _RATIO, _DISTANCE, _EXPONENT, _SHARPNESS, _PEAK, _SENSE, _REACH, _ELEMENTS, _POWER = range(9)

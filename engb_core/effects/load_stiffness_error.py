@@ -1,7 +1,7 @@
 """The load torque is a constant factor off: caliper stiffness, or what the force acts on."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, LOAD, NUMBER_OFF, Parameter
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

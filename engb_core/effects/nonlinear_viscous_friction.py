@@ -1,7 +1,7 @@
 """Drag that is not proportional to speed."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, Parameter, VELOCITY
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

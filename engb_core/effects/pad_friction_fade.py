@@ -2,8 +2,8 @@
 
 import math
 
-from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import DISC_SPEED, Effect, LOAD, PAD_TEMPERATURE, Parameter
+from engb_core.physics.compiled import compiled, effect_function
 
 # Part of the highest disc speed from which the disc turns.
 TURNING = 0.04

@@ -2,9 +2,9 @@
 
 import math
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import DIRECTION, Effect, Parameter, TIME_STEP, VELOCITY
-from engb_core.stop_elements import moved_elements
+from engb_core.physics.compiled import effect_function
+from engb_core.physics.stop_elements import moved_elements
 
 # 1 − z runs from 2 (just reversed) to 0; after 63 % of the way it is 2/e.
 _FULL = 2.0

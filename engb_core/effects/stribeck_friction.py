@@ -2,8 +2,8 @@
 
 import math
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, LEVEL, Parameter, VELOCITY
+from engb_core.physics.compiled import effect_function
 
 # Friction near standstill, over that at speed, from which on a fall is believed.
 LEAST = 1.03

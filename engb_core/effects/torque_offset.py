@@ -1,7 +1,7 @@
 """The current sensor has an offset: measured effort is not zero at zero torque."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, EFFORT, Parameter
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

@@ -1,8 +1,8 @@
 """Torque per ampere that is periodic in the shaft angle."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, EFFORT, Parameter, POSITION
-from engb_core.harmonics import toothed_wave
+from engb_core.physics.compiled import effect_function
+from engb_core.physics.harmonics import toothed_wave
 
 
 @effect_function

@@ -1,7 +1,7 @@
 """Less torque per ampere at high current (iron saturation)."""
 
-from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import Effect, EFFORT, Parameter
+from engb_core.physics.compiled import compiled, effect_function
 
 # So much of a further ampere's torque may be lost: more current never gives less torque.
 STEEPEST = 0.8

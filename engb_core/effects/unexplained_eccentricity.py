@@ -2,7 +2,6 @@
 
 import math
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import (
     ACCELERATION,
     Effect,
@@ -12,6 +11,7 @@ from engb_core.effects.base import (
     VELOCITY,
     VISCOUS,
 )
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

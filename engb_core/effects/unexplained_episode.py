@@ -3,8 +3,8 @@ has it."""
 
 import math
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import DIRECTION, Effect, LOAD, Parameter, TIME
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

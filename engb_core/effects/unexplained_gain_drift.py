@@ -2,8 +2,8 @@
 
 import math
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, EFFORT, Parameter, TIME, TIME_STEP
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

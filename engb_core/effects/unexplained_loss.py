@@ -1,7 +1,7 @@
 """A loss that grows with load times speed; no cause is claimed."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, LOAD, Parameter, VELOCITY
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

@@ -5,8 +5,8 @@ Not a cause: it is never named, only written into the corrected model so that it
 
 import math
 
-from engb_core.compiled import compiled, effect_function
 from engb_core.effects.base import DIRECTION, Effect, Parameter, POSITION
+from engb_core.physics.compiled import compiled, effect_function
 
 __all__ = ['DIRECTION_CODE', 'EFFECT', 'MOTOR_ANGLE_CODE', 'NOTHING_CODE', 'SURFACE_VALUES']
 

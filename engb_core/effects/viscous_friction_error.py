@@ -1,7 +1,7 @@
 """The model's viscous friction coefficient is wrong."""
 
-from engb_core.compiled import effect_function
 from engb_core.effects.base import Effect, NUMBER_OFF, Parameter, VELOCITY, VISCOUS
+from engb_core.physics.compiled import effect_function
 
 
 @effect_function

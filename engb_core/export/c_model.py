@@ -9,20 +9,25 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from engb_core import plant
-from engb_core.compiled import PARAMETER_SIZE
 from engb_core.effects import base
 from engb_core.effects.base import Effect, SAMPLE_SIZE, STAGES, STATE_SIZE
 from engb_core.export.expressions import number
 from engb_core.export.kinds import Array, LONG, REAL, TABLE
 from engb_core.export.translate import helpers_of, Translator
-from engb_core.load_friction import load_friction_gain
 from engb_core.model import Model
-from engb_core.plant import effects_of, NOMINAL_SIZE, Physics, physics_of
-from engb_core.simulation import advance_steps, INNER_STEP
+from engb_core.physics import plant
+from engb_core.physics.compiled import PARAMETER_SIZE
+from engb_core.physics.load_friction import load_friction_gain
+from engb_core.physics.plant import ACTUATION_STAGE, effects_of, NOMINAL_SIZE, Physics, physics_of
+from engb_core.physics.simulation import advance_steps, INNER_STEP
 
 __all__ = ['CModel', 'Quantity', 'c_model', 'feedforward_header']
 
+# The stages of the brake itself; the others are of the loop round it and of what is recorded.
+_OF_THE_PLANT = STAGES[:ACTUATION_STAGE + 1]
+_RECORDED = 'when effort and position are recorded'
+_ELSEWHERE = {'command': 'what a drive makes of its set-point',
+              'measurement': 'what is recorded of the effort'}
 # What the nominal vector holds, in its order, with units of a revolute joint.
 _NOMINAL = (('motor.inertia', 'kg.m2'), ('motor.viscous_friction', 'N.m.s/rad'),
             ('friction.coulomb', 'N.m'), ('friction.load_gain', '1'),
@@ -148,7 +153,7 @@ def c_model(model: Model) -> CModel:
     functions = [translator.function(
         function.definition, (Array(PARAMETER_SIZE), Array(STATE_SIZE), Array(SAMPLE_SIZE)),
         writes=('state', 'sample')).name
-        for stage in STAGES for function, _ in physics.stages[stage]]
+        for stage in _OF_THE_PLANT for function, _ in physics.stages[stage]]
     advance = translator.function(advance_steps, (
         Array(NOMINAL_SIZE), Array(physics.cogging.shape[0], 3), TABLE, Array(7, item=LONG),
         Array(len(functions), item=LONG), Array(rows, PARAMETER_SIZE), Array(rows, STATE_SIZE),
@@ -203,9 +208,9 @@ def _tables(physics: Physics, functions: list[str]) -> Iterator[str]:
         text = ', '.join(number(value) for value in values[:used]) or '0'
         yield f'static const {kind} engb_{name}[{max(values.size, 1)}] = {{{_wrapped(text)}}};'
     yield '/* Where each stage of the balance begins among the functions; whose they are. */'
-    bounds = ', '.join(str(one) for one in physics.bounds)
+    bounds = ', '.join(str(one) for one in physics.bounds[:len(_OF_THE_PLANT) + 1])
     yield f'static const long engb_bounds[7] = {{{bounds}}};'
-    owner = ', '.join(str(one) for one in physics.owner) or '0'
+    owner = ', '.join(str(one) for one in physics.owner[:len(functions)]) or '0'
     yield f'static const long engb_owner[{max(len(functions), 1)}] = {{{owner}}};\n'
 
 
@@ -248,9 +253,9 @@ def _quantities(model: Model, effects: list[tuple[Effect, list[float]]],
 
 def _beside(effects: list[tuple[Effect, list[float]]]) -> Iterator[str]:
     for effect, _ in effects:
-        if not effect.stages:
-            yield (f'{effect.id} is when effort and position are recorded, not what the brake '
-                   'does: the plant does not hold it')
+        if not set(effect.stages) & set(_OF_THE_PLANT):
+            yield (f'{effect.id} is {_ELSEWHERE.get(next(iter(effect.stages), ""), _RECORDED)}, '
+                   'not what the brake does: the plant does not hold it')
 
 
 def feedforward_header(model: Model) -> str:

@@ -9,9 +9,9 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from engb_core import compiled
 from engb_core.errors import InputError
 from engb_core.export.kinds import Array, joined, Kind, LONG, REAL, TABLE
+from engb_core.physics import compiled
 
 if TYPE_CHECKING:
     from engb_core.export.translate import Translator
@@ -76,7 +76,8 @@ class Expressions:
         found = getattr(self, f'_{type(node).__name__.lower()}', None)
         if found is None:
             raise self.fail(node, f'{type(node).__name__} is not translated to C')
-        return found(node)
+        made: Value = found(node)
+        return made
 
     def array(self, node: ast.expr) -> tuple[str, Array]:
         """Return the name of an array and its kind."""

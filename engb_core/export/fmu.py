@@ -187,7 +187,7 @@ def _description(model: Model, made: CModel, version: int, token: str, title: st
                   'parameter', _start(entry))
     _structure(root, version, outputs)
     ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding='utf-8', xml_declaration=True)
+    return bytes(ElementTree.tostring(root, encoding='utf-8', xml_declaration=True))
 
 
 def _start(entry: Quantity) -> float:
@@ -244,4 +244,4 @@ def _build_description() -> bytes:
     for name in ('engb_model.c', 'fmi3.c'):
         ElementTree.SubElement(files_of, 'SourceFile', {'name': name})
     ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding='utf-8', xml_declaration=True)
+    return bytes(ElementTree.tostring(root, encoding='utf-8', xml_declaration=True))

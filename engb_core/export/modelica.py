@@ -44,7 +44,7 @@ def modelica(model: Model, name: str = 'EngbModel') -> tuple[str, tuple[str, ...
 
 def _values(entry: EffectSetting, *names: str) -> dict[str, float]:
     from engb_core.effects.catalogue import get_effect
-    from engb_core.plant import setting_values
+    from engb_core.physics.plant import setting_values
     effect = get_effect(entry.effect)
     known = dict(zip(effect.names, setting_values(effect, entry), strict=True))
     return {name: known[name] for name in names}

@@ -71,7 +71,7 @@ class Translator:
         self._taken: set[str] = set()
         self._open: list[types.FunctionType] = []
 
-    def function(self, function: Callable, kinds: Sequence[Kind],
+    def function(self, function: Callable[..., Any], kinds: Sequence[Kind],
                  writes: Sequence[str] = ()) -> Translated:
         """Translate a function for arguments of these kinds, and what it calls.
 
@@ -117,7 +117,8 @@ def plain_function(function: Any) -> types.FunctionType:
     """Return the Python function behind a compiled one or an effect's."""
     for attribute in ('definition', 'py_func'):
         function = getattr(function, attribute, function)
-    return function
+    plain: types.FunctionType = function
+    return plain
 
 
 def _place(function: types.FunctionType) -> str:

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import signal
 
+from engb_core.bench.sensors import VelocityFromPosition
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.control.loop import VELOCITY_CUTOFF
 from engb_core.identify.paper_way import known_cogging, Observed
 from engb_core.identify.smoothing import Motion
 from engb_core.model import Model
 from engb_core.recording import Recording
-from engb_core.sensors import VelocityFromPosition
 
 __all__ = ['drive_velocity', 'observe_causally', 'pass_through_q']
 

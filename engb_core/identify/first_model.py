@@ -28,16 +28,16 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear, minimize_scalar
 
 from engb_core.errors import InputError
-from engb_core.filtering import (
+from engb_core.identify.load_forms import contact_form, FilteredColumns, load_forms, LoadForm
+from engb_core.model import Friction, Joint, Model, Motor
+from engb_core.recording import Recording
+from engb_core.signals.filtering import (
     comparison_of,
     low_passed_noise,
     noise_of,
     slowest_speed,
 )
-from engb_core.identify.load_forms import contact_form, FilteredColumns, load_forms, LoadForm
-from engb_core.model import Friction, Joint, Model, Motor
-from engb_core.motion import motion_of
-from engb_core.recording import Recording
+from engb_core.signals.motion import motion_of
 
 __all__ = ['FirstModel', 'FormScore', 'Number', 'first_model']
 

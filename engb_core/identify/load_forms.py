@@ -10,9 +10,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.filtering import Comparison
 from engb_core.model import Joint, LoadTorque
-from engb_core.motion import Motion
+from engb_core.signals.filtering import Comparison
+from engb_core.signals.motion import Motion
 
 __all__ = ['FilteredColumns', 'LoadForm', 'contact_form', 'load_forms']
 

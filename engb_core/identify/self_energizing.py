@@ -20,8 +20,8 @@ from engb_core.identify.load_and_friction import LoadFit
 from engb_core.identify.procedure import IdentifiedModel
 from engb_core.identify.regression import fit
 from engb_core.identify.uncertainty import Estimate
-from engb_core.kinematics import Mechanism
-from engb_core.statics import pad_friction
+from engb_core.mechanism.kinematics import Mechanism
+from engb_core.mechanism.statics import pad_friction
 
 __all__ = ['compare_paper_way', 'fit_together', 'SelfEnergizing']
 

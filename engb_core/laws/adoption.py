@@ -78,10 +78,10 @@ from pathlib import Path
 
 import numpy as np
 
-from engb_core.inverse_dynamics import effort_of_motion
+from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.model import LoadTorque, Model
-from engb_core.plant import physics_of
-from engb_core.sample_table import sample_table
+from engb_core.physics.plant import physics_of
+from engb_core.physics.sample_table import sample_table
 
 
 def effect():

@@ -28,12 +28,12 @@ from engb_core.effects.base import (
     VISCOUS,
 )
 from engb_core.effects.law import law_value
-from engb_core.filtering import Comparison
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.laws.forms import Atom, Form, Scales
 from engb_core.laws.grammar import parse
 from engb_core.laws.machine import program_of
-from engb_core.position_error import at_recorded_samples, carried
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.signals.filtering import Comparison
+from engb_core.signals.position_error import at_recorded_samples, carried
 
 __all__ = ['Columns', 'scales_of']
 

@@ -32,7 +32,7 @@ from engb_core.laws.judgement import (
 )
 from engb_core.laws.statement import formula_of, said_line, said_names, statement_of
 from engb_core.model import Model
-from engb_core.plant import physics_of
+from engb_core.physics.plant import physics_of
 
 __all__ = ['Won', 'law_for', 'nearest_told']
 

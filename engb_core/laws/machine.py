@@ -18,7 +18,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import compiled, PARAMETER_SIZE
 from engb_core.effects.base import (
     DIRECTION,
     POSITION,
@@ -29,6 +28,7 @@ from engb_core.effects.base import (
 )
 from engb_core.errors import InputError
 from engb_core.laws.grammar import Call, COORDINATES, Expression, Name, Number, parameters_of
+from engb_core.physics.compiled import compiled, PARAMETER_SIZE
 
 __all__ = ['ACTS_AS', 'AXES', 'MODE', 'MOST_PARAMETERS', 'DELAY_MODE', 'LONGEST', 'TURN',
            'program_of', 'value_of']

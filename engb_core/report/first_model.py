@@ -7,7 +7,7 @@ import os
 import numpy as np
 
 from engb_core.identify.first_model import FirstModel
-from engb_core.plant import load_torques, nominal_vector
+from engb_core.physics.plant import load_torques, nominal_vector
 from engb_core.report.figures import Axis, Figure, Line, Panel, Points
 from engb_core.report.layout import Column, Page
 from engb_core.report.wording import number

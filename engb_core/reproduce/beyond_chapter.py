@@ -20,13 +20,13 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.errors import InputError
 from engb_core.identify.causal_observer import drive_velocity
 from engb_core.identify.online import StrokeTracker, StrokeUpdate
-from engb_core.kinematics import Mechanism
+from engb_core.mechanism.kinematics import Mechanism
+from engb_core.mechanism.statics import clamp_force, efficiency_load_gain, self_energizing_gain
 from engb_core.model import EffectSetting, Model
 from engb_core.recording import Recording
 from engb_core.reproduce import chosen
 from engb_core.reproduce.in_process import Replay, replay
 from engb_core.reproduce.plan import Experiment
-from engb_core.statics import clamp_force, efficiency_load_gain, self_energizing_gain
 
 __all__ = ['analyse_wear', 'BeyondResult', 'diagnose_residual', 'ForceComparison', 'in_torque',
            'WearResult']

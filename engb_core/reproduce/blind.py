@@ -18,7 +18,7 @@ from engb_core.identify.paper_way import paper_way, PaperResult
 from engb_core.identify.procedure import IdentifiedModel, identify
 from engb_core.identify.self_energizing import compare_paper_way, fit_together, SelfEnergizing
 from engb_core.identify.uncertainty import Estimate
-from engb_core.kinematics import Mechanism
+from engb_core.mechanism.kinematics import Mechanism
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.reproduce import chosen

@@ -1,8 +1,8 @@
 """Every number of the reproduction that the paper does not give: CHOSEN, here and nowhere else.
 
-The mechanism's own chosen numbers are `engb_core.kinematics.CHOSEN`. What of the paper's numbers
-the brakes were made with, so that finding them again says nothing, is marked as *set* wherever it
-is shown (numbers.py).
+The mechanism's own chosen numbers are `engb_core.mechanism.kinematics.CHOSEN`. What of the paper's
+numbers the brakes were made with, so that finding them again says nothing, is marked as *set*
+wherever it is shown (numbers.py).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 from engb_core.bench.settings import BenchSettings
 from engb_core.control.pid import PidGains
-from engb_core.kinematics import CHOSEN as MECHANISM
+from engb_core.mechanism.kinematics import CHOSEN as MECHANISM
 from engb_core.model import Model, Motor
 
 __all__ = ['ADDED_INERTIA', 'BRAKES', 'DISC_SPEED', 'FORM', 'GAINS', 'MECHANISM', 'MORE',

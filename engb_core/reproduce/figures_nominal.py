@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from engb_core import statics
 from engb_core.identify.nominal import FrequencyResponse
-from engb_core.kinematics import Mechanism
+from engb_core.mechanism import statics
+from engb_core.mechanism.kinematics import Mechanism
 from engb_core.report.figures import Axis, Band, Figure, Line, Panel, Points
 from engb_core.reproduce import chosen
 from engb_core.reproduce.results import BrakeResults

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.bench.brake import BenchBrake
+from engb_core.bench.sensors import SensorSettings
+from engb_core.bench.virtual_brake import Measurement, Profile, VirtualBrake
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.control.excitation import Excitation
 from engb_core.control.loop import LoopSettings, PositionLoop
@@ -20,8 +22,6 @@ from engb_core.model import Model
 from engb_core.recording import Recording, Reference, Signal
 from engb_core.reproduce import chosen
 from engb_core.reproduce.plan import Experiment
-from engb_core.sensors import SensorSettings
-from engb_core.virtual_brake import Measurement, Profile, VirtualBrake
 
 __all__ = ['replay', 'Replay', 'run_experiment', 'virtual_brake']
 

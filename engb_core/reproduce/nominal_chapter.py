@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.bench.sensors import SensorSettings
+from engb_core.bench.virtual_brake import DriveSettings, VirtualBrake
 from engb_core.errors import InputError
 from engb_core.identify.cogging import order_spectrum
 from engb_core.identify.nominal import (
@@ -28,8 +30,6 @@ from engb_core.identify.uncertainty import Estimate
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.reproduce import chosen
-from engb_core.sensors import SensorSettings
-from engb_core.virtual_brake import DriveSettings, VirtualBrake
 
 __all__ = ['analyse_nominal', 'CoggingEffect', 'compare_cogging', 'NominalResult']
 

@@ -6,7 +6,7 @@ from dataclasses import asdict
 import math
 from typing import Any
 
-from engb_core.kinematics import CHOSEN as MECHANISM
+from engb_core.mechanism.kinematics import CHOSEN as MECHANISM
 from engb_core.report.layout import Column, Page
 from engb_core.report.text import escape, Html
 from engb_core.report.wording import MINUS, number

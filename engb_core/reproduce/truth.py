@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from engb_core.bench.apparent import apparent_model
 from engb_core.bench.brake import mean_load_torque, pad_friction_at
 from engb_core.bench.settings import BenchSettings
+from engb_core.mechanism.statics import clamp_force
 from engb_core.model import Model
-from engb_core.statics import clamp_force
 
 __all__ = ['ANGLES', 'Truth', 'truth_of']
 

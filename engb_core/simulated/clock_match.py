@@ -62,9 +62,10 @@ class ClockMatch:
     def statement(self, real: str, simulated: str, unit: str = 'rad', torque: str = 'N·m') -> str:
         """Return it in a sentence."""
         what = 'commands' if self.of_commands else 'motion'
+        late = '' if self.of_commands else ' (in it is how much later one follows its commands)'
         return (f'{simulated} and {real} have the same {what} ({100.0 * self.common:.1f} % of its '
-                f'energy): {simulated} begins {self.offset:+.4f} ± {self.offset_std:.1g} s on the '
-                f'clock of {real}, which runs {1e6 * self.drift:+.0f} ± '
+                f'energy): {simulated} begins {self.offset:+.4f} ± {self.offset_std:.1g} s{late} '
+                f'on the clock of {real}, which runs {1e6 * self.drift:+.0f} ± '
                 f'{1e6 * self.drift_std:.0f} ppm faster. Seen together they differ '
                 f'by {self.position:.3g} {unit} and {self.effort:.3g} {torque} rms.')
 

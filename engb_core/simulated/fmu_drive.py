@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.model import Model
-from engb_core.motion import motion_of
-from engb_core.plant import load_torques, nominal_vector
+from engb_core.physics.plant import load_torques, nominal_vector
 from engb_core.recording import Recording, Reference
+from engb_core.signals.motion import motion_of
 
 __all__ = ['recording_of_fmu']
 

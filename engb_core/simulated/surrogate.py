@@ -17,10 +17,10 @@ import numpy as np
 
 from engb_core.diagnose.diagnosis import Diagnosis
 from engb_core.diagnose.engine import diagnose
-from engb_core.filtering import noise_of
 from engb_core.identify.first_model import first_model
 from engb_core.model import Joint, Model
 from engb_core.recording import Recording
+from engb_core.signals.filtering import noise_of
 
 __all__ = ['Surrogate', 'surrogate_of']
 
@@ -50,7 +50,7 @@ class Surrogate:
         lines = ['The simulator was described by a model of its own recording (a surrogate), '
                  f'which misses {self.remainder:.3g} {unit} rms of its effort'
                  + ('.' if self.noise is None else
-                    f'; noise as in the real recording is {self.noise:.3g} of that.')]
+                    f'; noise as in the real recording would leave {self.noise:.3g}.')]
         if held:
             lines.append('The simulator holds already: ' + ' '.join(held))
         if self.diagnosis.unexplained is not None and self.diagnosis.unexplained.share > 0.0:

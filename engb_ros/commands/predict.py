@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> None:
         with computing(arguments.recording):
             arrays = {'time': recording.time, 'effort': predict_effort(recording, model)}
         if recording.reference is not None and model.controller is not None:
-            from engb_core.simulation import simulate_closed_loop
+            from engb_core.physics.simulation import simulate_closed_loop
             progress('simulating the closed loop')
             with computing(arguments.recording):
                 arrays['position'], arrays['velocity'] = simulate_closed_loop(recording, model)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, TYPE_CHECKING
 
+from engb_core.bench.sensors import SensorSettings
 from engb_core.model import Model
-from engb_core.sensors import SensorSettings
 from engb_ros.files import TRUE_BRAKE
 from engb_ros.nodes.joint import JOINT, with_joint
 from engb_ros.nodes.parameters import ParameterSpec
 
 if TYPE_CHECKING:
     from engb_core.bench.settings import BenchSettings
-    from engb_core.virtual_brake import VirtualBrake
+    from engb_core.bench.virtual_brake import VirtualBrake
 
 __all__ = ['BRAKE_PARAMETERS', 'make_brake']
 
@@ -60,11 +60,11 @@ def make_brake(values: dict[str, Any]) -> VirtualBrake:
     """Return the brake of these parameter values; InputError where they don't fit."""
     # Here, not on top: compiling it at the first start takes seconds, in which a signal must
     # already be heeded.
-    from engb_core.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
+    from engb_core.bench.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
     model = with_joint(Model.read(values['model'] or TRUE_BRAKE), values)
     if values['mechanism']:
         from engb_core.control.clamp_force import read_mechanism
-        from engb_core.statics import mechanism_load
+        from engb_core.mechanism.statics import mechanism_load
         model = mechanism_load(model, read_mechanism(values['mechanism']),
                                values['pad_friction'])
     model = replace(model, effects=model.effects + parse_effects(values['effects']))

@@ -12,7 +12,7 @@ from engb_core.control.pid import ANTIWINDUP_STRATEGIES, PidGains
 from engb_core.control.reference import REFERENCES, ReferenceSettings
 from engb_core.control.supervisor_settings import STALE_ACTIONS, SupervisorSettings
 from engb_core.errors import InputError
-from engb_core.kinematics import Mechanism
+from engb_core.mechanism.kinematics import Mechanism
 from engb_ros.nodes.joint import HARDWARE_ID, JOINT
 from engb_ros.nodes.parameters import ParameterSpec
 from engb_ros.nodes.realtime import REALTIME

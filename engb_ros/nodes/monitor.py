@@ -8,10 +8,10 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
+from engb_core.bench.sensors import VelocityFromPosition
 from engb_core.control.loop import VELOCITY_CUTOFF
 from engb_core.control.mismatch_monitor import MismatchMonitor, MonitorSettings
 from engb_core.model import Model
-from engb_core.sensors import VelocityFromPosition
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.diagnostics import DiagnosticMessage, OK, WARN

@@ -10,10 +10,10 @@ from engb_core.bench.apparent import apparent_model
 from engb_core.bench.brake import BenchBrake, mean_load_torque, pad_friction_at
 from engb_core.bench.settings import BenchSettings
 from engb_core.errors import InputError
+from engb_core.mechanism.statics import clamp_force, load_values
+from engb_core.physics.simulation import BrakePlant
 from engb_core.reproduce import chosen
 from engb_core.reproduce.drawn_brakes import CONTACTS, draw_brake
-from engb_core.simulation import BrakePlant
-from engb_core.statics import clamp_force, load_values
 
 # Nothing but a motor, a load and friction of the model's form.
 PLAIN = chosen.FORM

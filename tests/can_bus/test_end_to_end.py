@@ -127,3 +127,88 @@ def test_in_any_order_of_faults_only_sound_frames_are_used(events):
         now += 0.001
         receiver.check(sound(protector), now)
     assert receiver.state is LinkState.VALID
+
+
+def counters(protector, count):
+    return [sound(protector)[1] & 0x0F for _ in range(count)]
+
+
+def test_the_counter_runs_from_0_to_14():
+    assert counters(Protector(ID), 17) == [*range(15), 0, 1]
+    protector = Protector(ID)
+    assert protector.protect(bytearray(4), 33)[1] == 3
+    assert counters(protector, 1) == [4]
+
+
+def test_a_frame_that_never_went_out_gives_its_counter_back():
+    protector = Protector(ID)
+    assert counters(protector, 1) == [0]
+    protector.take_back()
+    assert counters(protector, 3) == [0, 1, 2]
+    protector.take_back()
+    assert counters(protector, 2) == [2, 3]
+
+
+def test_only_the_low_nibble_is_the_counters():
+    frame = Protector(ID).protect(bytearray((0, 0xBF, 0, 0)))
+    assert frame[1:] == bytes((0xB0, 0, 0))
+
+
+def test_without_a_start_value_the_crc_begins_at_0():
+    assert crc8(b'') == 0
+
+
+def wrong(protector):
+    frame = bytearray(sound(protector))
+    protector.take_back()
+    frame[0] ^= 0x55
+    return bytes(frame)
+
+
+@pytest.mark.parametrize(('between', 'state'), [(6, LinkState.INVALID), (7, LinkState.VALID)])
+def test_more_than_three_wrong_ones_of_the_last_ten_end_the_link(between, state):
+    protector, receiver = valid_link()
+    for _ in range(3):
+        receiver.check(wrong(protector), 0.01)
+    for _ in range(between):
+        receiver.check(sound(protector), 0.01)
+    receiver.check(wrong(protector), 0.01)
+    assert receiver.state is state
+
+
+def test_three_sound_ones_in_a_row_make_a_link():
+    protector, receiver = Protector(ID), Receiver(ID)
+    for state in (LinkState.INIT, LinkState.INIT, LinkState.VALID):
+        assert receiver.check(sound(protector), 0.0) is CheckStatus.OK
+        assert receiver.state is state
+    assert receiver.counts == {CheckStatus.OK: 3}
+    assert not receiver.watch(0.05)
+    assert receiver.watch(0.051)
+    for _ in range(2):
+        receiver.check(sound(protector), 0.1)
+    assert receiver.state is LinkState.INVALID
+    receiver.check(wrong(protector), 0.1)
+    for _ in range(2):
+        receiver.check(sound(protector), 0.1)
+        assert receiver.state is LinkState.INVALID
+    receiver.check(sound(protector), 0.1)
+    assert receiver.state is LinkState.VALID
+
+
+def test_wrong_frames_do_not_break_the_silence_and_sound_ones_do():
+    for make, silent in ((wrong, True), (sound, False)):
+        protector, receiver = valid_link()
+        receiver.check(make(protector), 0.04)
+        assert receiver.watch(0.06) is silent
+
+
+def test_counter_15_is_none_and_short_frames_are_judged_whole():
+    def framed(*data):
+        frame = bytearray((0, *data))
+        frame[0] = frame_crc(frame, ID)
+        return bytes(frame)
+
+    _, receiver = valid_link()   # the last counter was 4
+    assert receiver.check(framed(0x0F, 1), 0.01) is CheckStatus.WRONG_SEQUENCE
+    assert receiver.check(framed(), 0.01) is CheckStatus.WRONG_CRC
+    assert receiver.check(framed(5), 0.01) is CheckStatus.OK

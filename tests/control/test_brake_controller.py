@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from engb_core.bench.virtual_brake import Profile, VirtualBrake
 from engb_core.control.brake_controller import BrakeController
 from engb_core.control.brake_settings import ControllerSettings, ForceSettings
 from engb_core.control.causes import State
@@ -13,7 +14,6 @@ from engb_core.control.loop import LoopSettings
 from engb_core.control.pid import PidGains
 from engb_core.control.reference import ReferenceSettings
 from engb_core.model import EffectSetting, Model
-from engb_core.virtual_brake import Profile, VirtualBrake
 from engb_ros.files import config_file, TRUE_BRAKE
 
 BRAKE = Model.read(TRUE_BRAKE)

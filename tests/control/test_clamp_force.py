@@ -7,6 +7,7 @@ from hypothesis import given, strategies
 import numpy as np
 import pytest
 
+from engb_core.bench.virtual_brake import Profile, VirtualBrake
 from engb_core.control.clamp_force import (
     ClampForceEstimator,
     ClampForceMap,
@@ -17,9 +18,8 @@ from engb_core.control.loop import LoopSettings, PositionLoop
 from engb_core.control.pid import PidGains
 from engb_core.control.trajectory import identification_strokes
 from engb_core.errors import InputError
+from engb_core.mechanism.statics import clamp_force
 from engb_core.model import EffectSetting, LoadTorque, Model
-from engb_core.statics import clamp_force
-from engb_core.virtual_brake import Profile, VirtualBrake
 from engb_ros.files import config_file, TRUE_BRAKE
 
 BRAKE = Model.read(TRUE_BRAKE)

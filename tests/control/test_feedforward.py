@@ -6,7 +6,7 @@ import pytest
 from engb_core.control.feedforward import Feedforward
 from engb_core.control.trajectory import Setpoint
 from engb_core.model import Cogging, Friction, LoadTorque, Model, Motor
-from engb_core.simulation import BrakePlant
+from engb_core.physics.simulation import BrakePlant
 
 MODELS = {
     'polynomial': Model(load_torque=LoadTorque(coefficients=(0.01, 2e-3, 1e-4, 1e-6)),

@@ -6,6 +6,7 @@ import math
 import pytest
 
 from control.supervised import Bench, BRAKE, FORCE, GAINS, in_enabled, LIMITS
+from engb_core.bench.virtual_brake import DriveSettings, VirtualBrake
 from engb_core.control.brake_controller import BrakeController
 from engb_core.control.brake_settings import ControllerSettings
 from engb_core.control.causes import Cause, State, Stop
@@ -15,7 +16,6 @@ from engb_core.control.loop import LoopSettings
 from engb_core.control.supervisor_settings import default_stops, SupervisorSettings
 from engb_core.errors import InputError
 from engb_core.model import Cogging, LoadTorque
-from engb_core.virtual_brake import DriveSettings, VirtualBrake
 
 DT = 0.001
 

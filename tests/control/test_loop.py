@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pytest
 
+from engb_core.bench.virtual_brake import DriveSettings, VirtualBrake
 from engb_core.control.loop import LoopSettings, PositionLoop
 from engb_core.control.pid import PidGains
 from engb_core.control.reference import MotionLimiter, ReferenceSettings, ReferenceSource
 from engb_core.control.trajectory import identification_strokes, Setpoint
 from engb_core.errors import InputError
 from engb_core.model import Model
-from engb_core.virtual_brake import DriveSettings, VirtualBrake
 from engb_ros.files import TRUE_BRAKE
 
 BRAKE = Model.read(TRUE_BRAKE)

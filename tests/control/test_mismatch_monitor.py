@@ -5,13 +5,13 @@ import math
 
 import pytest
 
+from engb_core.bench.virtual_brake import VirtualBrake
 from engb_core.control.loop import LoopSettings, PositionLoop
 from engb_core.control.mismatch_monitor import MismatchMonitor, MonitorSettings
 from engb_core.control.pid import PidGains
 from engb_core.control.trajectory import identification_strokes
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
-from engb_core.virtual_brake import VirtualBrake
 from engb_ros.files import TRUE_BRAKE
 
 BRAKE = Model.read(TRUE_BRAKE)

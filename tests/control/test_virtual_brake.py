@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from engb_core.bench.sensors import SensorChain, SensorSettings, VelocityFromPosition
+from engb_core.bench.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
 from engb_core.errors import InputError
 from engb_core.model import Model
-from engb_core.sensors import SensorChain, SensorSettings, VelocityFromPosition
-from engb_core.simulation import BrakePlant
-from engb_core.virtual_brake import DriveSettings, parse_effects, Profile, VirtualBrake
+from engb_core.physics.simulation import BrakePlant
 from engb_ros.files import TRUE_BRAKE
 
 BRAKE = Model.read(TRUE_BRAKE)

@@ -22,9 +22,9 @@ from engb_core.effect_check import (
 )
 from engb_core.effects.base import DIRECTION, Effect, Parameter, POSITION, SAMPLE_SIZE, Scene
 from engb_core.effects.catalogue import catalogue
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Model
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
 
 from .bench import strokes
 

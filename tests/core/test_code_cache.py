@@ -9,22 +9,22 @@ import sys
 
 import pytest
 
-from engb_core.code_cache import fingerprint
-from engb_core.compiled import COMPILED
+from engb_core.physics.code_cache import fingerprint
+from engb_core.physics.compiled import COMPILED
 
 ROOT = Path(__file__).resolve().parents[2]
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason='numba is not installed')
 
 HELPER = '''
-from engb_core.compiled import compiled
+from engb_core.physics.compiled import compiled
 FACTOR = {factor}
 @compiled
 def inner(value):
     return {inner}
 '''
 CALLER = '''
-from engb_core.compiled import compiled
+from engb_core.physics.compiled import compiled
 from helper import FACTOR, inner
 @compiled
 def outer(value):
@@ -42,7 +42,7 @@ sys.path.insert(0, {root!r})
 from numba.core import event
 compilations = event.install_recorder('numba:run_pass')
 from engb_core.model import EffectSetting, Model
-from engb_core.simulation import BrakePlant
+from engb_core.physics.simulation import BrakePlant
 with compilations as record:
     plant = BrakePlant(Model(effects=(EffectSetting('asymmetric_friction', {{'asymmetry': 0.2}}),
                                       EffectSetting('pad_creep', {{'relaxed_fraction': 0.1,

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.data_faults import cleaned
 from engb_core.diagnose.problem import problem_of
 from engb_core.model import Controller, Friction, LoadTorque, Model
-from engb_core.plant import physics_of
+from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording, Reference
+from engb_core.signals.data_faults import cleaned
 
 from .bench import Bench, strokes
 

@@ -5,6 +5,7 @@ A new file in engb_core/effects is covered by being there.
 
 from __future__ import annotations
 
+from dataclasses import replace
 import os
 from pathlib import Path
 import re
@@ -34,9 +35,9 @@ from engb_core.effects.base import (
 )
 from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Model
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
 
 from .loops import drawn, looped, model_with, nothing, numbers
 
@@ -89,7 +90,7 @@ def test_one_definition(effect):
 def test_nothing_at_none(effect):
     values = nothing(effect, 0)
     model = model_with(effect, values)
-    samples, effort = looped(model_with(None))
+    samples, effort = looped(replace(model, effects=()))
     np.testing.assert_allclose(effort_needed(samples, model),
                                effort_needed(samples, model_with(None)), rtol=0, atol=1e-9)
     again, same = looped(model)
@@ -197,7 +198,7 @@ CONTRACTUAL = table_of_the_contract()
 
 
 def test_the_contract_is_read():
-    assert len(CONTRACTUAL) == 23
+    assert len(CONTRACTUAL) == 27
     assert CONTRACTUAL['stribeck_friction'] == {'breakaway_ratio': '-',
                                                 'stribeck_velocity': 'rad/s'}
 
@@ -263,7 +264,7 @@ def test_effects_add_up():
 def test_without_numba_the_same_numbers(tmp_path):
     """Plain Python runs the same functions; nothing may depend on the compiler."""
     script = ('import sys; sys.modules["numba"] = None\n'
-              'from engb_core.compiled import COMPILED; assert not COMPILED\n'
+              'from engb_core.physics.compiled import COMPILED; assert not COMPILED\n'
               'import numpy; from tests.core.loops import numbers\n'
               'numpy.savez(sys.argv[1], **numbers())')
     done = subprocess.run([sys.executable, '-c', script, str(tmp_path / 'plain.npz')], cwd=ROOT,

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.problem import problem_of
-from engb_core.filtering import Comparison, comparison_of, low_passed_noise, noise_of
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Friction, LoadTorque, Model
-from engb_core.motion import Motion, motion_of
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
+from engb_core.signals.filtering import Comparison, comparison_of, low_passed_noise, noise_of
+from engb_core.signals.motion import Motion, motion_of
 
 from .bench import Bench, strokes
 

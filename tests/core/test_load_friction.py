@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.load_friction import load_friction_gain
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
-from engb_core.simulation import BrakePlant
+from engb_core.physics.load_friction import load_friction_gain
+from engb_core.physics.simulation import BrakePlant
 
 LOADS = np.linspace(0.0, 0.5, 501)
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.motion import gaussian_kernel, Motion, motion_of
 from engb_core.recording import Recording, Signal
-from engb_core.sharp_motion import sharp_motion_of
+from engb_core.signals.motion import gaussian_kernel, Motion, motion_of
+from engb_core.signals.sharp_motion import sharp_motion_of
 
 COUNT = 2.0 * np.pi / 4096.0
 

@@ -6,9 +6,9 @@ import pytest
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.model import Model
-from engb_core.motion_band import COMPARED, told_up_to
 from engb_core.prediction import predict_effort
 from engb_core.recording import Recording
+from engb_core.signals.motion_band import COMPARED, told_up_to
 
 # A pendulum on a geared drive: as light as it is, coarse counts make more torque than it needs.
 INERTIA, LOAD = 0.18, 3.5

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.problem import problem_of
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model, Motor
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
+from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
-from engb_core.sample_table import sample_table
 
 STEP, TOP = 1e-3, 20.0
 LOAD = LoadTorque(coefficients=(0.0, 2e-3, 2e-4, 1e-5))

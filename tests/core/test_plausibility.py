@@ -10,7 +10,8 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.errors import InputError
 from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.plausibility import Plausibility
-from engb_core.recording import Recording
+from engb_core.recording import Recording, Reference
+from tests.core.test_command_law import PENDULUM, servo
 
 MODEL = Model(Motor(0.0174, 6.8e-5, 1.1e-3),
               LoadTorque(coefficients=(0.0, 1e-3, 2e-4), contact_angle=5.0),
@@ -96,3 +97,13 @@ def test_a_wrong_number_is_no_wrong_unit(recording, model, gain):
     """Load three times too stiff or missing, other friction or inertia, torque constant off."""
     changed = dataclasses.replace(recording, effort=gain * recording.effort)
     assert Plausibility(changed, model).fault() == ''
+
+
+def test_units_are_not_judged_by_an_effort_that_is_a_command():
+    """A servo's effort is what it was asked for; a late set-point makes it unlike its torque."""
+    asked = servo()
+    degrees = dataclasses.replace(asked, position=np.degrees(asked.position), reference=Reference(
+        asked.reference.time, np.degrees(asked.reference.position)))
+    measured = dataclasses.replace(degrees, reference=None)
+    assert 'degrees' in Plausibility(measured, PENDULUM).fault()
+    assert Plausibility(degrees, PENDULUM).fault() == ''

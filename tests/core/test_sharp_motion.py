@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engb_core.motion import filtered, gaussian_kernel, Motion, motion_of
 from engb_core.recording import Recording
-from engb_core.sharp_motion import MOST_SAMPLES, sharp_motion_of
+from engb_core.signals.motion import filtered, gaussian_kernel, Motion, motion_of
+from engb_core.signals.sharp_motion import MOST_SAMPLES, sharp_motion_of
 
 COUNT = 2.0 * np.pi / 8192.0
 RATE_OF_SPEED = 80.0    # rad/s²

@@ -18,8 +18,8 @@ from engb_core.model import (
     Model,
     Motor,
 )
+from engb_core.physics.simulation import BrakePlant, simulate_closed_loop
 from engb_core.recording import Recording, Reference
-from engb_core.simulation import BrakePlant, simulate_closed_loop
 
 from .bench import Bench, strokes
 
@@ -198,6 +198,6 @@ def test_the_loop_runs_on_over_blocks(monkeypatch, velocity):
     model = replace(MODEL, controller=Controller(0.05, 0.2, 0.002, 0.6, 1000.0))
     whole = simulate_closed_loop(recording, model)
     for block in (7, 100, 998, 999, 1000):
-        monkeypatch.setattr('engb_core.simulation._BLOCK', block)
+        monkeypatch.setattr('engb_core.physics.simulation._BLOCK', block)
         for values, expected in zip(simulate_closed_loop(recording, model), whole, strict=True):
             np.testing.assert_allclose(values, expected, atol=1e-9)

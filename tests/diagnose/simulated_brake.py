@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from engb_core.bench.sensors import SensorSettings
+from engb_core.bench.virtual_brake import DriveSettings, VirtualBrake
 from engb_core.control.loop import LoopSettings, PositionLoop
 from engb_core.control.pid import PidGains
 from engb_core.control.trajectory import TrajectoryBuilder
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
 from engb_core.recording import Recording, Reference
-from engb_core.sensors import SensorSettings
-from engb_core.virtual_brake import DriveSettings, VirtualBrake
 
 NOMINAL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
                 friction=Friction(0.012, 0.11, 0.5),

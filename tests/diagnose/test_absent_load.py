@@ -8,7 +8,10 @@ import pytest
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of
+from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.recording import Recording
 
@@ -70,3 +73,16 @@ def test_it_is_told_and_nothing_else_is_named():
     assert diagnosis.unexplained.depends_on == ('position',)
     effort = next(entry for entry in diagnosis.held_out if entry.quantity == 'effort')
     assert effort.rms_after < 0.3 * effort.rms_before
+
+
+def test_physics_with_a_name_is_not_given_up_for_a_load_that_explains_less():
+    """A ball screw that drags more one way than the other, described further by a table."""
+    fitter = Fitter(problem_of([recording(contact(), gain=0.1)], MODEL), 1)
+    found = absent_load(fitter, fitter.nominal())
+    variant = variants_of(get_effect('asymmetric_friction'), fitter.problem.scene)[0]
+    named = fitter.fit(variant)
+    described = Explanation(named, object(), 0.9, 1.0)
+    assert found.is_plainer(fitter, described)
+    better = dataclasses.replace(named, residual=np.zeros(named.residual.size))
+    assert not found.is_plainer(fitter, dataclasses.replace(described, fit=better))
+    assert found.is_plainer(fitter, dataclasses.replace(described, fit=fitter.base()))

@@ -13,11 +13,11 @@ from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.sharpened import Sharpened
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import Friction, LoadTorque, Model
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
+from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
-from engb_core.sample_table import sample_table
 
 STEP = 2e-3
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4)),

@@ -7,9 +7,9 @@ import pytest
 
 from engb_core.diagnose.problem import problem_of
 from engb_core.model import Friction, LoadTorque, Model
-from engb_core.motion import motion_of
-from engb_core.plant import physics_of
+from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
+from engb_core.signals.motion import motion_of
 from tests.core.bench import Bench, strokes
 
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),

@@ -16,7 +16,7 @@ from engb_core.effects.catalogue import catalogue
 from engb_core.export.c_model import CModel
 from engb_core.export.fmu import compiler, FLAGS
 from engb_core.model import Cogging, EffectSetting, Model
-from engb_core.simulation import BrakePlant
+from engb_core.physics.simulation import BrakePlant
 from tests.core.loops import drawn, model_with
 
 STEP = 1e-3

@@ -12,7 +12,6 @@ import subprocess
 import numpy as np
 import pytest
 
-from engb_core.compiled import EffectFunction
 from engb_core.control.feedforward import Feedforward
 from engb_core.control.trajectory import Setpoint
 from engb_core.effect_check import MODEL
@@ -22,13 +21,14 @@ from engb_core.errors import InputError
 from engb_core.export.c_model import c_model, feedforward_header
 from engb_core.export.fmu import compiler
 from engb_core.model import Cogging, EffectSetting, LoadTorque
+from engb_core.physics.compiled import EffectFunction
 
 from .machines import compiled_library, differs, machines, run_in_c, simulated
 
 MACHINES = machines()
 QUICK = ('rich', 'load_hysteresis', 'law_friction_gain')
-# They act on what is recorded, not in the brake.
-NOT_IN_IT = ('sampling_delay',)
+# They act on what is recorded or on a loop round the brake, not in it.
+NOT_IN_IT = ('sampling_delay', 'command_delay', 'command_rate_limit', 'effort_measurement_lag')
 
 
 @pytest.mark.parametrize('name', [pytest.param(

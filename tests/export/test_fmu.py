@@ -14,7 +14,7 @@ from engb_core.effect_check import MODEL
 from engb_core.errors import InputError
 from engb_core.export.fmu import compiler, write_fmu
 from engb_core.model import Model
-from engb_core.simulation import BrakePlant
+from engb_core.physics.simulation import BrakePlant
 
 from .machines import differs, DISC, EFFORT, machines, simulated, STEP, TIME, WARMTH
 

@@ -15,7 +15,7 @@ from engb_core.export.json_text import json_text
 from engb_core.export.modelica import modelica
 from engb_core.export.robot_formats import mjcf, urdf
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
-from engb_core.simulation import BrakePlant
+from engb_core.physics.simulation import BrakePlant
 
 from .machines import EFFORT, machines, STEP, with_law
 

@@ -17,7 +17,7 @@ from engb_core.identify.nominal import (
 from engb_core.identify.output_error import fit_output_error
 from engb_core.identify.procedure import identify
 from engb_core.identify.self_energizing import compare_paper_way, fit_together
-from engb_core.kinematics import CHOSEN
+from engb_core.mechanism.kinematics import CHOSEN
 
 from .bench import PAPER, simulate, stroke_reference
 

@@ -8,7 +8,7 @@ import pytest
 import sympy
 
 from engb_core.errors import InputError
-from engb_core.kinematics import CHOSEN, Mechanism
+from engb_core.mechanism.kinematics import CHOSEN, Mechanism
 
 ANGLES = np.linspace(-1.0, CHOSEN.stroke, 47)
 

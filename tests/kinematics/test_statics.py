@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import sympy
 
-from engb_core import statics
 from engb_core.errors import InputError
-from engb_core.kinematics import CHOSEN
+from engb_core.mechanism import statics
+from engb_core.mechanism.kinematics import CHOSEN
 from engb_core.model import Friction, Model
-from engb_core.simulation import BrakePlant
+from engb_core.physics.simulation import BrakePlant
 
 ANGLES = np.linspace(2.0, 21.5, 40)
 

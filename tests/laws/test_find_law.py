@@ -12,7 +12,6 @@ from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.laws.blocks import Blocks, stretches_of_time
 from engb_core.laws.competition import _beats, _without_idle_names
 from engb_core.laws.forms import Form
@@ -20,9 +19,10 @@ from engb_core.laws.grammar import parse
 from engb_core.laws.judgement import depends_on, find_law, Found
 from engb_core.laws.search import _Searching, Screened
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
+from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
-from engb_core.sample_table import sample_table
 
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4)),
               friction=Friction(0.012, 0.1, 0.3))

@@ -10,13 +10,13 @@ import pytest
 
 from engb_core.effects.base import ACCELERATION, DIRECTION, LEVEL, LOAD, POSITION, VELOCITY
 from engb_core.errors import InputError
-from engb_core.inverse_dynamics import effort_of_motion
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
-from engb_core.plant import physics_of
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
+from engb_core.physics.sample_table import sample_table
+from engb_core.physics.simulation import BrakePlant
 from engb_core.prediction import predict_effort
 from engb_core.recording import Recording
-from engb_core.sample_table import sample_table
-from engb_core.simulation import BrakePlant
 
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4)),
               friction=Friction(0.012, 0.1, 1.5))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from engb_core.errors import InputError
-from engb_core.kinematics import CHOSEN as MECHANISM
+from engb_core.mechanism.kinematics import CHOSEN as MECHANISM
 from engb_core.reproduce import chosen
 from engb_core.reproduce.errata import ERRATA
 from engb_core.reproduce.figures_nominal import misfit, TABLE_1

@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 
 from lifecycle_msgs.srv import ChangeState
 import pytest
@@ -37,6 +38,21 @@ def test_every_node_ends_with_status_0(runner, probe, tmp_path, number):
     runner.wait_until(lambda: set(NODES) <= set(probe.node.get_node_names()),
                       'all nodes in the graph', pause=probe.spin)
     runner.stop(number=number)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_who_is_signalled_again_while_it_ends_ends_with_status_0_too(runner, probe, number):
+    """Ctrl-C under ros2 launch comes twice: from the terminal, and from launch."""
+    process = runner.start('disturbance_observer')
+    runner.wait_until(lambda: 'disturbance_observer' in probe.node.get_node_names(), 'the node',
+                      pause=probe.spin)
+
+    def ended():
+        process.signal(number)
+        return process.status is not None
+    runner.processes.clear()   # it shall end
+    runner.wait_until(ended, 'its end', pause=lambda: time.sleep(1e-3))
+    assert process.status == 0
 
 
 @pytest.mark.parametrize('name', [*NODES, 'excitation', 'can_bridge', 'drive_emulator'])

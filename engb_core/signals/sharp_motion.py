@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from engb_core.motion import bridged, Motion, motion_of, without_counts
 from engb_core.recording import Recording
+from engb_core.signals.motion import bridged, Motion, motion_of, without_counts
 
 __all__ = ['MOST_OF_RATE', 'ORDER', 'sharp_motion_of']
 

@@ -11,8 +11,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import call_effect, compiled, kernel
-from engb_core.dry_friction import friction_gain
 from engb_core.effects.base import (
     ACCELERATION,
     DIRECTION,
@@ -24,6 +22,7 @@ from engb_core.effects.base import (
     LOAD,
     PAD_TEMPERATURE,
     POSITION,
+    REFERENCE,
     SAMPLE_SIZE,
     TIME,
     TIME_STEP,
@@ -31,7 +30,9 @@ from engb_core.effects.base import (
 )
 from engb_core.errors import InputError
 from engb_core.model import Controller, Model
-from engb_core.plant import (
+from engb_core.physics.compiled import call_effect, compiled, kernel
+from engb_core.physics.dry_friction import friction_gain
+from engb_core.physics.plant import (
     load_torque,
     N_COULOMB,
     N_INERTIA,
@@ -140,14 +141,35 @@ def _advance_nominal(nominal, cogging, sample, effort, steps):
     sample[DIRECTION] = direction
 
 
+@compiled
+def _acted(functions, bounds, owner, parameters, state, sample, set_point, tick):
+    """Return the set-point on which the drive acts, in a loop that runs every `tick` [s]."""
+    inner = sample[TIME_STEP]
+    sample[TIME_STEP] = tick
+    sample[REFERENCE] = set_point
+    for index in range(bounds[6], bounds[7]):
+        sample[REFERENCE] = call_effect(functions, index, parameters, owner[index], state, sample)
+    sample[TIME_STEP] = inner
+    return sample[REFERENCE]
+
+
 @kernel
 def _loop(nominal, cogging, functions, bounds, owner, parameters, state, sample, gains, ticks,
           steps, integral, out):
     for row in range(ticks.shape[0]):
         sample[DISC_SPEED] = ticks[row, 3]
         sample[PAD_TEMPERATURE] = ticks[row, 4]
-        error = ticks[row, 0] - sample[POSITION]
-        rate = ticks[row, 1] - sample[VELOCITY]
+        set_point = ticks[row, 0]
+        set_speed = ticks[row, 1]
+        if bounds[7] > bounds[6]:
+            # Between cycles the sample holds by how much the set-point runs behind.
+            before = sample[REFERENCE]
+            set_point = _acted(functions, bounds, owner, parameters, state, sample, set_point,
+                               gains[4])
+            sample[REFERENCE] = ticks[row, 0] - set_point
+            set_speed -= (sample[REFERENCE] - before) / gains[4]
+        error = set_point - sample[POSITION]
+        rate = set_speed - sample[VELOCITY]
         wanted = ticks[row, 2] + gains[0] * error + gains[2] * rate + integral
         effort = min(gains[3], max(-gains[3], wanted))
         # Conditional integration: a loop at its limit does not wind up.
@@ -199,6 +221,14 @@ class BrakePlant:
         advance_steps(physics.nominal, physics.cogging, physics.functions, physics.bounds,
                       physics.owner, physics.parameters, self._state, sample,
                       torque if math.isfinite(torque) else 0.0, steps)
+
+    def measured_effort(self, torque: float, duration: float) -> float:
+        """Return the effort [N·m] that is recorded of `torque` after another `duration` [s]."""
+        physics, sample = self._physics, self._sample.copy()
+        sample[TIME_STEP], sample[EFFORT] = duration, torque
+        for function, effect in physics.stages['measurement']:
+            sample[EFFORT] = function(physics.parameters[effect], self._state[effect], sample)
+        return float(sample[EFFORT])
 
     @property
     def time(self) -> float:

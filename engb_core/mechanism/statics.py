@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engb_core.errors import InputError
-from engb_core.kinematics import Mechanism, rising_root
+from engb_core.mechanism.kinematics import Mechanism, rising_root
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 
 __all__ = ['back_efficiency', 'clamp_force', 'clamp_force_of_torque', 'coulomb_friction',

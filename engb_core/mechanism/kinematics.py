@@ -1,7 +1,7 @@
 """Geometry of the brake: reduction gear, ball screw, lever, non-circular gear; (14) to (24).
 
 Corrected where the paper is wrong: (14) is inverted there, θ_bs = θ_M/N_g. Forces are in
-`engb_core.statics`.
+`engb_core.mechanism.statics`.
 
     motor θ_M → screw θ_bs → nut x_bs → lever θ_lv → gear θ_g → pad: x_p along, y_p onto the disc
 """

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.stats import norm
 
+from engb_core.command_law import command_law
 from engb_core.model import Model
-from engb_core.motion import CUT_OFF, quantum_of
 from engb_core.recording import Recording, Signal
+from engb_core.signals.motion import CUT_OFF, quantum_of
 
 __all__ = ['DataFault', 'cleaned']
 
@@ -31,9 +32,6 @@ CHANCE = 0.01
 # Part of a recording at a value that no sample goes beyond, from which on it is a limit: noise
 # alone leaves a single sample at its largest value.
 CLIPPED_LEAST = 10
-# How much of the effort's variance a command computed from the reference may leave: rounding of
-# what was logged; a measured current carries noise that no reference knows of.
-COMPUTED_LEAVES = 1e-3
 
 
 @dataclass(frozen=True)
@@ -213,21 +211,11 @@ def _clipped(recording: Recording, model: Model, rows: NDArray[np.bool_],
 
 def _computed(recording: Recording) -> list[DataFault]:
     """Effort that follows from reference and position alone is a command, no measurement."""
-    reference = recording.reference
-    if reference is None:
-        return []
-    error = np.interp(recording.time, reference.time, reference.position) - recording.position
-    inside = np.abs(recording.effort) < 0.98 * np.max(np.abs(recording.effort))
-    if inside.sum() < 50 or float(np.ptp(error[inside])) == 0.0:
-        return []
-    effort, error = recording.effort[inside], error[inside]
-    design = np.stack([error, np.ones_like(error)], axis=1)
-    solution, *_ = np.linalg.lstsq(design, effort, rcond=None)
-    left = float(np.var(effort - design @ solution))
-    if left > COMPUTED_LEAVES * float(np.var(effort)):
+    law = command_law(recording)
+    if law is None:
         return []
     return [DataFault(
         'effort_is_command', recording.name, 0.0, recording.duration,
-        f'Effort is {solution[0]:.4g} times the deviation from the reference: a command, not a '
+        f'Effort is {law.gain:.4g} times the deviation from the reference: a command, not a '
         'measurement. What the drive itself does to it (delay, limits, back-EMF) is in the '
         'mismatch.')]

@@ -18,15 +18,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import (
-    call_effect,
-    compiled,
-    EffectFunction,
-    handles,
-    kernel,
-    PARAMETER_SIZE,
-)
-from engb_core.dry_friction import friction_gain
 from engb_core.effects.base import (
     COULOMB,
     DIRECTION,
@@ -47,6 +38,15 @@ from engb_core.effects.base import (
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
+from engb_core.physics.compiled import (
+    call_effect,
+    compiled,
+    EffectFunction,
+    handles,
+    kernel,
+    PARAMETER_SIZE,
+)
+from engb_core.physics.dry_friction import friction_gain
 
 __all__ = ['ACTUATION_STAGE', 'MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'effects_of',
            'load_torque', 'load_torques', 'nominal_vector', 'physics_of',
@@ -75,7 +75,7 @@ class Physics:
         cogging: (k, 3) order, amplitude, phase of the model's own cogging terms.
         stages: per stage the (function, effect) pairs, for whole motions.
         functions: the k effect functions in order of stage, as kernels take them.
-        bounds: (7,) where each stage begins in `functions`; the last entry is their number.
+        bounds: (9,) where each stage begins in `functions`; the last entry is their number.
         owner: (k,) which effect a function belongs to.
         parameters: (effects, PARAMETER_SIZE) parameters and constants.
         leads: (effect, its row in `parameters`) of those by which torque comes late.

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import math
 from typing import NamedTuple, TYPE_CHECKING
 
+from engb_core.bench.sensors import SensorChain, SensorSettings
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
-from engb_core.sensors import SensorChain, SensorSettings
-from engb_core.simulation import BrakePlant
+from engb_core.physics.simulation import BrakePlant
 from engb_core.yaml_text import load_yaml, shown
 
 if TYPE_CHECKING:
@@ -144,7 +144,8 @@ class VirtualBrake:
         self.samples += 1
         time = self.samples * self.period
         bench = self._bench
-        torque = self.torque if bench is None else bench.effort
+        torque = (self._plant.measured_effort(self.torque, self.period)
+                  if isinstance(self._plant, BrakePlant) else self._plant.effort)
         position, velocity, effort = self._sensors.measure(time, self._plant.position, torque)
         if bench is None:
             return Measurement(time, position, velocity, effort, disc_speed, temperature)

@@ -20,8 +20,9 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicHermiteSpline
 from scipy.ndimage import convolve1d, maximum_filter1d
 
+from engb_core.command_law import Commanded, commanded_of
+from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
-from engb_core.sample_table import sample_table
 
 __all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered',
            'gaussian_kernel', 'motion_of', 'quantum_of', 'without_counts']
@@ -47,8 +48,9 @@ class Motion:
 
     Position, its derivatives and effort have passed the same Gaussian of `bandwidth` [Hz].
     `known` is False where the grid falls into a gap of the recording, where effort that was cut
-    off reaches, and at its very ends;
-    `recorded_step` [s] is the recording's own; `sharp` tells a motion of sharp_motion.py.
+    off reaches, and at its very ends; `recorded_step` [s] is the recording's own; `sharp` tells a
+    motion of sharp_motion.py; `commanded` says what effort was computed from, where it is a
+    command.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Motion:
     bandwidth: float
     recorded_step: float
     sharp: bool = False
+    commanded: Commanded | None = None
 
     @property
     def speed(self) -> float:
@@ -143,7 +146,8 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
         known=_known(recording, time, fine, gaussian_kernel(bandwidth, fine).size // 2),
         quantum=quantum_of(recording.position),
         has_disc=disc is not None and bool(np.any(np.abs(disc) > 1e-6)),
-        has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine)
+        has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine,
+        commanded=commanded_of(recording, full, gaussian_kernel(bandwidth, fine)))
 
 
 def without_counts(recording: Recording, values: Array | None = None) -> tuple[Array, Array]:

@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import EffectFunction, kernel, row_of
 from engb_core.effects.base import ACCELERATION, EFFORT, INERTIA, POSITION, TORQUE, VELOCITY
-from engb_core.plant import N_DELAY, Physics, torque_without_inertia
+from engb_core.physics.compiled import EffectFunction, kernel, row_of
+from engb_core.physics.plant import N_DELAY, Physics, torque_without_inertia
 
-__all__ = ['effort_of_motion']
+__all__ = ['effort_of_motion', 'measured']
 
 Array = NDArray[np.float64]
 
@@ -112,7 +112,16 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
     if delay != 0.0 and effort.size > 1:
         prompt, effort = effort, np.empty_like(effort)
         _later(prompt, delay / step, effort)
-    return effort
+    return measured(samples, physics, state, effort) if physics.stages['measurement'] else effort
+
+
+def measured(samples: Array, physics: Physics, state: Array, effort: Array) -> Array:
+    """Return what is recorded of a true effort (n,) [N·m], by the stage of measurement; `samples`
+    (n, SAMPLE_SIZE) hold the times, and the efforts afterwards."""
+    samples[:, EFFORT] = effort
+    for function, effect in physics.stages['measurement']:
+        function.loop(physics.parameters[effect], state[effect], samples, EFFORT)
+    return samples[:, EFFORT].copy()
 
 
 def _corrected(samples: Array, step: float, physics: Physics) -> Array:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from engb_core.motion import quantum_of
 from engb_core.recording import Recording
+from engb_core.signals.motion import quantum_of
 
 __all__ = ['COMPARED', 'told_up_to']
 

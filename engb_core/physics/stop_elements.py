@@ -6,7 +6,7 @@ Where an exponential memory forgets a turning point, they keep it until it is pa
 
 from __future__ import annotations
 
-from engb_core.compiled import compiled
+from engb_core.physics.compiled import compiled
 
 __all__ = ['ELEMENTS', 'moved_elements']
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.compiled import compiled
+from engb_core.physics.compiled import compiled
 
 __all__ = ['toothed_wave', 'wave']
 

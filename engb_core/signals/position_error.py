@@ -22,11 +22,11 @@ from engb_core.effects.base import (
     TORQUE,
     VELOCITY,
 )
-from engb_core.inverse_dynamics import effort_of_motion
-from engb_core.motion import filtered, gaussian_kernel, Motion, without_counts
-from engb_core.plant import Physics
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
-from engb_core.sharp_motion import ORDER
+from engb_core.signals.motion import filtered, gaussian_kernel, Motion, without_counts
+from engb_core.signals.sharp_motion import ORDER
 
 __all__ = ['at_recorded_samples', 'carried', 'effort_of_recording']
 
@@ -79,7 +79,8 @@ def _unwarped(recording: Recording, late: Array) -> Array:
 def effort_of_recording(recording: Recording, motion: Motion, samples: Array, physics: Physics,
                         moving: NDArray[np.bool_] | None = None) -> Array:
     """Return the effort (n,) [N·m] that the recorded motion needs, with its position corrected by
-    what `physics` says of the sensor.
+    what `physics` says of the sensor; where effort is a command, the one that was recorded while
+    the drive acted on another.
 
     Args:
         recording: what was sampled.
@@ -88,6 +89,14 @@ def effort_of_recording(recording: Recording, motion: Motion, samples: Array, ph
         physics: model and effects.
         moving: as for `effort_of_motion`.
     """
+    effort = _needed(recording, motion, samples, physics, moving)
+    if motion.commanded is not None and physics.stages['command']:
+        effort += motion.commanded.smoothed(physics, motion.time)
+    return effort
+
+
+def _needed(recording: Recording, motion: Motion, samples: Array, physics: Physics,
+            moving: NDArray[np.bool_] | None) -> Array:
     if not physics.corrections:
         return effort_of_motion(samples, motion.step, physics, moving)
     plain = replace(physics, corrections=())

@@ -15,7 +15,7 @@ import threading
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.code_cache import CodeCache
+from engb_core.physics.code_cache import CodeCache
 
 __all__ = ['COMPILED', 'EffectFunction', 'PARAMETER_SIZE', 'call_effect', 'compiled',
            'effect_function', 'handles', 'kernel', 'row_of']

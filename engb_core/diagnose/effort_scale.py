@@ -1,0 +1,126 @@
+"""One factor on inertia and load is one cause: the scale of effort, not two wrong numbers.
+
+Inertia and load of a model are known apart from any effort (from masses and lengths). Where the
+recordings want both changed, by factors that agree within their deviations, either two numbers are
+wrong and agree by chance, or effort is off by one factor (torque constant). How likely the first
+is follows from how far apart two wrong numbers usually are, and how far these are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+import math
+
+from scipy.stats import norm
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.nominal import LOAD_NUMBERS
+from engb_core.diagnose.numbers import level, refitted, was_refitted
+from engb_core.diagnose.selection import Selection
+from engb_core.diagnose.uncertainty import vector_deviations
+from engb_core.effects.catalogue import get_effect
+
+__all__ = ['with_effort_scale']
+
+SCALE, LOAD = 'effort_scale_error', 'load_stiffness_error'
+# What says that the load curve is off as a whole: judged anew beside the scale of effort.
+MOVERS = (LOAD, 'contact_shift', 'torque_offset')
+# Deviations by which inertia and load must each be off, and by which their factors may differ.
+DEVIATIONS = 2.0
+# How far apart the logarithms of two wrong numbers' factors usually are: each of them is believed
+# to 0.4 (nominal.py).
+APART = 0.4 * math.sqrt(2.0)
+# What numbers from masses and lengths are sure to at best: each effect's `form`.
+FORM = 0.01 * math.sqrt(2.0)
+# Log mean square by which what was chosen may fit better.
+BETTER = 0.03
+
+
+@dataclass(frozen=True)
+class _Factors:
+    """By what the recordings multiply inertia and load, as logarithms with deviations."""
+
+    inertia: float
+    inertia_std: float
+    load: float
+    load_std: float
+
+    @property
+    def apart(self) -> float:
+        return self.inertia - self.load
+
+    @property
+    def std(self) -> float:
+        return math.hypot(self.inertia_std, self.load_std, FORM)
+
+    @property
+    def both_off_alike(self) -> bool:
+        """Whether both are off, to the same side, and agree."""
+        return (self.inertia * self.load > 0.0
+                and abs(self.inertia) > DEVIATIONS * self.inertia_std
+                and abs(self.load) > DEVIATIONS * self.load_std
+                and abs(self.apart) < DEVIATIONS * self.std)
+
+    def one_cause(self) -> float:
+        """Return the probability that they agree for a reason, and not by chance."""
+        by_reason = norm.pdf(self.apart, scale=self.std)
+        by_chance = norm.pdf(self.apart, scale=math.hypot(self.std, APART))
+        return float(by_reason / (by_reason + by_chance))
+
+
+def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
+    """Return the selection with the scale of effort in the place of a wrong inertia and a wrong
+    load, where their factors agree."""
+    scene = fitter.problem.scene
+    chosen = selection.chosen
+    given = {entry.effect for entry in fitter.problem.model.effects}
+    if scene.largest_load <= 0.0 or {SCALE, LOAD} & given or chosen.hypothesis.onsets \
+            or refitted(fitter) or was_refitted(fitter):
+        return selection
+    start = _without_movers(fitter, chosen)
+    factors = _factors(fitter, start)
+    if factors is None or not factors.both_off_alike:
+        return selection
+    fit = _scaled(fitter, start)
+    if math.log(level(fit, fitter)) > math.log(level(chosen, fitter)) + BETTER:
+        return selection
+    return replace(selection, chosen=fit, rivals=(),
+                   excess_after=max(level(fit, fitter) - 1.0, 0.0),
+                   believed={SCALE: (factors.one_cause(), LOAD)})
+
+
+def _without_movers(fitter: Fitter, fit: Fit) -> Fit:
+    for place in reversed(range(len(fit.hypothesis.variants))):
+        if fit.hypothesis.variants[place].effect.id in MOVERS:
+            fit = fitter.without(fit, place)
+    return fit
+
+
+def _scaled(fitter: Fitter, start: Fit) -> Fit:
+    """Return the fit with the scale of effort, inertia and load as the file has them."""
+    numbers = tuple(number for number in fitter.numbers
+                    if number.name != 'inertia' and number.name not in LOAD_NUMBERS)
+    variant, = variants_of(get_effect(SCALE), fitter.problem.scene)
+    return fitter.refine(fitter.fit(variant, fitter.refit(start, numbers), rounds=8), 12)
+
+
+def _factors(fitter: Fitter, start: Fit) -> _Factors | None:
+    """Return by what inertia and load must be multiplied, each by a number of its own."""
+    numbers = tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
+    names = [number.name for number in numbers]
+    if 'inertia' not in names:
+        return None
+    variant, = variants_of(get_effect(LOAD), fitter.problem.scene)
+    fit = fitter.finish(fitter.refine(fitter.fit(
+        variant, fitter.refit(start, numbers), rounds=8), 12))
+    deviations = vector_deviations(fit, fitter)
+    inertia = names.index('inertia')
+    scale = len(numbers) + next(entry for entry, place in enumerate(fit.hypothesis.places)
+                                if place[0] == len(fit.hypothesis.variants) - 1)
+    factor = float(fit.vector[scale])
+    if factor <= 0.0:
+        return None
+    return _Factors(
+        float(fit.vector[inertia]) - math.log(fitter.problem.model.motor.inertia),
+        float(deviations[inertia]), math.log(factor), float(deviations[scale]) / factor)

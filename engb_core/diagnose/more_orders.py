@@ -1,0 +1,81 @@
+"""Cogging of several unrelated orders: one effect with a list, not several names.
+
+Left with one order, what repeats at another would pass for a torque ripple, a spot on the stroke
+or an eccentric encoder. So the orders are added before any other effect is tried beside it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.numbers import level
+from engb_core.diagnose.starts import settings_from_residual
+from engb_core.effects.cogging_torque import EFFECT, MORE_ORDERS, with_orders
+
+__all__ = ['with_more_orders']
+
+# An order is another one if it lies this part off all that are there, and off their harmonics.
+APART = 0.02
+HARMONICS = (1.0, 2.0, 3.0)
+ROUNDS = 8
+# A further order must take away this part of the mean square above the noise, also of what no fit
+# has seen.
+PART = 0.15
+
+
+def with_more_orders(fitter: Fitter, fit: Fit) -> Fit:
+    """Return a fit whose only effect is cogging, with as many orders as each take away a part of
+    what the others leave."""
+    for count in range(2, 2 + MORE_ORDERS):
+        left = level(fit, fitter) - 1.0
+        if left <= 0.0:
+            break
+        found = [_with_order(fitter, fit, count, setting['order'])
+                 for setting in settings_from_residual(fitter, fit, EFFECT) or ()
+                 if _is_new(fit, setting['order'])]
+        best = min(found, key=lambda entry: entry.cost, default=None)
+        if best is None or level(best, fitter) - 1.0 > (1.0 - PART) * left \
+                or not _better_unseen(fitter, fit, best):
+            break
+        fit = fitter.refine(best)
+    return fit
+
+
+def _is_new(fit: Fit, order: float) -> bool:
+    values = fit.hypothesis.named(fit.vector, 0)
+    there = [values['order'] * harmonic for harmonic in HARMONICS]
+    there += [values[f'order_{number}'] for number in range(2, 2 + MORE_ORDERS)
+              if values[f'amplitude_{number}'] > 0.0]
+    return all(abs(order - other) > APART * other for other in there)
+
+
+def _with_order(fitter: Fitter, fit: Fit, count: int, order: float) -> Fit:
+    """Return the fit with one order more, begun at what linear least squares say of its sine and
+    cosine."""
+    effect = with_orders(count)
+    constants = fit.hypothesis.variants[0].constants[-len(effect.constants):] \
+        if effect.constants else ()
+    hypothesis = fitter.hypothesis((Variant(effect, constants),), fit.hypothesis.numbers)
+    unit = float(fit.hypothesis.named(fit.vector, 0)['amplitude']) or 1.0
+
+    def at(size: float, phase: float) -> Fit:
+        return fitter.evaluate(hypothesis, np.concatenate([
+            fit.vector, [size, np.log(order), phase]]))
+
+    columns = np.stack([(at(unit, phase).predicted - fit.predicted) / unit
+                        for phase in (0.0, 0.5 * np.pi)], axis=1)
+    weight = fitter.weight
+    sizes, *_ = np.linalg.lstsq(columns * weight[:, None], fit.residual * weight, rcond=None)
+    return fitter.iterate(at(float(np.hypot(*sizes)), float(np.arctan2(sizes[1], sizes[0]))),
+                          ROUNDS)
+
+
+def _better_unseen(fitter: Fitter, fit: Fit, other: Fit) -> bool:
+    unseen = ~fitter.fitted
+    if not unseen.any():
+        return True
+    before, after = (float(np.sum((entry.residual[unseen] / fitter.spread[unseen]) ** 2))
+                     for entry in (fit, other))
+    return after < (1.0 - PART) * before

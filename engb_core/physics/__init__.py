@@ -1,0 +1,1 @@
+"""The one definition of each torque: plant, inverse dynamics, simulation, what is compiled."""

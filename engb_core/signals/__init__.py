@@ -1,0 +1,1 @@
+"""From samples to motion: filters, the band, faults of the data, errors of the position."""

@@ -1,0 +1,76 @@
+"""Inertia and load off by one factor: the scale of effort, one cause."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.effort_scale import with_effort_scale
+from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.selection import Selection
+from engb_core.model import Friction, LoadTorque, Model, Motor
+from engb_core.recording import Recording
+
+# A pendulum as its masses and lengths say.
+MODEL = Model(Motor(0.09, 0.15, 0.03), LoadTorque('sinusoid', amplitude=3.0),
+              Friction(0.1, 0.0, 0.1))
+TIME = np.arange(6000) / 500.0
+POSITION = 1.5 * np.sin(2 * np.pi * 0.4 * TIME) + 0.5 * np.sin(2 * np.pi * 1.3 * TIME)
+VELOCITY = np.gradient(POSITION, TIME)
+
+
+def recording(inertia=1.0, load=1.0, friction=1.0):
+    """Return MODEL's motion with these factors on its torques, as effort tells them."""
+    effort = (0.15 * inertia * np.gradient(VELOCITY, TIME) + 3.0 * load * np.sin(POSITION)
+              + friction * (0.03 * VELOCITY + 0.1 * np.clip(VELOCITY / 0.1, -1.0, 1.0)))
+    noise = 0.05 * np.random.default_rng(7).standard_normal(TIME.size)
+    return Recording('run', TIME, POSITION, effort + noise)
+
+
+def chosen(run, model=MODEL):
+    fitter = Fitter(problem_of([run], model), 1)
+    return with_effort_scale(fitter, Selection(fitter.base(), (), 1.0, 0.0, 0.0))
+
+
+def test_one_factor_on_inertia_and_load_is_one_cause():
+    selection = chosen(recording(1.25, 1.25, 1.25))
+    assert selection.chosen.hypothesis.ids == ('effort_scale_error',)
+    assert selection.chosen.hypothesis.named(
+        selection.chosen.vector, 0)['scale'] == pytest.approx(0.8, abs=0.01)
+    probability, rival = selection.believed['effort_scale_error']
+    assert 0.9 < probability < 1.0
+    assert rival == 'load_stiffness_error'
+
+
+@pytest.mark.parametrize('factors', [(1.25, 1.0), (1.0, 1.25), (1.25, 1.5), (0.8, 1.25),
+                                     (1.0, 1.0)])
+def test_two_factors_or_none_are_not(factors):
+    selection = chosen(recording(*factors))
+    assert selection.chosen.hypothesis.ids == ()
+    assert selection.believed == {}
+
+
+def test_a_machine_without_load_cannot_tell():
+    model = replace(MODEL, load_torque=LoadTorque())
+    assert chosen(recording(1.25, 0.0, 1.25), model).believed == {}
+
+
+def test_a_file_that_was_refitted_says_nothing_of_masses_and_lengths():
+    model = replace(MODEL, motor=replace(MODEL.motor, inertia=0.15 * 1.25),
+                    load_torque=replace(MODEL.load_torque, amplitude=3.0 * 1.25))
+    assert chosen(recording(1.25, 1.25, 1.0), model).believed == {}
+
+
+@pytest.mark.slow
+def test_it_is_told_and_nothing_else():
+    found = diagnose([recording(1.25, 1.25, 1.25)], MODEL)
+    told = {entry.effect: entry for entry in found.effects if entry.probability >= 0.5}
+    assert set(told) == {'effort_scale_error'}
+    scale = told['effort_scale_error']
+    assert scale.parameters['scale'].value == pytest.approx(0.8, abs=0.01)
+    assert [effect for effect, _ in scale.alternatives] == ['load_stiffness_error']
+    assert found.model.motor.inertia == 0.15
+    effort = next(entry for entry in found.held_out if entry.quantity == 'effort')
+    assert effort.rms_after < 0.2 * effort.rms_before

@@ -1,0 +1,81 @@
+"""Cogging of several unrelated orders: one effect with a list of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.more_orders import with_more_orders
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.search import with_variant
+from engb_core.effects.catalogue import get_effect
+from engb_core.model import EffectSetting, Friction, LoadTorque, Model, Motor
+from engb_core.physics.plant import physics_of
+from engb_core.recording import Recording
+
+# A motor on its own.
+MODEL = Model(Motor(0.05, 1e-4, 1e-4), LoadTorque(), Friction(0.01, 0.0, 0.1))
+TIME = np.arange(24000) / 1000.0
+POSITION = (12.0 * np.sin(2 * np.pi * 0.05 * TIME) + 4.0 * np.sin(2 * np.pi * 0.21 * TIME)
+            + 0.4 * np.sin(2 * np.pi * 1.1 * TIME))
+VELOCITY = np.gradient(POSITION, TIME)
+
+
+def recording(*waves):
+    """Return MODEL's motor with these waves of torque, (amplitude, order, phase) each."""
+    effort = (1e-4 * np.gradient(VELOCITY, TIME) + 1e-4 * VELOCITY
+              + 0.01 * np.clip(VELOCITY / 0.1, -1.0, 1.0))
+    for amplitude, order, phase in waves:
+        effort = effort + amplitude * np.sin(order * POSITION + phase)
+    noise = 5e-4 * np.random.default_rng(3).standard_normal(TIME.size)
+    return Recording('run', TIME, POSITION, effort + noise)
+
+
+WAVES = ((0.008, 7.0, 0.3), (0.006, 12.0, -1.0), (0.004, 5.0, 2.0))
+
+
+def cogging(run):
+    fitter = Fitter(problem_of([run], MODEL), 1)
+    variant, = variants_of(get_effect('cogging_torque'), fitter.problem.scene)
+    return fitter, with_variant(fitter, fitter.base(), variant)
+
+
+def test_each_order_is_found_with_its_size():
+    fitter, fit = cogging(recording(*WAVES))
+    more = with_more_orders(fitter, fit)
+    values = more.hypothesis.named(more.vector, 0)
+    found = {round(values[f'order{end}'], 1): values[f'amplitude{end}']
+             for end in ('', '_2', '_3')}
+    assert found == {order: pytest.approx(size, rel=0.05) for size, order, _ in WAVES}
+    assert 'amplitude_4' in values and values['amplitude_4'] == 0.0
+
+
+def test_one_order_stays_one():
+    fitter, fit = cogging(recording(WAVES[0]))
+    assert with_more_orders(fitter, fit) is fit
+
+
+def test_a_model_file_holds_them():
+    run = recording(*WAVES)
+    settings = EffectSetting('cogging_torque', {
+        'amplitude': 0.008, 'order': 7.0, 'phase': 0.3, 'amplitude_2': 0.006, 'order_2': 12.0,
+        'phase_2': -1.0, 'amplitude_3': 0.004, 'order_3': 5.0, 'phase_3': 2.0,
+        'second_sine': 0.0, 'second_cosine': 0.0})
+    entry, = problem_of([run], MODEL).runs
+    without, with_them = (entry.measured - entry.predicted(physics_of(model)) for model in (
+        MODEL, replace(MODEL, effects=(settings,))))
+    assert np.std(with_them) < 0.1 * np.std(without)
+
+
+@pytest.mark.slow
+def test_it_is_told_as_one_effect_and_nothing_beside_it():
+    found = diagnose([recording(*WAVES)], MODEL)
+    told = [entry for entry in found.effects if entry.probability >= 0.5]
+    assert [entry.effect for entry in told] == ['cogging_torque']
+    parameters = told[0].parameters
+    assert sorted(round(parameters[name].value) for name in ('order', 'order_2', 'order_3')) \
+        == [5, 7, 12]
+    assert '12 times' in told[0].statement
