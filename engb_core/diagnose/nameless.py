@@ -47,7 +47,8 @@ def that_carries(fitter: Fitter, nominal: Fit, told: Sharpened) -> Sharpened:
     if fit.hypothesis.variants:
         kinds, free = several, numbers_and_sizes(fit)[count:]
     else:
-        kinds, free = [stretches], list(range(count))
+        # A free load curve is a table, though it stands among the numbers.
+        kinds, free = several if fitter.load_shape else [stretches], list(range(count))
     weighted = (nominal.residual * fitter.weight) ** 2
     missed = float(np.sum(weighted) / np.sum((fitter.sigma * fitter.weight) ** 2))
 
