@@ -2,8 +2,9 @@
 
 Refitted numbers and tables follow the motion that they were fitted to, whatever is missing: on the
 next recording, which moves in other ways, they may be worse than the file. So each must explain
-more than half of what the file misses of stretches, and of kinds of motion, that it was not fitted
-to: right more often than wrong where nothing else says that it is right at all.
+more than half of what the file misses of stretches that it was not fitted to, tables and
+descriptions also of kinds of motion: right more often than wrong where nothing else says that it
+is right at all.
 """
 
 from __future__ import annotations
@@ -37,9 +38,17 @@ def that_carries(fitter: Fitter, nominal: Fit, told: Sharpened) -> Sharpened:
         told: descriptions and refitted numbers, the fullest model first.
     """
     fit, table = told.explanation.fit, told.explanation.table
-    free = numbers_and_sizes(fit)
-    kinds = [stretches_of_time(fitter), *kinds_of_motion(fitter)]
-    kinds = [labels for labels in kinds if np.unique(labels[fitter.fitted]).size > 1]
+    # Effects that describe the rest are asked for their size on every kind of motion. Numbers
+    # are asked on stretches alone: slow motion tells no inertia, but gives no reason to doubt it.
+    count = len(fit.hypothesis.numbers)
+    stretches = stretches_of_time(fitter)
+    several = [labels for labels in (stretches, *kinds_of_motion(fitter))
+               if np.unique(labels[fitter.fitted]).size > 1]
+    if fit.hypothesis.variants:
+        kinds, free = several, numbers_and_sizes(fit)[count:]
+    else:
+        # A free load curve is a table, though it stands among the numbers.
+        kinds, free = several if fitter.load_shape else [stretches], list(range(count))
     weighted = (nominal.residual * fitter.weight) ** 2
     missed = float(np.sum(weighted) / np.sum((fitter.sigma * fitter.weight) ** 2))
 
@@ -50,6 +59,6 @@ def that_carries(fitter: Fitter, nominal: Fit, told: Sharpened) -> Sharpened:
     if not all(enough(Blocks(fitter, fit, labels, free).without().level) for labels in kinds):
         kept = kept[:-1]
     if table is not None and not all(
-            enough(left_out(fitter, fit, table.table, labels)) for labels in kinds):
+            enough(left_out(fitter, fit, table.table, labels)) for labels in several):
         kept = kept[1:]
     return replace(told, models=kept)

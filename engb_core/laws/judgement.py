@@ -252,6 +252,9 @@ def _gain(search: Search, law: Candidate) -> float:
 def _approximates(search: Search, law: Candidate) -> bool:
     """Whether what is no law yet explains more than it leaves, everywhere."""
     before, after = search.before.level, law.score.level
+    # Time and the way travelled pass but once: nothing that was left out tells how it goes on.
+    if {'time', 'distance'} & set(depends_on(law)):
+        return False
     return (before - after > ELSEWHERE * (before - 1.0) and _explained(search, law) > ELSEWHERE
             and _pays(search, law) and all(
                 _same_size(search, law, labels) for labels in kinds_of_motion(search.fitter)))

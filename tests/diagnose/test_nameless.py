@@ -48,6 +48,12 @@ def test_right_numbers_carry_over():
     assert kept == told >= 1
 
 
+def test_a_wrong_inertia_carries_over_though_slow_motion_does_not_tell_it():
+    truth = replace(MODEL, motor=replace(MODEL.motor, inertia=1.6 * MODEL.motor.inertia))
+    told, kept = kept_of(lambda time, position, velocity: 0.0, truth)
+    assert kept == told >= 1
+
+
 def test_a_table_of_what_lies_on_the_stroke_carries_over():
     told, kept = kept_of(lambda time, position, velocity: 0.02 * np.exp(
         -0.5 * ((position - 14.0) / 0.8) ** 2))
