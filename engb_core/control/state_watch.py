@@ -78,7 +78,7 @@ class StateWatch:
         self.lost = False
         self._jumped = None
         self._far = False
-        self._trusted = self._angle
+        self._trusted, self._since = self._angle, 0.0
 
     def accept(self, now: float, stamp: float, position: float, velocity: float) -> bool:
         """Return whether a sample may be used; see `Supervisor.accept_state`."""
