@@ -11,9 +11,10 @@ from __future__ import annotations
 
 __all__ = ['AT_MOST', 'ALL_BUT', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'BESIDE_LOAD',
            'BETTER', 'CLEAN_EXCESS', 'CONTAINING', 'CONTAINING_PART', 'FORMULA_ERROR',
-           'HELD_LEFT', 'HELD_LOSS', 'HELD_RISE', 'INSISTED', 'INSISTED_PART', 'NAMED_PART',
-           'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN', 'NUMBERS_SUFFICE', 'NUMBER_BONUS',
-           'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REFITTED', 'SECOND',
+           'FORMULA_MISSES', 'FORMULA_TAILS', 'FURTHER_CAUSE', 'HELD_LEFT', 'HELD_LOSS',
+           'HELD_RISE', 'INSISTED', 'INSISTED_PART', 'KNOWN_ODDS', 'NAMED_PART', 'NAMELESS_PRICE',
+           'NEXT_TO_NOTHING', 'NO_SIGN', 'NUMBERS_SUFFICE', 'NUMBER_BONUS', 'OF_NEXT',
+           'OTHERS_TAKE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REFITTED', 'SECOND',
            'SHARPNESS', 'STANDING_PART', 'STANDS_BETTER', 'STANDS_BETTER_PART', 'STANDS_OUT',
            'TABLE_WORTH', 'TAKEN_LEAST', 'TAKEN_MUCH', 'TAKEN_PART', 'TEMPER', 'TWO_LEAVE',
            'TWO_LEAVE_PART', 'UNNAMED', 'WITHOUT_TWO']
@@ -53,6 +54,15 @@ TEMPER = 6.0
 # looks like one wrong number; an effect that contains the chosen one and would have shown more.
 # Priors.
 UNNAMED, PHYSICS_FOR_NUMBER, CONTAINING = 0.15, 0.08, 0.03
+# Odds beforehand that what a file misses is physics of the library: of four causes on a machine
+# one is something that nobody wrote down. Prior.
+KNOWN_ODDS = 3.0
+# Root mean square that another formulation of the same physics leaves, as a part of the torque
+# that it makes up: scale of a Student distribution of so many degrees of freedom (heavy tails: now
+# and then a formula is far off). Prior.
+FORMULA_MISSES, FORMULA_TAILS = 0.2, 4.0
+# How much rarer one cause more is on the same machine. Prior.
+FURTHER_CAUSE = 0.5
 
 # -- is it named at all? --------------------------------------------------------------------------
 
