@@ -30,6 +30,7 @@ from scipy.optimize import lsq_linear, minimize_scalar
 from engb_core.errors import InputError
 from engb_core.identify.load_forms import contact_form, FilteredColumns, load_forms, LoadForm
 from engb_core.model import Friction, Joint, Model, Motor
+from engb_core.plausibility import refuse_unmeasured
 from engb_core.recording import Recording
 from engb_core.signals.filtering import (
     comparison_of,
@@ -133,10 +134,11 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
         progress: is told what is being done.
 
     Raises:
-        InputError: too little motion.
+        InputError: too little motion, or a recording that can be one of no axis.
     """
     tell = progress or (lambda text: None)
     joint = joint or Joint(name=recordings[0].joint)
+    refuse_unmeasured(recordings, joint)
     tell('reading the motion')
     data = _data(recordings, joint)
     tell('weighing forms of the load')
