@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A node inside this process: looks at the graph, calls services, listens (for the runner)."""
 
 from __future__ import annotations

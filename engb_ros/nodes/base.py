@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What all nodes share: managed start, one-line errors, a loop that ends cleanly by signal."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Real nodes as real processes over real DDS, each test in a ROS domain of its own."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A standby beside a primary: it waits, follows, takes over when the primary dies, and is told."""
 
 import signal

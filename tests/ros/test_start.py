@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Nodes start, stop by signal with status 0, and refuse bad parameters in one line."""
 
 import math
