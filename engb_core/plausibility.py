@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whether a recording can be what it says: units, a signal that is missing, an angle that wraps.
 
 A recording in degrees or amperes gets a name for physics that isn't there: scaled wrongly, every

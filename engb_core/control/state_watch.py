@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which joint states may be used, and the loop's own time, which no clock stops or turns back."""
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ class StateWatch:
         self.lost = False
         self._jumped = None
         self._far = False
-        self._trusted = self._angle
+        self._trusted, self._since = self._angle, 0.0
 
     def accept(self, now: float, stamp: float, position: float, velocity: float) -> bool:
         """Return whether a sample may be used; see `Supervisor.accept_state`."""

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Supervision of a brake's loop: what may come in, what is too old, and what stays latched.
 
 Times are of a steady clock [s], passed in: nothing here reads a clock, so every timing can be
@@ -47,10 +48,8 @@ class Supervisor:
     """
 
     def __init__(self, settings: SupervisorSettings) -> None:
-        self.faults = 0
         self.counts = dict.fromkeys(Cause, 0)
         self.watch_commands = True
-        self._conditions = 0
         self._last_seen: dict[Cause, float] = {}
         self.commands = CommandArbiter(settings, self.note)
         self.states = StateWatch(settings, self.note)
@@ -189,8 +188,7 @@ class Supervisor:
             self.set(Cause.ANGLE_LOST, False, now)
             self.states.believe()
         self._state_time = now
-        if self._conditions & _STATE_STALE:
-            self.set(Cause.STATE_STALE, False, now)
+        self._conditions &= ~_STATE_STALE
         return True
 
     def angle(self, now: float, position: float, low: float, high: float) -> None:
@@ -198,8 +196,7 @@ class Supervisor:
         margin = self.settings.largest_error
         if low - margin <= position <= high + margin:
             self._outside = False
-            if self._conditions & _ANGLE_OUT_OF_RANGE:
-                self.set(Cause.ANGLE_OUT_OF_RANGE, False, now)
+            self._conditions &= ~_ANGLE_OUT_OF_RANGE
         elif not self._outside:
             self._outside = True
         elif not self._conditions & _ANGLE_OUT_OF_RANGE:
@@ -241,8 +238,7 @@ class Supervisor:
     def disc_spoke(self, now: float) -> None:
         """Feed the disc speed's watchdog, which begins with its first message."""
         self._disc_time = now
-        if self._conditions & _DISC_SPEED_STALE:
-            self.set(Cause.DISC_SPEED_STALE, False, now)
+        self._conditions &= ~_DISC_SPEED_STALE
 
     def _follow(self, cause: Cause, holds: bool, now: float) -> None:
         if bool(self._conditions & cause.value) is not holds:
@@ -251,15 +247,13 @@ class Supervisor:
     def observer_spoke(self, now: float) -> None:
         """Feed the observer's watchdog."""
         self._observer_time = now
-        if self._conditions & _OBSERVER_STALE:
-            self.set(Cause.OBSERVER_STALE, False, now)
+        self._conditions &= ~_OBSERVER_STALE
 
     def tracking(self, now: float, error: float) -> None:
         """Judge the tracking error [rad]."""
         if abs(error) <= self.settings.largest_error:
             self._error_since = None
-            if self._conditions & _TRACKING_ERROR:
-                self.set(Cause.TRACKING_ERROR, False, now)
+            self._conditions &= ~_TRACKING_ERROR
         elif self._error_since is None:
             self._error_since = now
         elif now - self._error_since > self.settings.error_time:

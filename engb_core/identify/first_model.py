@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The first model of any axis: inertia, friction, offset, and the load that the data determine.
 
 The torque balance (1) is linear in its numbers once the form of the load is chosen:

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A first model on one page: its numbers, the load and friction behind them, what is not told."""
 
 from __future__ import annotations

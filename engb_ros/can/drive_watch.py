@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whether the drive is in the mode that it was asked for, and what it is told to the graph as."""
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ class DriveWatch:
     def __init__(self, patience: float) -> None:
         self._patience = patience
         self._asked: int | None = None
+        self._torque_is_asked = False
         self._differs_since: float | None = None
         self._command_lost = False
         self.reported_mode: int | None = None
@@ -40,6 +42,7 @@ class DriveWatch:
         """Note that the drive was asked for `mode` at `now` [s]."""
         if mode != self._asked:
             self._asked = mode
+            self._torque_is_asked = mode == TORQUE
             # From here on, however long it followed, or did not follow, another wish.
             self._differs_since = now
             self._compare(now)
@@ -56,13 +59,13 @@ class DriveWatch:
             self._differs_since = now   # nothing is known: the patience begins anew
             return DriveState.LOST
         if self._differs_since is not None and now - self._differs_since > self._patience:
-            return DriveState.REFUSES if self._asked == TORQUE else DriveState.HOLDS_ON
-        return DriveState.OBEYS if self._asked == TORQUE else DriveState.OFF
+            return DriveState.REFUSES if self._torque_is_asked else DriveState.HOLDS_ON
+        return DriveState.OBEYS if self._torque_is_asked else DriveState.OFF
 
     def _compare(self, now: float) -> None:
         # Who does not hear the torque that it shall give is no better than who does not give it.
         follows = self.reported_mode == self._asked and not (
-            self._command_lost and self._asked == TORQUE)
+            self._command_lost and self._torque_is_asked)
         if follows or self._asked is None:
             self._differs_since = None
         elif self._differs_since is None:

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Make the first model of any axis: of tables of a bench, or of rosbag2 recordings.
 
 Inertia, viscous and Coulomb friction, an offset, and a load curve, sinusoid or contact where the

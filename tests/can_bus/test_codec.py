@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The codec bit by bit: what it writes where, what it cuts, and which files it refuses."""
 
 import math
@@ -182,6 +183,29 @@ def test_ones_own_frames_need_identifiers_of_their_own():
         codec._check_against_others('file', (CODEC.command, CODEC.status_1, twin), [])
 
 
+def test_identifiers_are_compared_by_their_numbers():
+    import copy
+    codec, command, twin = copy.copy(CODEC), copy.copy(CODEC.command), copy.copy(CODEC.status_2)
+    command._frame_id, twin._frame_id = int('1000'), int('1000')
+    with pytest.raises(InputError, match='have the same identifier'):
+        codec._check_against_others('file', (command, CODEC.status_1, twin), [])
+
+
+def test_flags_that_the_file_names_are_flags_all_the_same(tmp_path):
+    codec = changed(tmp_path, ('VAL_ 257 MODE', 'VAL_ 258 OVER_CURRENT 0 "NO" 1 "YES" ;\n'
+                                                'VAL_ 257 MODE'))
+    for flags in ((), ('OVER_CURRENT',)):
+        frames = codec.encode_status(DriveStatus(0.0, 0.0, 0.0, flags=flags))
+        assert codec.decode_status(*frames).flags == flags
+
+
+def test_without_cantools_it_says_what_to_install(monkeypatch):
+    import sys
+    monkeypatch.setitem(sys.modules, 'cantools', None)
+    with pytest.raises(InputError, match='cantools is not installed'):
+        DriveCodec()
+
+
 def test_the_drives_that_are_there_are_told(tmp_path):
     path = tmp_path / 'bus.dbc'
     path.write_text(TEXT)
@@ -211,5 +235,9 @@ def test_a_bare_name_is_the_packages_own_file_unless_one_lies_here(tmp_path, mon
     assert dbc_file('engb_four_drives.dbc') == config_file('engb_four_drives.dbc')
     assert str(dbc_file('mine.dbc')) == 'mine.dbc'
     assert str(dbc_file('folder/engb_four_drives.dbc')) == 'folder/engb_four_drives.dbc'
+    # A bare name is one by its letters; a path to the package's own folder is none.
+    for name in [b'engb_four_drives.dbc'.decode() for _ in range(2)]:
+        assert dbc_file(name) == config_file('engb_four_drives.dbc')
+    assert str(dbc_file('../config/engb_drive.dbc')) == '../config/engb_drive.dbc'
     (tmp_path / 'engb_four_drives.dbc').write_text('')
     assert str(dbc_file('engb_four_drives.dbc')) == 'engb_four_drives.dbc'

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The drive's mode against the one it was asked for."""
 
 import pytest
@@ -9,6 +10,7 @@ from engb_ros.can.drive_watch import DriveState, DriveWatch  # noqa: E402
 
 PATIENCE = 0.125
 OTHER = 7     # a mode that nobody knows here
+WIDE = '1000'     # one more, of a file whose mode has more than 8 bits
 
 
 def status(mode, *flags):
@@ -50,6 +52,19 @@ def test_each_wish_gets_the_patience_anew():
     watch = watched((0.0, TORQUE), (0.01, status(OFF)), (0.2, OFF), (0.2, TORQUE))
     assert watch.state(True, 0.25) is DriveState.OBEYS
     assert watch.state(True, 0.33) is DriveState.REFUSES
+
+
+def test_modes_are_compared_by_their_numbers():
+    # As they come of frames: each an integer of its own.
+    watch = watched((0.0, int(WIDE)), (0.01, status(int(WIDE))))
+    assert watch.state(True, 0.5) is DriveState.OFF
+    watch = watched((0.0, int(WIDE)), (0.01, status(OFF)), (0.1, int(WIDE)))
+    assert watch.state(True, 0.126) is DriveState.HOLDS_ON     # asked again is no other wish
+
+
+def test_before_any_wish_it_is_off():
+    watch = watched((0.0, status(TORQUE)))
+    assert watch.state(True, 9.0) is DriveState.OFF
 
 
 def test_a_drive_that_follows_again_is_believed_at_once():

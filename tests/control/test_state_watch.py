@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The watch over joint states, sample by sample."""
 
 import math
@@ -320,10 +321,68 @@ def test_who_used_the_room_of_a_pause_and_from_whom_the_next_is_back_was_no_driv
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_a_jump_after_a_pause_that_leads_elsewhere_is_one(steady, sign):
+@pytest.mark.parametrize(('angle', 'back'), [
+    (5.0, False), (4.0, False),     # beyond
+    (1.3, False), (1.25, True),     # less than half-way back, and half-way
+    (-3.95, True), (-4.1, False)])  # as far as the pause and this period reach, and beyond
+def test_who_is_back_after_a_pause_is_nearer_to_where_it_was_and_within_reach(
+        steady, sign, angle, back):
     assert steady(sign * 2.5 * REACH, passed=3.0 * DT)
-    for angle in (5.0, 4.0, -1.5, -3.0):      # beyond, not half-way back, too far back
-        assert not steady(sign * angle * REACH)
+    assert steady(sign * angle * REACH) is back
+    assert steady.told == [Cause.STATE_JUMP]
+
+
+@pytest.mark.parametrize('begin', [40.0, -40.0])
+def test_who_is_back_is_so_wherever_it_had_been(feed, begin):
+    for _ in range(400):
+        feed(begin)
+    assert feed(begin + 2.5 * REACH, passed=3.0 * DT)
+    assert feed(begin + 1.25 * REACH)
+
+
+def test_from_where_it_is_back_its_reach_counts_anew(steady):
+    assert steady(2.5 * REACH, passed=3.0 * DT)
+    assert steady(0.0)
+    # The very next jump is one: there is nothing left to be back from.
+    assert not steady(2.5 * REACH)
+    # Two samples later it can be two reaches away, and no further (the mean period is a
+    # twentieth longer since the pause).
+    assert not steady(2.3 * REACH)
+    assert not steady(-100.0)
+    assert steady(0.0)
+    assert not steady(-100.0)
+    assert steady(1.9 * REACH)
+
+
+def test_the_first_sample_used_no_room_of_a_pause(feed):
+    assert feed(100.0)
+    assert not feed(0.0)
+
+
+def test_as_far_as_a_period_reaches_uses_no_room_of_a_pause(feed):
+    # The shortest period, 1 ms, is 0.4 rad.
+    for part, back in ((0.4, False), (0.41, True)):
+        feed = Feed()
+        feed()
+        assert feed(part, passed=1e-4 if part == 0.4 else 0.0015)
+        assert feed(-0.1, passed=1e-4) is back
+
+
+def test_a_late_message_gives_no_room(steady):
+    assert not steady(1.5 * REACH, waited=3.0 * DT)
+    assert steady.told == [Cause.STATE_JUMP]
+
+
+def test_what_is_believed_has_no_past(steady):
+    assert steady(2.5 * REACH, passed=3.0 * DT)
+    for _ in range(10):
+        assert not steady(100.0)
+    steady.watch.believe()
+    # Back to where it was before is a jump like any other …
+    assert not steady(0.0)
+    # … and what went by before counts for no reach.
+    assert not steady(100.0 - 4.0 * REACH)
+    assert steady(100.0 - REACH)
 
 
 def test_a_jump_without_a_pause_is_one(steady):

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The supervisor by itself: each watchdog's time, what is latched, what a clear takes away.
 
 Times are binary fractions, so that what happens at a boundary does not hang on rounding.
@@ -39,6 +40,11 @@ def commanded(settings=SETTINGS, now=BEGIN, value=6.0):
 
 def active(supervisor, now=BEGIN):
     return supervisor.active(now)
+
+
+def word(text):
+    """Return a text of its own, as each message brings one."""
+    return text.encode().decode()
 
 
 def test_it_begins_ready_with_nothing_to_say():
@@ -258,6 +264,74 @@ def test_what_the_drive_says_stays_until_it_says_otherwise(says):
     assert not supervisor.holds(cause)
 
 
+REFUSES_AND_HOLDS_ON = pytest.mark.parametrize(('says', 'cause'), [
+    ('refuses', Cause.DRIVE_OFF), ('holds_on', Cause.DRIVE_WRONG)])
+
+
+@REFUSES_AND_HOLDS_ON
+def test_a_word_counts_once_it_was_kept_up_for_15_ms(says, cause):
+    supervisor = Supervisor(SETTINGS)
+    for now in (0.0, 0.010):
+        supervisor.drive_state(now, word(says))
+        assert supervisor.latched == Cause(0)
+    supervisor.drive_state(0.015, word(says))
+    assert supervisor.latched == cause
+
+
+@REFUSES_AND_HOLDS_ON
+@pytest.mark.parametrize('other', ['obeys', 'off', 'lost', '', 'refuses', 'holds_on'])
+def test_a_word_begins_when_it_replaces_another(says, cause, other):
+    supervisor = started()
+    supervisor.drive_state(BEGIN, word(other))
+    supervisor.drive_state(BEGIN + 4.0 * DT, word(says))
+    assert supervisor.holds(cause) is (says == other)
+    supervisor.drive_state(BEGIN + 5.0 * DT, word(says))
+    assert supervisor.latched == cause
+
+
+@pytest.mark.parametrize('says', ['obeys', 'off', 'lost', '', 'a', 'z', 'refuse', 'refuses it'])
+def test_no_other_word_counts_however_long_it_is_kept_up(says):
+    supervisor = started()
+    for count in range(10):
+        supervisor.drive_state(BEGIN + count * DT, word(says))
+    assert active(supervisor) == Cause(0)
+
+
+@REFUSES_AND_HOLDS_ON
+def test_a_word_is_kept_up_over_half_a_second_and_no_longer(says, cause):
+    for pause, kept_up in ((0.5, True), (0.5 + LITTLE, False)):
+        supervisor = started()
+        supervisor.drive_state(BEGIN, says)
+        supervisor.drive_state(BEGIN + pause, says)
+        assert supervisor.holds(cause) is kept_up
+
+
+@REFUSES_AND_HOLDS_ON
+def test_what_the_drive_does_not_say_any_more_holds_no_longer(says, cause):
+    supervisor = started(UNWATCHED)
+    supervisor.drive_state(BEGIN, says)
+    supervisor.drive_state(BEGIN + DT, says)
+    for passed in (0.25, 0.5):
+        supervisor.watch(BEGIN + DT + passed)
+        assert supervisor.holds(cause)
+    supervisor.watch(BEGIN + DT + 0.5 + LITTLE)
+    assert not supervisor.holds(cause)
+    assert supervisor.latched == cause        # until it is cleared
+    assert supervisor.clear(BEGIN + 1.0) == Cause(0)
+    # One message more is a new beginning.
+    supervisor.drive_state(BEGIN + 1.0, says)
+    assert not supervisor.holds(cause)
+
+
+def test_a_drive_that_speaks_well_is_not_made_silent_by_the_watch():
+    """Looking at the clock does not begin anew what a drive has begun to say."""
+    supervisor = started(UNWATCHED)
+    supervisor.drive_state(BEGIN, 'refuses')
+    supervisor.watch(BEGIN + DT / 2.0)
+    supervisor.drive_state(BEGIN + DT, 'refuses')
+    assert supervisor.latched == Cause.DRIVE_OFF
+
+
 @pytest.mark.parametrize(('asked', 'given', 'cause', 'others'), [
     (0.5, 0.0, Cause.DRIVE_OFF, (Cause.DRIVE_WEAK, Cause.DRIVE_WRONG)),
     (0.5, 0.25, Cause.DRIVE_WEAK, (Cause.DRIVE_OFF, Cause.DRIVE_WRONG)),
@@ -276,6 +350,99 @@ def test_what_is_measured_comes_and_goes(asked, given, cause, others):
     for _ in range(40):
         supervisor.torque(BEGIN, asked, DT)
     assert not supervisor.holds(cause)
+
+
+def test_what_is_measured_well_ends_all_that_the_drive_was_said_to_do():
+    supervisor = started(UNWATCHED)
+    for cause in (Cause.DRIVE_WEAK, Cause.DRIVE_OFF, Cause.DRIVE_WRONG):
+        supervisor.set(cause, True, BEGIN)
+    supervisor.torque(BEGIN, 0.0, DT)
+    for cause in (Cause.DRIVE_WEAK, Cause.DRIVE_OFF, Cause.DRIVE_WRONG):
+        assert not supervisor.holds(cause)
+
+
+# How each lasting condition that the supervisor itself judges begins (from BEGIN on) and ends.
+def _out_of_range(supervisor, begins):
+    for _ in range(2):
+        supervisor.angle(BEGIN, 99.0 if begins else 18.0, 0.0, 36.0)
+
+
+def _refuses(supervisor, begins):
+    for count in range(3):
+        supervisor.drive_state(BEGIN + count * DT, 'refuses' if begins else 'obeys')
+
+
+def _seized(supervisor, begins):
+    for _ in range(40 if begins else 1):
+        supervisor.shaft(BEGIN, 5.0, 3.0 if begins else 0.0, True, DT)
+
+
+def _tracks_badly(supervisor, begins):
+    for now in (BEGIN, BEGIN + 5.0):
+        supervisor.tracking(now, 3.0 if begins else 0.0)
+
+
+def _state_stale(supervisor, begins):
+    if begins:
+        supervisor.accept_state(BEGIN, 1.0, 5.0, 0.0)
+        supervisor.watch(BEGIN + 0.25)
+    else:
+        supervisor.accept_state(BEGIN + 0.25, 1.25, 5.0, 0.0)
+
+
+def _observer_stale(supervisor, begins):
+    if begins:
+        supervisor.watch(BEGIN + 5.0)
+    else:
+        supervisor.observer_spoke(BEGIN)
+
+
+def _disc_stale(supervisor, begins):
+    supervisor.disc_spoke(BEGIN if begins else BEGIN + 5.0)
+    if begins:
+        supervisor.watch(BEGIN + 5.0)
+
+
+def _conflict(supervisor, begins):
+    supervisor.commands.rivals = begins
+    supervisor.watch(BEGIN + 5.0)
+
+
+@pytest.mark.parametrize(('cause', 'judge', 'settings'), [
+    (Cause.ANGLE_OUT_OF_RANGE, _out_of_range, UNWATCHED),
+    (Cause.DRIVE_OFF, _refuses, UNWATCHED), (Cause.SHAFT_SEIZED, _seized, UNWATCHED),
+    (Cause.TRACKING_ERROR, _tracks_badly, UNWATCHED),
+    (Cause.STATE_STALE, _state_stale, replace(UNWATCHED, state_timeout=0.125)),
+    (Cause.OBSERVER_STALE, _observer_stale, replace(UNWATCHED, observer_timeout=0.5)),
+    (Cause.DISC_SPEED_STALE, _disc_stale, UNWATCHED),
+    (Cause.COMMAND_CONFLICT, _conflict, UNWATCHED)])
+@pytest.mark.parametrize('beside', [Cause(0), Cause.FORCE_UNCERTAIN, Cause.OTHER_DRIVE])
+def test_each_condition_comes_and_goes_whatever_holds_beside_it(cause, judge, settings, beside):
+    supervisor = started(settings)
+    if beside:
+        supervisor.set(beside, True, BEGIN)
+    for count in (1, 2):
+        judge(supervisor, True)
+        assert supervisor.holds(cause)
+        assert supervisor.counts[cause] == count
+        judge(supervisor, False)
+        assert not supervisor.holds(cause)
+        assert supervisor.holds(beside) is bool(beside)
+
+
+def test_a_cause_counts_whatever_holds_beside_it():
+    supervisor = started()
+    for cause in (Cause.COMMAND_STALE, Cause.STATE_STALE, Cause.STATE_JUMP):
+        supervisor.set(cause, True, BEGIN)
+        assert supervisor.counts[cause] == 1
+
+
+def test_ages_count_from_zero_before_it_is_started():
+    supervisor = Supervisor(SETTINGS)
+    supervisor.watch(0.125)
+    assert not supervisor.holds(Cause.STATE_STALE)
+    supervisor.watch(0.125 + LITTLE)
+    assert supervisor.holds(Cause.STATE_STALE)
 
 
 def test_a_joint_state_feeds_its_watchdog():
@@ -441,9 +608,16 @@ def test_a_refused_source_shows_as_a_conflict_for_less_than_a_second():
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_the_tracking_error_has_its_time(sign):
     supervisor = started()
+    for error in (1.0, 0.0, 1.5, 2.0):          # small ones, for long
+        supervisor.tracking(BEGIN - 9.0, sign * error)
+        supervisor.tracking(BEGIN - 1.0, sign * error)
+        supervisor.tracking(BEGIN - 0.5, sign * error)
+        assert not supervisor.holds(Cause.TRACKING_ERROR)
     supervisor.tracking(BEGIN, sign * 2.0)
     supervisor.tracking(BEGIN + 9.0, sign * 2.0)
     supervisor.tracking(BEGIN + 10.0, sign * 2.5)
+    supervisor.tracking(BEGIN + 10.125, sign * 2.5)
+    assert not supervisor.holds(Cause.TRACKING_ERROR)
     supervisor.tracking(BEGIN + 10.25, sign * 2.5)
     assert not supervisor.holds(Cause.TRACKING_ERROR)
     supervisor.tracking(BEGIN + 10.25 + LITTLE, sign * 2.5)

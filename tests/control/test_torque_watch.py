@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The watch over the drive's torque, sample by sample.
 
 Times are binary fractions, so that what happens at a boundary does not hang on rounding.
@@ -209,6 +210,44 @@ def test_the_mean_takes_up_no_more_than_the_whole_difference():
     # What it gives counts once, too: at a tenth of what lacks it is off, at more it is weak.
     assert told(asked(0.5, quick), 0.03, 1) == ['off']
     assert told(asked(0.5, quick), 0.07, 1) == ['weak']
+    assert told(asked(1.0, quick), 0.1, 1) == ['off']
+    assert told(asked(1.0, quick), 0.11, 1) == ['weak']
+
+
+@SIGNS
+def test_what_lies_between_the_wishes_of_the_delay_makes_no_credit(sign):
+    """Torque within its range is right, however far from the range's ends."""
+    watch = TorqueWatch(SETTINGS)
+    for torque in (sign * 0.2, sign * 0.9) * 5:
+        watch.asked(torque, DT)
+        watch.asked(torque, DT)
+    assert told(watch, sign * 0.4, 80) == ['well'] * 80
+    # 0.5·(1 − (7/8)^n) exceeds 0.1 from the second sample on; the first may be a flaw.
+    assert told(watch, sign * 1.4, 3) == ['well', 'well', 'wrong']
+    # And short of the range likewise: 0.2·(1 − (7/8)^n) does from the sixth on, and by then it
+    # has given less than a tenth.
+    watch = TorqueWatch(SETTINGS)
+    for torque in (sign * 0.2, sign * 0.9) * 5:
+        watch.asked(torque, DT)
+        watch.asked(torque, DT)
+    assert told(watch, sign * 0.4, 80) == ['well'] * 80
+    assert told(watch, 0.0, 8) == ['well'] * 6 + ['off'] * 2
+
+
+@SIGNS
+def test_a_little_more_than_asked_counts_as_that_and_not_as_its_opposite(sign):
+    """Below the tolerance nothing is told, yet the mean begins from there."""
+    watch = asked(sign * 0.0625)
+    assert told(watch, sign * 0.09375, 80) == ['well'] * 80
+    # From 0.03125 towards 0.1875: 0.03125 + 0.15625·(1 − (7/8)^n) exceeds 0.1 from the fifth on;
+    # from nothing it would from the sixth.
+    assert told(watch, sign * 0.25, 8) == ['well'] * 5 + ['wrong'] * 3
+    # And it is no credit against a lack: 0.25·(1 − (7/8)^n) exceeds 0.1 from the fourth on.
+    watch = asked(sign * 0.0625)
+    told(watch, sign * 0.09375, 80)
+    for _ in range(10):
+        watch.asked(sign * 0.34375, DT)
+    assert told(watch, sign * 0.09375, 5) == ['well'] * 3 + ['weak'] * 2
 
 
 def test_a_late_sample_counts_as_20_ms():
@@ -276,7 +315,8 @@ def test_a_shaft_that_stands_at_full_torque_for_longer_than_its_time_is_seized(e
 
 
 @pytest.mark.parametrize('change', [
-    {'full': False}, {'error': 2.0}, {'error': -2.0}, {'position': 5.25}, {'position': 4.75}])
+    {'full': False}, {'error': 2.0}, {'error': -2.0}, {'error': 0.5}, {'position': 5.25},
+    {'position': 4.75}])
 def test_what_moves_or_need_not_is_not_seized(change):
     watch = TorqueWatch(SETTINGS)
     stands(watch, 70)

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Wrong units are told with their remedy; a true fault of the machine is not taken for them."""
 
 import dataclasses

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How sure a name is: never surer than that it is one of those that the library knows."""
 
 import pytest

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The first model of any axis: numbers near the truth, a load only where there is one."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The mutants of a module, by the operators of cosmic-ray."""
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ def mutants(source: str) -> Iterator[Mutant]:
 
     Annotations are left alone: nothing evaluates them. An operator of arithmetic becomes +, -, *
     or /, one of bits another one of bits: shifting a float only raises, which any test would see.
+    `is` does not become `==`: what is compared so (None, members of an enumeration, truths) is
+    equal to itself alone.
     """
     tree = get_ast(source)
     syntax = ast.parse(source)
@@ -61,6 +64,8 @@ def mutants(source: str) -> Iterator[Mutant]:
 
 
 def _makes_sense(operator: str) -> bool:
+    if operator.endswith(('_Is_Eq', '_IsNot_NotEq')):
+        return False
     if not operator.startswith(BINARY):
         return True
     before, after = operator.removeprefix(BINARY).split('_')

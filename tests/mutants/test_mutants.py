@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The machinery of `make mutants`: it changes what it says, and sees whether a test tells it."""
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ class Judge:
 
     def within(self, value: float) -> bool:
         return value < self.limit and not value < 0.0
+
+    def known(self, value: object) -> bool:
+        return value is not None or self is value
 '''
 
 
@@ -41,7 +45,9 @@ def test_comparisons_numbers_conditions_and_decorators_are_changed() -> None:
 def test_what_any_test_would_see_or_none_could_is_left_out() -> None:
     found = [(mutant.was, mutant.becomes) for mutant in mutants(SOURCE)]
     assert not [pair for pair in found if '<<' in pair[1] or '**' in pair[1]]
-    assert not [pair for pair in found if 'None' in pair[0]]     # annotations
+    assert not [pair for pair in found if '-> float' in pair[0]]     # annotations
+    assert 'return value is not None or self is not value' in [pair[1] for pair in found]
+    assert not [pair for pair in found if 'value != None' in pair[1] or 'self == v' in pair[1]]
     sources = [mutant.source for mutant in mutants(SOURCE)]
     assert SOURCE not in sources
     for source in sources:
