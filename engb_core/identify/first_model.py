@@ -14,9 +14,9 @@ by the log density that they gave to what they had not seen. Of the forms that a
 the best by more than one standard error of the blocks' differences the one with the fewest
 numbers is taken (Breiman et al. 1984, section 3.4.3: the 1-SE rule). Uncertainties are those of
 the delete-a-block jackknife, which coloured residuals do not make too small (Efron and Tibshirani
-1993, chapter 11). The best of a dozen forms is ahead of none by more than that in 9 of 27 tables of
-a simulated bench without a load; so the level of the rule is shared among the forms (Bonferroni)
-unless a form leaves clearly smaller errors on unseen blocks.
+1993, chapter 11). The best of a dozen forms is ahead of none by more than that in 9 of 27 tables
+of a simulated bench without a load; so the level of the rule is shared among the forms
+(Bonferroni) unless a form leaves clearly smaller errors on unseen blocks.
 """
 
 from __future__ import annotations
