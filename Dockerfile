@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 # ROS 2 Jazzy with this package, built and tested: docker build -t engb_ros .
 FROM ros:jazzy
 

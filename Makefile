@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 # Two commands do everything: `make demo` and `make test`. `make check` is for every day: lint, types
 # and the quick tests. Each makes the .venv it needs. tests/README.md says more.
 # Python 3.11 or 3.12; PYTHON=… on the command line names another one of these.

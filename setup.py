@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Build of the ament_python package engb_ros (metadata stays here: colcon reads it)."""
 
 from glob import glob

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Make the recordings of this folder with the package's own nodes.
 
     python bags/make_bags.py            make them again from their seals

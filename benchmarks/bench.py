@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the benchmarks share: a brake with effects on a simulated bench, clocks, memory."""
 
 from __future__ import annotations

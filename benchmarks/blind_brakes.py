@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How good is the identification? Many drawn brakes, each identified blind: errors and coverage.
 
     python -m benchmarks.blind_brakes --brakes 40

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Kinds of faults of the CAN link, each injected into real frames: what becomes of the link, when.
 
 Codec, protection, both ends of the link and the watch of the mode are the nodes' own; the time is

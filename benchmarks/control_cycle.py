@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a control cycle costs and how late it is: our controller beside a bare rclpy echo.
 
     python -m benchmarks.control_cycle [--rates 250 500 1000] [--rounds 20] [--commands 20]

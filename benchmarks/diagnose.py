@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How long a diagnosis takes, where the time goes, how it grows, and the memory it needs.
 
     .venv/bin/python benchmarks/diagnose.py [--lengths 30 60 120] [--numbers 1 2 4] [--profile]

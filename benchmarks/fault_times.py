@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How long it takes until a fault is noticed, and until its reaction is there: measured.
 
     python -m benchmarks.fault_times [--rounds 5] [--only killed] [--write docs/integrate.md]

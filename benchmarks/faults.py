@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The faults that `fault_times` injects: how, what is promised, what is done, which test."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The same recording fitted by this package, pysindy, mujoco.sysid and BAM: accuracy and seconds.
 
     .venv/bin/python benchmarks/fits.py [--trials 200]

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How late the controller answers on a busy computer, with and without real-time options.
 
     python -m benchmarks.jitter [--rate 250] [--seconds 20] [--load 4] [--write docs/integrate.md]

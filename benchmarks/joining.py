@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How long a loop stands still while somebody joins its graph, or is killed: measured.
 
     python -m benchmarks.joining [--joins 12] [--transports UDPv4 DEFAULT]

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Measured tables in pages: between `<!-- measured NAME -->` and `<!-- end -->`."""
 
 from __future__ import annotations

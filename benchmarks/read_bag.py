@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reading bags: this package, rosbags and mcap's own reader on the same files, side by side.
 
     .venv/bin/python benchmarks/read_bag.py [--samples 500000] [--hour]

@@ -1,3 +1,4 @@
+/* Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0 */
 /* The closed loop of engb_core/simulation.py for the nominal brake, in plain C: the same terms in
  * the same order, so that the numbers agree. Compiled and called by benchmarks/simulate.py. */
 #include <math.h>

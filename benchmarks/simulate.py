@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Inner steps per second of the closed loop: this package, plain C, plain Python, two threads.
 
     .venv/bin/python benchmarks/simulate.py [--seconds 60] [--rounds 7]

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Somebody's simulator (MuJoCo) in place of a model file: are the same names found?
 
     .venv/bin/python benchmarks/simulated_pairs.py --pairs 50

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The simulated brake behind a drive that goes wrong on request: node `plant` with faults.
 
 Tests and `fault_times` start it in the place of the plant; the live parameter `fault` says what

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How long commands and nodes take to start.
 
     .venv/bin/python benchmarks/start.py [--rounds 9]

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """From ten tables of a simulated bench to a name, each in one command: how many are right.
 
     python benchmarks/ten_tables.py [SEED]

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A loop whose controller's diagnostics are kept, brought back to health after each fault."""
 
 from __future__ import annotations

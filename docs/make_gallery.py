@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Makes docs/gallery.html: each effect of the library, with a picture of a simulated recording.
 
     .venv/bin/python docs/make_gallery.py

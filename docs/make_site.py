@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Builds the documentation as a site: the pages of docs/, the effects, and the API by docstrings.
 
     .venv/bin/python docs/make_site.py out/site

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The science of engb_ros: brake model, identification, diagnosis. Knows no ROS.
 
 As a library: `import engb_core as engb`. Each name below is loaded when it is first used

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Effort that is a command: the law behind it, and what the drive makes of its set-point.
 
 Servos log no torque. What stands as effort is then what the position loop asked for,

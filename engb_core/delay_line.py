@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a signal was some time ago, for effects that run forward in time."""
 
 from __future__ import annotations

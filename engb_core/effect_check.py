@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whether an effect that somebody wrote is fit for the catalogue: each fault in a sentence."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The errors that a user can mend."""
 
 from engb_core.printable import printable

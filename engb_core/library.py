@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What `import engb_core as engb` offers: read, diagnose, predict and simulate from Python.
 
 Bags and tables are read by whoever registered a reader (entry points of the group

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The numbers of a brake model: read, checked, written (contract, section 2)."""
 
 from __future__ import annotations

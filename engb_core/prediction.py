@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a model says of a recording that it was not fitted to.
 
 Where on the disc the runout's high spot stood at the first sample is not recorded. It is one

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Text that any terminal takes: no control characters, nothing that it cannot show."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """One run of a brake as aligned arrays, cleaned of what a recorder can do to samples."""
 
 from __future__ import annotations

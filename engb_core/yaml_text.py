@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """YAML from anywhere: bounded in depth and size, each key once; nothing that it says is run."""
 
 from __future__ import annotations

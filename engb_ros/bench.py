@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A bench in a computer: nodes as processes, a trajectory driven, a bag recorded.
 
 The demo, the maker of the bags that come with the package, and the tests use it.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Draws a brake that nobody knows and seals it: a process of its own.
 
     python -m engb_ros.draw_brake FOLDER

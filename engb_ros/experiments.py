@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Runs the reproduction's experiments on live nodes and records each into a bag."""
 
 from __future__ import annotations

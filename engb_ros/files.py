@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Files that come with the package, found however it is installed."""
 
 from __future__ import annotations

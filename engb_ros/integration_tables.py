@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The tables of docs/integrate.md, made from the code that they describe.
 
     python -m engb_ros.integration_tables          rewrite the tables in docs/integrate.md

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The package's topics and services: the only place where their names are written.
 
 Importing this needs no ROS installation (the offline commands use it too); what turns messages

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A running loop to disturb: drive and controller as processes, commands from this process.
 
 The fault injection of tests and benchmarks uses it.

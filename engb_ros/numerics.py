@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Arithmetic that breaks down is a matter of the input, told in one line."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Where the commands put what they make: checked before any computing, written whole or not.
 
 One rule for all of them: what the program did not make is never deleted or overwritten. A folder

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The reader of bags and tables that the library finds (entry point `engb.readers`)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Starts nodes as processes, waits until they hear each other, and stops them by signal.
 
 `ros2 launch` does this and more where it is installed; this needs nothing but the package.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Sealed truths: what a recording conceals, kept from the eye until it is opened on purpose."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Brakes drawn by another process, identified on live nodes; their seals are opened last."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Writes the SROS2 policy of one brake, from the interface: who may say what.
 
 Reading is open to every enclave of the brake; what is restricted is speaking. Commands of the

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Starts a node, which a signal ends without a traceback from its first moment on.
 
     python -m engb_ros.start controller --ros-args …

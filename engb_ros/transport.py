@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How the middleware carries a control loop's messages: without shared memory.
 
 Over shared memory a publisher of Fast DDS 2.14 (Jazzy's) waits in `publish()` for the port of each

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How much of the machine others take while a test runs in real time."""
 
 from __future__ import annotations

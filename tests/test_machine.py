@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The watch over the machine: others are told from one's own, and excuse what comes late."""
 
 import os

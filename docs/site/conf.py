@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Sphinx's settings of the documentation's site (`make docs`)."""
 
 project = 'engb_ros'

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A brake for the bench that is *more* than the model which is identified from it.
 
 It shares no formula with the library's effects and none with the fit, but for the geometry of

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a drive measures of the motor: counts, a velocity made of them, a noisy current."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The bench brake's numbers, and their file."""
 
 from __future__ import annotations

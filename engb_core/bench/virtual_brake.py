@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The simulated brake behind its drive: plant, drive limits and sensor chain, sample by sample."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whether an identified model may enter a running controller."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """One brake's controller: reference, loop, clamp force and supervision, without any middleware."""
 
 from __future__ import annotations

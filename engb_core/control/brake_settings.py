@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Settings of a brake's controller, and what it reports of a cycle."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What can go wrong, how bad it is, and what is done about it: one bit per cause."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which of several controllers of one brake speaks: by claims that must be kept up."""
 
 from __future__ import annotations

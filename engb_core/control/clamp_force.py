@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Clamp force without a force sensor: force ↔ angle on the identified model, wear, uncertainty."""
 
 from __future__ import annotations

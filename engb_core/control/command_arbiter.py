@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whose command counts: the one place where commands are judged, and one source chosen."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The lumped disturbance, equation (30): d̂ = q ∗ (J·ω̇ + B·ω − u)."""
 
 from __future__ import annotations

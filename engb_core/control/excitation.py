@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Open-loop torques for identifying the nominal plant: steps and a sine sweep (section 3.2)."""
 
 from __future__ import annotations

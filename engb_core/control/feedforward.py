@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Feedforward, equation (27), with the identified load, friction and cogging torque added."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The last thing before the drive: whatever was computed, what is sent is finite and limited."""
 
 from __future__ import annotations

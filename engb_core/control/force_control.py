@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Clamp force of one brake: its estimate, and the angle at which a commanded force is reached."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """One control cycle: equations (26)–(28), with the observer's compensation on request."""
 
 from __future__ import annotations

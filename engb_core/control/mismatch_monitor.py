@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Says online when model and measurement part, and where, so that a recording can be taken."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """PID controller, equation (28), with the parameter names of ros-controls/control_toolbox."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Where the set-point comes from: a command, limited in speed, or a trajectory."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which joint states may be used, and the loop's own time, which no clock stops or turns back."""
 
 from __future__ import annotations

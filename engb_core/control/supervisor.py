@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Supervision of a brake's loop: what may come in, what is too old, and what stays latched.
 
 Times are of a steady clock [s], passed in: nothing here reads a clock, so every timing can be

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Limits of what a controller believes, and of what it sends."""
 
 from __future__ import annotations

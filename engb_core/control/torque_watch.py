@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whether the drive gives the torque that it is asked for, and whether the shaft moves by it."""
 
 from __future__ import annotations

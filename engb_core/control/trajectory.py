@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reference trajectories: the identification strokes of the paper (step 0) and recorded tables."""
 
 from __future__ import annotations

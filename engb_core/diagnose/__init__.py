@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """From recordings and a model to a named, sized and checked mismatch.
 
 Called, the package is the library's function: `engb.diagnose(recording, model)` and

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A model file without any load curve, held against a machine that has a load.
 
 No effect of the library stands for a whole load that is missing: each takes a little of it, and

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The constants that decide what a diagnosis says: unit, meaning and origin of each.
 
 Levels and excesses are of the mean squared residual in units of the noise's (noise = 1); an

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The middle of a basin whose bottom is rugged (cross-entropy method).
 
 Of many narrow minima the deepest is an accident of the noise: another recording of the same brake

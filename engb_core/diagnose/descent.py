@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Damped least squares with few derivatives: Levenberg–Marquardt steps within bounds.
 
 After a step the derivatives are corrected by what it really changed (`secant`) and serve once

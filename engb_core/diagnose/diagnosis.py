@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a diagnosis says (contract, section 5) and the evidence that a report shows for it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a formula that is only nearly right does to the numbers: discrepancy of the model.
 
 No formula is the truth, and what it misses comes again whenever the machine is in the same state:

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """diagnosis.json (contract, section 5): a Diagnosis as plain, finite data.
 
 The form is fixed by diagnosis.schema.json beside this file.

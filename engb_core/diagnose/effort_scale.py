@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """One factor on inertia and load is one cause: the scale of effort, not two wrong numbers.
 
 Inertia and load of a model are known apart from any effort (from masses and lengths). Where the

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A whole diagnosis: gate, search, choice, numbers, location, evidence, corrected model."""
 
 from __future__ import annotations

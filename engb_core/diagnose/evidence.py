@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a report shows for a diagnosis: traces, loops, the revealing picture, rivals, figures."""
 
 from __future__ import annotations

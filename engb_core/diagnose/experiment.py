@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What to measure next: the reference on which the chosen effects and their rivals part.
 
 A family of segments (experiment_segments.py), within what was recorded (experiment_room.py), is

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A reference tried on the fitted model: the closed loop's motion, ready to be compared on."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a reference may use: the range, speeds and accelerations that a recording has seen."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How well a motion parts the chosen fit from its rivals, and which segments to combine.
 
 On a new motion a rival says another effort than the chosen fit. What refitted numbers and

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Pieces of a reference that tell look-alikes apart, within what a recording has already seen."""
 
 from __future__ import annotations

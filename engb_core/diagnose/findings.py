@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """From fits to what is claimed: effects with share, probability, parameters and a sentence."""
 
 from __future__ import annotations

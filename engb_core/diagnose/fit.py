@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Joint fit of nominal numbers and effects, through the filter, by damped least squares.
 
 The nominal numbers are refitted in every hypothesis, since a model file may have been refitted

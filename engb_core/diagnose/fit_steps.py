@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How a fit steps: what is known of a parameter beforehand, how far a step may go."""
 
 from __future__ import annotations

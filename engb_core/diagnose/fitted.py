@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a fit is, and how it looks without some of its effects."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A flexible model of what is left: how much more there is to explain, and on what it depends.
 
 Tables over one or two coordinates, fitted jointly with the numbers and effects of a fit (by its

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Fits once more with the model file's load curve, or with one number that moves all of it.
 
 A free load curve takes in much of what other effects do; held as the file has it, it tells them

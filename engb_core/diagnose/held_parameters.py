@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which numbers a refit of the model file left as they were.
 
 A file that was refitted on the recording fits as well as it can with the numbers that the refit

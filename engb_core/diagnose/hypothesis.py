@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A hypothesis: a set of effects on top of the nominal model, as a vector of numbers to fit."""
 
 from __future__ import annotations

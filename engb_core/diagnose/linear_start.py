@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What an effect that is added to a fit is worth, and how large it is, by linear least squares."""
 
 from __future__ import annotations

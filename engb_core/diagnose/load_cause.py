@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What moved the file's load curve, and which hypothesis needs none of the file's numbers changed.
 
 A free load curve takes in much of what other effects do. Where the file's curve is right, or wrong

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Friction that grows with load in a file that was refitted without it.
 
 A refit of the file's numbers puts what grows with load into Coulomb friction, drag and load: all

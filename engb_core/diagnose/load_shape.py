@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Does the load curve have another form than the model file can give it?
 
 A polynomial or a sinusoid need not follow a real load. What it leaves lies along the angle,

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Where a mismatch lies: stretches of time, and ranges of the coordinates that carry it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Cogging of several unrelated orders: one effect with a list, not several names.
 
 Left with one order, what repeats at another would pass for a torque ripple, a spot on the stroke

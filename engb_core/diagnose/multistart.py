@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Fits of effects whose cost has many narrow minima, where derivatives lead nowhere.
 
 Whether a flank is met one sample earlier or later changes the effort by a jump. So their own

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Does what has no name carry over to another kind of motion? Else it is not in the model.
 
 Refitted numbers and tables follow the motion that they were fitted to, whatever is missing: on the

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Is what a fit leaves noise? By its size, and where its size is in doubt by its colour.
 
 How strong the noise is has to be estimated from the recording itself, from seconds of standstill

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The nominal numbers as fit parameters: how far the model file is trusted for each."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Sums of weighted products for least squares, by one processor.
 
 Fits run side by side. A linear algebra library that spreads each small product over all

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Is a number wrong, or is physics missing? Which nominal numbers the data insist on changing.
 
 Each number is held at the model file's value in turn while all others are refitted. A number

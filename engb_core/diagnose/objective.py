@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a hypothesis is fitted by: its prediction, residual, cost and derivatives on one problem.
 
 No optimiser: descent.py, linear_start.py and multistart.py work on this, and fit.py on them.

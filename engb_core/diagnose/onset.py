@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """An effect that begins within the recordings: a part that breaks, slips or comes loose.
 
 Up to its onset it does not act; from there on it acts as everywhere else. Where it may have begun

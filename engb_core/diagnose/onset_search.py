@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Does an effect begin within the recordings? Asked after those that act throughout.
 
 Each named effect is screened by linear least squares with every moment as its onset; the most

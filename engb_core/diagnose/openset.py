@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Is the best named physics good enough to be named? Tried against a flexible model.
 
 If tables over the recorded coordinates explain much of what the best effects leave, the effects

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which orders a residual holds: its spectrum over an angle instead of over time."""
 
 from __future__ import annotations

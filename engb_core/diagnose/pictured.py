@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the pictures of the effects are drawn over: signals beside effort and motion."""
 
 from __future__ import annotations

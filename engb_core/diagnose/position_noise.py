@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What position counts put into the effort that a motion seems to need.
 
 An encoder tells position in counts. What it rounds off goes through the very chain that derives

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How sure: probabilities of the chosen effects, their rivals and of something else altogether.
 
 The weights of hypotheses of like size come from their mean squares, tempered, because the

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a diagnosis works on: recordings as motions, filtered measurements, noise, folds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How fits compare: what they leave above the noise, what they are ranked by, which is simpler.
 
 Excess is the mean squared residual minus the noise's 1.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whole recordings as folds: does an effect carry over to recordings that it was not fitted to?
 
 Recordings of other manoeuvres, or at other gains of a loop, are the folds that a machine gives by

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Every effect, alone and together, fitted to one problem."""
 
 from __future__ import annotations

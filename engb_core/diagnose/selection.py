@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which effects the data call for: parsimony before likelihood, and none rather than a wrong one.
 
 A recording holds thousands of values, so that any imperfection of a formula is significant: what

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The numbers of what was chosen, from a sharper motion than the search can afford.
 
 The search works on a motion that is smoothed so far that a coarse grid holds it. What is decided

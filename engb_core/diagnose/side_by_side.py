@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Independent fits side by side: compiled code releases the interpreter while it runs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Units of a linear axis: where the joint is prismatic, rad reads m and N·m reads N."""
 
 from __future__ import annotations

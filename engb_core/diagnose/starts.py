@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Where fits start that a fixed grid can't serve: orders, frequencies, places and episodes.
 
 Each is read off the residual of the fit that the effect is added to.

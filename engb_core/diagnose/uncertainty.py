@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Standard deviations of what was fitted, and numbers that the data can't determine."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The verdict, and what is said of what no effect explains."""
 
 from __future__ import annotations

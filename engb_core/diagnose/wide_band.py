@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Does the drivetrain resonate? Asked in a wider band than everything else.
 
 A shaft rings above the low-pass through which all other effects are judged; below it there is

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How far the load winds up a drivetrain that resonates.
 
 The resonance tells how stiff the drivetrain is in small motion; the load's curve, as the model

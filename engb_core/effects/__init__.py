@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Effects: physics that a model may leave out, one file each."""
 
 from __future__ import annotations

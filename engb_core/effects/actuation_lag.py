@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Torque acts later than the recorded effort: a delay, or the current loop."""
 
 import math

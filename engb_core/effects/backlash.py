@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Lost motion between motor and load: the gap is crossed where the transmitted torque
 changes sign, with the load decoupled meanwhile."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What an effect is: physics that a model may leave out, defined once for every use.
 
 An effect gives one function per *stage* of the torque balance at which it acts. Simulation and

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """All effects, found by looking: adding one is adding a file with an `EFFECT` to this folder.
 
 From outside count as well: files of the user's own folder (`own_effects_folder`; `engb adopt`

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Torque that is periodic in the shaft angle, whatever the motor torque."""
 
 from collections.abc import Mapping

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The drive acts on its set-point later than it is recorded."""
 
 from engb_core.delay_line import delayed

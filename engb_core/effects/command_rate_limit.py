@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The drive moves its set-point no faster than a speed of its own."""
 
 import math

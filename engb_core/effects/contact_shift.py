@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The load curve is moved along the angle: worn pads, another clearance."""
 
 from engb_core.effects.base import Effect, NUMBER_OFF, Parameter

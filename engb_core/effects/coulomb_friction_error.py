@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The model's Coulomb friction is wrong."""
 
 from engb_core.effects.base import COULOMB, Effect, LEVEL, NUMBER_OFF, Parameter

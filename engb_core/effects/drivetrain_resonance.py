@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A compliant drivetrain with inertia and friction beyond it."""
 
 from collections.abc import Mapping

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The recorded effort comes later than the torque: a filter between current and log."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Effort is off by one factor: torque constant, gear ratio, or what a drive calls torque."""
 
 from engb_core.effects.base import Effect, EFFORT, NUMBER_OFF, Parameter

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Friction changes over the recording, for instance by warm-up."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A law: a formula of the restricted grammar (engb_core/laws), in the model file.
 
 Where it acts is part of it: a torque, a gain on friction, load or effort, an inertia over the

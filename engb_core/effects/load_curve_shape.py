@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The load curve has another form than the model's: a table over the angle that is added to it.
 
 A caliper's, a linkage's or a cable's load need be no polynomial. What the model's own form cannot

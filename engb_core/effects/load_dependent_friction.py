@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Friction grows with the load on screw and gears."""
 
 from engb_core.effects.base import Effect, LEVEL, LOAD, LOAD_GAIN, Parameter

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The caliper's load differs between loading and unloading and remembers turning points."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The load torque is a constant factor off: caliper stiffness, or what the force acts on."""
 
 from engb_core.effects.base import Effect, LOAD, NUMBER_OFF, Parameter

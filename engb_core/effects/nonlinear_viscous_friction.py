@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Drag that is not proportional to speed."""
 
 from engb_core.effects.base import Effect, Parameter, VELOCITY

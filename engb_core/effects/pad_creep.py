@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Load relaxes while the pad is held (visco-elastic pad)."""
 
 import math

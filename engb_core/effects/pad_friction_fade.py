@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """While the disc turns the load ratio changes with disc speed or pad temperature."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """After a reversal friction builds up over a distance (bristles, Dahl's family)."""
 
 import math

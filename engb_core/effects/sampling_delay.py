@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Effort and position are not sampled at the same instant: within a sample or so, no physics."""
 
 from engb_core.effects.base import Effect, Parameter

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The load changes while the disc turns: pad friction helps or hinders the wedge."""
 
 import math

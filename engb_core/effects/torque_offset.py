@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The current sensor has an offset: measured effort is not zero at zero torque."""
 
 from engb_core.effects.base import Effect, EFFORT, Parameter

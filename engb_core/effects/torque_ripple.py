@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Torque per ampere that is periodic in the shaft angle."""
 
 from engb_core.effects.base import Effect, EFFORT, Parameter, POSITION

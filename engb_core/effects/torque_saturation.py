@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Less torque per ampere at high current (iron saturation)."""
 
 from engb_core.effects.base import Effect, EFFORT, Parameter

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A position that is measured wrong once per motor revolution; no cause is claimed."""
 
 import math

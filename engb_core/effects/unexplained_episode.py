@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A torque that was there for a while and went; no cause is claimed, and no other recording
 has it."""
 

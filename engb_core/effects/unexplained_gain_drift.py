@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Torque per effort that changes over the recording; no cause is claimed."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A loss that grows with load times speed; no cause is claimed."""
 
 from engb_core.effects.base import Effect, LOAD, Parameter, VELOCITY

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Friction after a rest that grows with the rest's length; no cause is claimed."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A torque at one place of the stroke; no cause is claimed."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What is left when no physics is known for it: a torque tabulated over one or two coordinates.
 
 Not a cause: it is never named, only written into the corrected model so that it predicts better.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A torque of fixed frequency in time, whatever the brake does: something outside shakes it."""
 
 import math

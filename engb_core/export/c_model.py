@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A model as C: its plant with all effects and laws, and its feedforward.
 
 The functions are those that simulate here, translated (translate.py). What is written is C99

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Expressions of compiled Python in C, each with its kind and how tightly it binds."""
 
 from __future__ import annotations

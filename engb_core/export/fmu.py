@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A model as a functional mock-up unit: FMI 2.0 or 3.0 for co-simulation, source and binary.
 
 The unit holds the generated C (c_model.py), so that it runs where there is no Python. Inputs are

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Effects that are wrong numbers, put into the numbers: other formats need not know them."""
 
 from __future__ import annotations

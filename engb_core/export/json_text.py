@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A model as JSON: the model file's mapping, with what each effect is."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a value of compiled Python is in C: a number, an array, several at once."""
 
 from __future__ import annotations

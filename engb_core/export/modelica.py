@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A model as Modelica text: the nominal torque balance, with the effects that are one formula."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A model as a joint of MuJoCo (MJCF) or of a robot description (URDF), and what they cannot say.
 
 Both describe one joint with inertia, viscous and dry friction. MJCF also has the load curve, as a

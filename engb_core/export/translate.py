@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Compiled Python as C: the functions that simulate, translated statement by statement.
 
 What an effect is stands once, in its file. So that a model can run where there is no Python, the

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which effect lies on which unit: common causes, single ones, and recordings out of line."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The survey on one page: which effect on which unit, what is common, what changes, who stands
 out, and a link to each recording's own report."""
 

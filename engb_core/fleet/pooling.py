@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What is common to all units and what differs between them: a random-effects model.
 
 Each unit u has a true number x_u = μ + d_u with d_u of variance τ²; recording r of it measures

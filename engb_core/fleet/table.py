@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Survey results as rows: one per recording, and one per number that a diagnosis gave."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Numbers that change with time or mileage, within units."""
 
 from __future__ import annotations

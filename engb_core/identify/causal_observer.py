@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The paper's own observer: causal, so that d̂ lags behind the position that it is drawn over.
 
 At speed ω a low-pass of delay τ draws the load of θ − ω·τ over θ while clamping, and that of

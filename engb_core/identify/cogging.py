@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Torque periodic in the motor's angle: orders and phases found in what a fit leaves over."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Where the pads touch: the fit's minima over the contact angle, all of them.
 
     g∗u = J·(g″∗θ) + B·(g′∗θ) + g∗[Σ p_k·s^k + (C₀ + Σ c_k·s^k)·sat(ω/ω_s) + T_cog],

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Parts the disturbance into an even part, the load, and an odd part, friction (step 4)."""
 
 from __future__ import annotations

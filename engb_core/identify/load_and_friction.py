@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Least squares of the load on a cubic and of friction on the load (steps 5, 6; (41), (42))."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The forms that a load may have: columns of the linear torque balance."""
 
 from __future__ import annotations

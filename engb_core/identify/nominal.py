@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The nominal plant T_M = J·ω̇ + B·ω (25): step tests and sine sweeps of the unloaded motor.
 
 Both the classical readings, which take the motor for linear (what the paper did, Fig. 6), and

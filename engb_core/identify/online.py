@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The self-energizing gain and the contact's shift, stroke by stroke, while the brake works.
 
 Of each clamp stroke and the release after it the even disturbance is fitted by

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """J and B of the linear motor by output error, on SciPy's own tools, beside the classical fits."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Steps 2 to 6 of the identification as the paper has them."""
 
 from __future__ import annotations

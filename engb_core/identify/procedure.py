@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The identification of a recorded run, steps 2 to 6, the paper's way and by joint regression."""
 
 from __future__ import annotations

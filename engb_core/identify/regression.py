@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Joint regression: all numbers of equation (1) at once, both sides through the same kernel.
 
     g∗u = J·(g″∗θ) + B·(g′∗θ) + g∗[T_L(θ) + (C₀ + C₁·|T_L(θ)|)·sat(ω/ω_s) + T_cog(θ)]

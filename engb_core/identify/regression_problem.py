@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The regression's problem: what is looked for, its residual and its derivatives."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Ties clamp and release samples to one grid of positions (step 3, equations 31 to 36)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Self-energizing gain and pad friction from runs with the disc standing and turning (ch. 5).
 
 P is the even disturbance with the disc turning over that with it standing, at equal motor angle

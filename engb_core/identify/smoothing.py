@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A recording on an even clock, and one smoothing kernel for both sides of the equation.
 
 Position comes as encoder counts; velocity and acceleration are its convolution with the first

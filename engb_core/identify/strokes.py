@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Finds the clamp and release strokes in a recorded motion (steps 0 and 1 of the paper)."""
 
 from __future__ import annotations

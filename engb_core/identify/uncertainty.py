@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Estimates with confidence intervals, and the covariance of a fit whose residual is coloured."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """An adopted law: an effect of the library whose physics is a formula of the grammar."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A law that a diagnosis found, as a file of effects: so that next time it has a name."""
 
 from __future__ import annotations

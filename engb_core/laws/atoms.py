@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What laws are made of: the shapes that machines put into a torque, and where they act.
 
 The list follows what machines do, not any recording: lubrication (drag that peaks or levels off

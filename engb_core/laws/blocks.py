@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How well columns predict what was left out: blocks of time, recordings, kinds of motion.
 
 Everything comes from sums of products over each block, so that thousands of candidate columns,

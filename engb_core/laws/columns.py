@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What each form of law would do to the filtered effort, to first order: columns for screening.
 
 A factor is computed once for all recordings by the same stack machine that runs it afterwards;

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The one entry of the laws: a law competes with names and tables for what a model misses."""
 
 from __future__ import annotations

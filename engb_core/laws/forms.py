@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A form of law: where it acts and its factors, with where a fit of its numbers starts."""
 
 from __future__ import annotations

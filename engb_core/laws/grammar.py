@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The grammar of laws: one line of arithmetic over the brake's coordinates, read without `eval`.
 
     a * abs(load) * sin(k * position + c)

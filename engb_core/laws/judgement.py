@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """When a law is believed: it explains nearly all, elsewhere too, and better than what is plainer.
 
 Significance does not separate right laws from false ones: any smooth shape takes something away

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A law as one line for reading: T = 0.031(2) N·m · |load| · sin(1.249(1) θ + 3.84(5))."""
 
 from __future__ import annotations

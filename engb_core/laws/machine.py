@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A law as the kernels run it: a stack machine whose program lies among an effect's parameters.
 
 So one compiled function serves every formula, in inverse dynamics, simulation and on the bench,

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The search for a law: every form screened by linear least squares, few polished, then mutated.
 
 Screening adds one form's columns to a finished fit with all its numbers free and asks how well

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A law as an engineer reads it: one line with units and standard errors, and what does so."""
 
 from __future__ import annotations

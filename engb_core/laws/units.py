@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Units as products of powers: enough to say what a law's amplitude is measured in."""
 
 from __future__ import annotations

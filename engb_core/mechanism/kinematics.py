@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Geometry of the brake: reduction gear, ball screw, lever, non-circular gear; (14) to (24).
 
 Corrected where the paper is wrong: (14) is inverted there, θ_bs = θ_M/N_g. Forces are in

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Forces of the brake: clamp force, torque and friction; (2) to (13) and (44), corrected.
 
 With γ = β − θ_lv (the lever pushes at a right angle to its arm) and w = dy_p/dx_p the balances of

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Machine code kept on disk between runs, named by everything that was compiled into it.
 
 numba's own cache asks whether the file of a function has changed. What a function calls, and the

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Compiled scalar code: numba where it is installed, plain Python (slow, same numbers) else.
 
 Effects are compiled one by one, kernels once; a kernel calls effects by their addresses. So any

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Dry friction, compiled: how it grows with load, and what it does within a step of time, where it
 can stop a mass but never turn it back."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Waves with harmonics, as slots, discs and teeth make them: none of them is sinusoidal."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The effort that a recorded motion needs: equation (1) solved for the motor.
 
 Sample by sample through all stages, by the same `torque_without_inertia` that the simulation

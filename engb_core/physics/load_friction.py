@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How friction grows with load. Plain Python, for the controller; dry_friction.py compiles it."""
 
 from __future__ import annotations

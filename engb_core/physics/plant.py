@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The brake's torque balance: the one place where nominal terms and effects meet.
 
 Equation (1) with effects, motor side:

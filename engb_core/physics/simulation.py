@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The brake run forward in time: alone (`BrakePlant`) or in its recorded loop.
 
 Friction's direction is solved for implicitly in each step, which is stable for any saturation

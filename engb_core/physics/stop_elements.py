@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Elements that follow a motion until they slip: memory of every turning point not yet passed.
 
 A sum of stop operators (Maxwell slip; Iwan, J. Appl. Mech. 33 (1966) 893; Prandtl-Ishlinskii).

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The folded part of the diagnosis page: numbers, all candidates, notes, the model file."""
 
 from __future__ import annotations

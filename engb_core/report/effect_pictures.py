@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The picture that an engineer draws for an effect: measured points, the model before and after.
 
 Each kind subtracts from effort what is not of interest, with the corrected model's numbers, and

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Pictures as plain data; a renderer turns them into plotly, SVG or a table.
 
 A `Figure` is a stack of panels over one x axis, so that zooming one panel moves all. Colours are

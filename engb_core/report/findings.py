@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the mismatch is: each effect with its numbers and pictures, or what is known of it."""
 
 from __future__ import annotations

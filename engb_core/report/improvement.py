@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How much better the corrected model predicts what no fit has seen."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The law for what has no name: the remainder as points, the law through them, its rivals."""
 
 from __future__ import annotations

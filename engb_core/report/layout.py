@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A self-contained HTML page: headings, prose, tables, figures, folded details, one style.
 
 Plain text given to any method is escaped; markup must be `Html`. The finished page loads nothing:

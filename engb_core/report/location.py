@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Where the mismatch is: over the coordinates and over time."""
 
 from __future__ import annotations

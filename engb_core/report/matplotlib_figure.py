@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Figures as SVG, drawn by matplotlib: what a page shows where plotly is not installed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The diagnosis on one page: verdict, where, what, how much better, how sure, what next."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The figures of a diagnosis: what was compared, over time and over what reveals it."""
 
 from __future__ import annotations

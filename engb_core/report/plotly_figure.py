@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Figures as plotly JSON, drawn by the page's script: zoom, pan and hover, no network.
 
 The JSON is written here, not by plotly's Python classes: only plotly.js itself is needed from the

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How sure the diagnosis is: the hypotheses that were weighed against each other."""
 
 from __future__ import annotations

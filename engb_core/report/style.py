@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How every page of engb looks: colours in light and dark, typography, print; and its script."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Text that is safe to put into a page: what comes from a recording is never trusted."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The top of the diagnosis page: the verdict as a sentence, its numbers, the key figures."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Numbers, units, names and sentences, as a brake engineer would write them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Beyond the paper: wear tracked online, force against a load cell, the residual named."""
 
 from __future__ import annotations

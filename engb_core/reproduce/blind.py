@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A brake that nobody here knows: identified from its recordings in four ways, then judged.
 
 What is found goes into a plain mapping of numbers (for a JSON file), which is finished before

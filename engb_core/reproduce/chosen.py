@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Every number of the reproduction that the paper does not give: CHOSEN, here and nowhere else.
 
 The mechanism's own chosen numbers are `engb_core.mechanism.kinematics.CHOSEN`. What of the paper's

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Brakes of the paper's kind whose numbers are drawn by chance: nobody chose what is to be found.
 
 Every number lies within ±30 % of the chosen one, the contact anywhere between 2 and 9 rad. They

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Where the paper's text is wrong or silent, with the derivation of what stands here instead."""
 
 from __future__ import annotations

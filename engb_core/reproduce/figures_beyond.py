@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Pictures of what lies beyond the paper: wear, heat and force."""
 
 from __future__ import annotations

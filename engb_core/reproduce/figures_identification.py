@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Figures 7 to 16: from the poorly tracked strokes to the fitted friction, of both brakes."""
 
 from __future__ import annotations

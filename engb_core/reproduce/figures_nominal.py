@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Pictures of chapter 2 and section 3.2: the mechanism, the Bode plot, the cogging."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Figures 17 to 25: validation and self-energizing, of both brakes."""
 
 from __future__ import annotations

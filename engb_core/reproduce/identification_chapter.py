@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Section 3.1: the strokes identified the paper's way and jointly."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Runs an experiment in this process, on the classes that the nodes are made of (for tests)."""
 
 from __future__ import annotations

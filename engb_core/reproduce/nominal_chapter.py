@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Section 3.2 and the cogging: the nominal plant from steps, a sweep and slow strokes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Every number that the paper publishes beside ours, and whence ours comes."""
 
 from __future__ import annotations

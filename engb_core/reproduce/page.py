@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The reproduction on one page, and its numbers as JSON."""
 
 from __future__ import annotations

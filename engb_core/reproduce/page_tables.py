@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Rows of the page's tables of what was chosen and what was run."""
 
 from __future__ import annotations

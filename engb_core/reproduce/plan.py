@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The experiments: which brake, which loop, which motion; in the order in which they build up."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """All chapters in turn, on both brakes: each stage uses what the stages before have found."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the reproduction found, on both brakes."""
 
 from __future__ import annotations

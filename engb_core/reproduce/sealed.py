@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Brakes that were drawn by another process and sealed: identified first, opened last."""
 
 from __future__ import annotations

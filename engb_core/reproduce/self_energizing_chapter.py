@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Chapter 5: the disc standing, then turning, in one run; P and the pads' friction coefficient."""
 
 from __future__ import annotations

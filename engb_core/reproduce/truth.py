@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a simulated brake really is, in the drive's units, for whoever judges an identification."""
 
 from __future__ import annotations

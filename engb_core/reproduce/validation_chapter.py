@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Chapter 4: tracking with and without the model, what disturbance is left, offset under PD."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How far each way of identifying is from the truth, on one recording and over noise seeds."""
 
 from __future__ import annotations

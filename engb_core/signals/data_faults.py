@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What is wrong with a recording itself: found, told, and kept out of what is judged.
 
 A fault of the data is no physics that a model leaves out. Each test here rests on what a machine

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The one low-pass through which measurement, model and hypotheses all pass.
 
 Smoothing the velocity alone would manufacture friction that falls with speed near reversals;

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A recording's motion on an even grid: position without counts, velocity, acceleration.
 
 Position comes in encoder counts. Between two counts nothing is known, at the instant of a count

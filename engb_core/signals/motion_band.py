@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Up to which frequency a recording's position counts tell the torque that the motion needs.
 
 An encoder that rounds to counts of q, read every h seconds, adds a noise of variance q²/12 that is

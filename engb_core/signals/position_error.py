@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Motion as it truly was where a law says by how much the measured position is off.
 
 The error is taken at the very samples at which the sensor made it, and carried through the same

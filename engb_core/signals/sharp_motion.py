@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A recording's motion, as sharp as encoder and sampling tell it: for predictions and last fits.
 
 Motion starts and stops within milliseconds, and friction turns with it. The Gaussian that the

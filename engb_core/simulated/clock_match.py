@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How the clocks of two recordings under the same commands go together: offset and drift.
 
 A simulator's time begins where it likes, and a recorder's clock is off by some hundred parts in a

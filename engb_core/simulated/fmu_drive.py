@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """An FMU driven along a real recording: what it does becomes a simulator's recording.
 
 The unit is a machine that takes an effort and gives a position (FMI 2 or 3, co-simulation). A

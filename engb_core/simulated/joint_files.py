@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A joint of a MuJoCo model (MJCF) or of a URDF as a nominal model.
 
 MuJoCo reads both formats; read from it are the joint's inertia (its own, the bodies' and the

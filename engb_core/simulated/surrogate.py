@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A model that stands for somebody's simulator, identified from what it recorded.
 
 The simulator's recording is diagnosed as a machine's would be: a first model of it, then the

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """From raw columns with two clocks to a Recording."""
 
 from __future__ import annotations

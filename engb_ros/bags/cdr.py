@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Decodes JointState and Float64 messages, a whole batch at once where their layout is the same.
 
 CDR (OMG CORBA 3.3, part 2, 9.3): 4 bytes of encapsulation, then the fields, each aligned to its

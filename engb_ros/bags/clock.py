@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Two clocks in one bag: the sender's stamps and the recorder's log times.
 
 JointState carries the time of sampling; Float64 carries none, so only the time at which the

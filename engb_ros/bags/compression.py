@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Zstandard and lz4, with a bound on what may come out."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Collects one joint out of JointState messages, batch by batch."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """From the path that a user gives to the files of a bag."""
 
 from __future__ import annotations

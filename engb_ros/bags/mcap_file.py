@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reads an MCAP file by its chunks, whole ones through their message index.
 
 A file that was cut off (a recorder killed, a disk full) is read up to the cut, one that is

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The records of an MCAP stream (https://mcap.dev/spec): parsing, no files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reads a rosbag2 recording: a folder, an .mcap or a .db3 file, plain or zstd, also cut off."""
 
 from __future__ import annotations

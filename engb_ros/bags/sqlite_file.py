@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reads a .db3 file, rosbag2's storage in an SQLite database."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reads rosbag2's table of messages straight from the pages of an SQLite file, by numpy.
 
 The library hands out row by row, which costs a microsecond each. A recorder only appends, so the

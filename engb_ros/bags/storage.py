@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the readers of the two storage formats have in common."""
 
 from __future__ import annotations

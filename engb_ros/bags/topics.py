@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Picks the topics of one brake out of all that a bag holds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Writes arrays as a rosbag2 recording, whole or not at all."""
 
 from __future__ import annotations

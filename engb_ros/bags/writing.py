@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Writes rosbag2 MCAP bags from messages as they came over the wire (needs no ROS)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The bus itself (python-can): opened by parameters, opened again after a fault."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Frames of the drive's bus after the DBC file: numbers in, bytes out, and back."""
 
 from __future__ import annotations

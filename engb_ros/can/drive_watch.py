@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whether the drive is in the mode that it was asked for, and what it is told to the graph as."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """AUTOSAR end-to-end protection, profile 1 variant 1A: CRC-8 and a 4 bit alive counter.
 
 AUTOSAR, Specification of SW-C End-to-End Communication Protection Library: the CRC (SAE J1850,

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Both ends of the link between controller and drive: what to send, what to believe."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Give a law that a diagnosis found a name: write it as an effect of the library, with a test.
 
 DIR is what engb diagnose wrote. The effect's file (equation, units, bounds) and its test go into

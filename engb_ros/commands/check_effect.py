@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Check an effect of your own, one Python file, before a diagnosis uses it.
 
 Checked are names, units and bounds; that its functions give finite numbers at all starting

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the commands share: reading inputs, telling progress; `outputs` writes results whole."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Show the whole chain on a simulated brake: real nodes, a bag, a model, a diagnosis, a report.
 
 1. starts the nodes as processes and lets them hear each other over DDS

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Find the physics that a model leaves out: compare it with recordings of the real machine.
 
 Writes into DIR: report.html (start here), diagnosis.json, model.yaml (the corrected model), and

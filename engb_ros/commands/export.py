@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Take a model along: to C, an FMU, Modelica, MuJoCo (MJCF), URDF or JSON.
 
 c: the simulated brake with all effects and laws as C99 (engb_model.h, engb_model.c), and a header

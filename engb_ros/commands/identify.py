@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Identify a brake model from recorded clamp and release strokes (the paper's steps 2 to 6).
 
 examples:

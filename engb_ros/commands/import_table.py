@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Turn a table of someone else's bench into a recording that the other commands read.
 
 TABLE is a .csv (any delimiter, decimal comma, remarks above the titles), .npz, .mat, .h5, ASAM

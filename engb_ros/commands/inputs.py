@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Inputs that may be recordings or tables, and what is made of them beside a result."""
 
 from __future__ import annotations

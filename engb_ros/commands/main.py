@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The program `engb`: finds the command, runs it, and turns failures into one line.
 
 A command is a module of this folder with `add_arguments(parser)` and `run(arguments)`, which may

@@ -1,8 +1,9 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Make the first model of any axis: of tables of a bench, or of rosbag2 recordings.
 
 Inertia, viscous and Coulomb friction, an offset, and a load curve, sinusoid or contact where the
 data determine it: blocks of time are predicted by fits to all others, and of the forms that do
-this as well as the best, within one standard error, the one with the fewest numbers is taken.
+this as well as the best, but for chance, the one with the fewest numbers is taken.
 Writes MODEL.yaml and, beside it, MODEL.html: what was found, how sure, and what could not be told.
 
 examples:

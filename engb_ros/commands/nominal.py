@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Where a diagnosis gets its nominal model from: a model file, a robot's joint, a simulator."""
 
 from __future__ import annotations

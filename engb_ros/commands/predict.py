@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Say what a model predicts for a recording, sample by sample, as a .npz file.
 
 Arrays in FILE.npz, all of the recording's cleaned samples: time [s from the first sample],

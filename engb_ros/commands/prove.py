@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Measure the diagnosis on cases whose truth is sealed: concealed effects, honest scores.
 
 Draws brakes at random, conceals effects in them, seals the truth and prints its digest; runs

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Make the paper's experiments, figures 6 to 25 and published numbers again.
 
 examples:

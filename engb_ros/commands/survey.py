@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Diagnose many recordings and compare the units: one page, tables, and a report for each.
 
 Writes into DIR: survey.html (start here), survey.csv (a row per recording), effects.csv (a row

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the commands that read tables share: their options, questions, and what was taken."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Runs tasks on an existing Dask cluster (package dask.distributed, optional)."""
 
 from __future__ import annotations

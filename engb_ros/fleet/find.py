@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Finds the recordings below some folders, and which unit each belongs to."""
 
 from __future__ import annotations

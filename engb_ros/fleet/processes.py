@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Runs tasks in processes of this machine; one that dies or hangs costs its task only."""
 
 from __future__ import annotations

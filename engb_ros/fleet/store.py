@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Results on disk, one file per recording: what makes a survey resumable."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Writes rows as .csv and, where pyarrow is installed, as .parquet."""
 
 from __future__ import annotations

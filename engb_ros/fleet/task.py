@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Diagnoses one recording and says everything about it in plain data: what a worker does."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A simulated brake by parameters: for nodes `plant` and `drive_emulator`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Node `can_bridge`: a motor drive on a CAN bus, with the topics of the plant."""
 
 from __future__ import annotations

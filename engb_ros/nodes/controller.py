@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Node `controller`: tracks angle or clamp force of one brake, and supervises itself."""
 
 from __future__ import annotations

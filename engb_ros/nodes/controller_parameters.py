@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Parameters of node `controller`, and what they make of the core's settings."""
 
 from __future__ import annotations

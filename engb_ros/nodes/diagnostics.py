@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Diagnostic messages, whose level is a byte that rclpy fills with garbage if given a number."""
 
 from __future__ import annotations

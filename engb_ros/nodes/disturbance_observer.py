@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Node `disturbance_observer`: publishes d̂ of equation (30) for every motor sample."""
 
 from __future__ import annotations

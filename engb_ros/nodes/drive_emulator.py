@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Node `drive_emulator`: the simulated brake behind a CAN bus, as a motor drive would be.
 
 It has no topics: everything goes over the bus. It is a node for its parameters' sake, among

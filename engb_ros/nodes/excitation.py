@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Node `excitation`: drives the motor open loop, for step and sweep tests of the nominal plant.
 
 Only for a motor that may turn freely: it answers every sample with a torque, whatever the angle.

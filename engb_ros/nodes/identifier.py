@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Node `identifier`: collects the strokes live and publishes what it identified from them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The joint's name by parameter, and torque commands that come as JointState (ros2_control)."""
 
 from __future__ import annotations

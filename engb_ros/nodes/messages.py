@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Messages to numbers and back: every value cast, since rclpy doesn't check types by itself."""
 
 from __future__ import annotations

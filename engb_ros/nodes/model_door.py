@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Service `~/accept_model`, answered in a thread: whatever the file holds, the loop goes on."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Node `monitor`: warns on /diagnostics when model and measurement part, and says where."""
 
 from __future__ import annotations

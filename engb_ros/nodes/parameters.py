@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Parameters: declared with unit, range and description, and complained of in one line."""
 
 from __future__ import annotations

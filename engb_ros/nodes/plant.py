@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Node `plant`: the simulated brake behind its drive."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Real-time options of a node's process: scheduling, memory, processors; refused in one line."""
 
 from __future__ import annotations

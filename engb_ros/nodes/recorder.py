@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Node `recorder`: writes a rosbag2 MCAP bag of the graph, from raw messages."""
 
 from __future__ import annotations

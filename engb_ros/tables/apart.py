@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reads a table in a process of its own, with limits on memory and time.
 
 Readers of binary formats are other people's, partly in C: a damaged file can end the process that

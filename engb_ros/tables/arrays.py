@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reads named arrays: NumPy's .npz, MATLAB's .mat of version 5, and HDF5 with .mat of 7.3."""
 
 from __future__ import annotations

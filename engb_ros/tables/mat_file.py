@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Looks through a MATLAB file of version 5 before SciPy reads it.
 
 SciPy's reader follows cells in cells until the stack ends, and unpacks whatever is packed: a file

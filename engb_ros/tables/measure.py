@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A table made into a recording: columns chosen, units turned into SI, one clock for all."""
 
 from __future__ import annotations

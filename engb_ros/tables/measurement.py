@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reads the measurement formats of the field: ASAM MDF, TDMS, Parquet and Arrow, ROS 1 bags."""
 
 from __future__ import annotations

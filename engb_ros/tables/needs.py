@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Optional readers: imported when a file needs one, with a plain word where it is missing."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Opens a table by what the file holds, or by its suffix where that says more."""
 
 from __future__ import annotations

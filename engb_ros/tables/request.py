@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a user says about a table, and what has to be asked."""
 
 from __future__ import annotations

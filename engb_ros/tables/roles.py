@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which channel of a table is what: told by its unit first, then by the words of its name."""
 
 from __future__ import annotations

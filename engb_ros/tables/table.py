@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What every format of a table offers: named channels with units, read one by one."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reads tables of text: any delimiter, decimal commas, remarks and units around the titles.
 
 What a line is, is told by the lines below it: the body is where most lines have the same number

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Units as tables write them: `phi [deg]`, `I (A)`, `M/Nm`, `n in 1/min`, `pos_deg`."""
 
 from __future__ import annotations

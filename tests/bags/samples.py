@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Bags made with rosbags' own serialisation: the reader is checked against others' code."""
 
 from __future__ import annotations

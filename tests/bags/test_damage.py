@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Bags that are damaged, foreign or empty: salvaged with a note, or one clear line."""
 
 import shutil

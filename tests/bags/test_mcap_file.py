@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """MCAP files of other writers: without chunks, without an index, lz4, with checksums."""
 
 import numpy as np

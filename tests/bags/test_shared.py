@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The recordings in ../shared, against rosbags' own reading of them."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Databases: pages by numpy where they are as rosbag2 writes them, SQLite's library elsewhere."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Writing: the bytes are rosbags' own, the bag is whole or not there."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The bench brake: each of its physics by a number worked out apart, and what it is made with."""
 
 from dataclasses import replace

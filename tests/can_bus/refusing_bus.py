@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A real UDP multicast bus that refuses frames the way Linux does: ENOBUFS, from outside.
 
 It takes the place of python-can's udp_multicast. Its channel is 'FILE,GROUP': while the file is

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The bus: a refused frame costs that frame; a bus that takes nothing any more is opened anew."""
 
 import os

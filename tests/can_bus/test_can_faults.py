@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Each kind of fault of the link ends as promised, and the page says what is measured."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The codec bit by bit: what it writes where, what it cuts, and which files it refuses."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """E2E profile 1A against other implementations; the receiver against lost, repeated, wrong."""
 
 from hypothesis import given, strategies

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Four drives on one bus: no wheel takes another's frames for its own."""
 
 import itertools

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The DBC file, the codec's limits, and both ends of the link against each other."""
 
 from hypothesis import given, strategies

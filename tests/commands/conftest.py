@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Small recordings and models, and the program as a process."""
 
 from __future__ import annotations

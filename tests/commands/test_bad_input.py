@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Bad input to the commands: one clear line, status 2, nothing half-written."""
 
 import numpy as np

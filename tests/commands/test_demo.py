@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The demo's last part: a recording that came with the package, by the program's own command."""
 
 import pytest

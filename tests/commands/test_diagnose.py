@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """`engb diagnose` around the engine: what is read, written, printed."""
 
 import dataclasses

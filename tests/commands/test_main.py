@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The program as such: help, wrong arguments, signals, pipes."""
 
 import resource

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Nothing that the program did not make is deleted or overwritten; results come whole."""
 
 import os

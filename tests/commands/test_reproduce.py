@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """`engb reproduce --offline` on the kept bags, and its bad input."""
 
 import json

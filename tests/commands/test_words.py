@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the program says to a terminal, a spreadsheet and a user who lacks a package."""
 
 import csv

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A controller fed by hand, with its clock, and the ways into each of its states."""
 
 from engb_core.control.brake_controller import BrakeController

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The whole controller on the plant: force commands, wear, a turning disc, release."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Of several controllers one speaks, whatever anybody claims."""
 
 from engb_core.control.claims import CLAIM_PERIOD, ControllerClaims, STANDBY_CLAIM

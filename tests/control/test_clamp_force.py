@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Clamp force: the map and its inverse, the estimate on the plant, wear found, honest errors."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The observer: sign of (30), its low-pass, uneven samples, offline equal to live."""
 
 import math

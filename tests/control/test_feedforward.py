@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The feedforward's torques are those of the plant's balance."""
 
 import numpy as np

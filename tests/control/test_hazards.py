@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Each way in which torque could be wrong, on the brake: what is done about it, and how soon."""
 
 from dataclasses import replace

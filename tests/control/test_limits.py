@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Every limit of a controller, swept over its values, in every state."""
 
 from dataclasses import replace

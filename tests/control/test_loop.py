@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The loop on the plant: what feedforward and observer are worth; faults stay harmless."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The monitor is quiet on a brake as modelled and says where another one parts."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """PID: the equation, limits, windup, gain changes, and no NaN in or out."""
 
 import dataclasses

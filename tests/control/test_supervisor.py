@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Supervision: every limit in every state, latching, and that nothing unsafe ever comes out."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The supervisor by itself: each watchdog's time, what is latched, what a clear takes away.
 
 Times are binary fractions, so that what happens at a boundary does not hang on rounding.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The watch over the drive's torque, sample by sample.
 
 Times are binary fractions, so that what happens at a boundary does not hang on rounding.

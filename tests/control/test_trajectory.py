@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Trajectories: symmetric strokes, speeds kept, files read or refused in one line."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The drive behind the plant node: limits, timeout, sensors, effects by text."""
 
 import math

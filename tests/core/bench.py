@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A brake bench for tests: plain Python, its own integrator and formulas.
 
 It judges the diagnosis, so it shares nothing with the plant that the project simulates; friction

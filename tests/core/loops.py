@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Closed loops with one effect each, and the effort that their motion needs, for the tests.
 
 `python -m tests.core.loops FILE` writes the numbers of every effect: run with and without numba,

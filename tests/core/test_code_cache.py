@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Machine code on disk: never old, loaded at the second start, safe among processes."""
 
 from __future__ import annotations

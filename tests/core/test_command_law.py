@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Effort that is a command: the law behind it, its limits, and what the drive makes of it."""
 
 from __future__ import annotations

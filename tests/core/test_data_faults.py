@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Faults of a recording are found and kept out, and a healthy recording has none."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Diagnosis end to end on recordings of a bench that shares no formula with the library."""
 
 from __future__ import annotations

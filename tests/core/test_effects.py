@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Every effect of the catalogue: one definition that simulation and inverse dynamics share.
 
 A new file in engb_core/effects is covered by being there.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Model and measurement pass the same filter; standstill counts nothing; noise is known."""
 
 from __future__ import annotations

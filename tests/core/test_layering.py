@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The science knows no ROS, no bag and no command line; modules stay small and say what is public.
 """
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """`import engb_core as engb`: what it offers, that it is light, and its page's example."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Friction that grows with load in a straight line, or roughly so."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Model files: what is read is what was written, and what is wrong is told in one line."""
 
 from __future__ import annotations

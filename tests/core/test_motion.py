@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Velocity and acceleration from encoder counts, at creep and at speed; gaps are seen."""
 
 from __future__ import annotations

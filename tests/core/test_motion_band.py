@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How far up coarse position counts tell the torque of a motion."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a parameter is said to be is what the torque does: measured on the effect itself."""
 
 from __future__ import annotations

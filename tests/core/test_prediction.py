@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a model says where torque is late: before a stop, and of a shaft that only creeps."""
 
 from dataclasses import replace

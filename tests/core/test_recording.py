@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A recording is cleaned of what a recorder can do to samples, and says so."""
 
 from __future__ import annotations

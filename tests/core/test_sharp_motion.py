@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Motion that starts and stops within milliseconds: a sharp one tells when, a smooth one less."""
 
 from __future__ import annotations

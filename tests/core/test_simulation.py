@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The brake run forward: it sticks, loses no energy that it should not, and converges."""
 
 from __future__ import annotations

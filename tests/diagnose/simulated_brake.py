@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A brake on a simulated bench: closed loop, counts, noise."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A model file without a load curve, on a machine that has a load: told as that."""
 
 import dataclasses

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the search by derivatives below 20 Hz can't see: resonances, gaps, and refitted files."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Drives whose effort is a command: what they make of their set-point is named, with numbers."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Friction that grows with load, but not in a straight line, on a bench of other formulas."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The arithmetic of a fit: sums of products, corrected derivatives, work within work."""
 
 import threading

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A formula that is only nearly right moves the numbers by what their deviations say."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Inertia and load off by one factor: the scale of effort, one cause."""
 
 from dataclasses import replace

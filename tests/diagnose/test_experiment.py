@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The next experiment: a reference that tells apart what a recording could not."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Effects that the model file holds already act in every hypothesis and stay in the answer."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The order of what is claimed, and how sure a wave is."""
 
 import numpy as np

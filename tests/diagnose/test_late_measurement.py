@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Effort that is recorded later than the torque: told, and told from torque that comes late."""
 
 import pytest

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What an effect promises by linear least squares when it is added to a fit."""
 
 import pytest

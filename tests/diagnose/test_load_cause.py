@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What moved the load curve, and what needs none of the file's numbers changed."""
 
 from dataclasses import replace

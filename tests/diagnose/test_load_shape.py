@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A load curve of a form that the model file cannot follow, alone and beside what is missing."""
 
 from dataclasses import replace

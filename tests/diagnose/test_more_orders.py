@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Cogging of several unrelated orders: one effect with a list of them."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What has no name stays in the model only if it carries over to another kind of motion."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A remainder without colour holds nothing that a model could predict, though its level be off."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Effects that begin within the recordings: told with their time, and only where there are any."""
 
 from dataclasses import replace

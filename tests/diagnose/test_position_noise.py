@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What encoder counts do to the effort is noise; a recording may end in motion."""
 
 from dataclasses import replace

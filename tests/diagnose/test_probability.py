@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How sure a name is: by what it leaves of what no fit has seen, and how many names it took."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Numbers from a sharper motion, and how sure they are."""
 
 from dataclasses import replace

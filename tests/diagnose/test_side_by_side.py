@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """More than one cause at once: pairs, numbers beside physics, threads, what comes too late."""
 
 from dataclasses import replace

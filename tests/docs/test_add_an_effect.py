@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The page about effects of one's own, followed literally; and what is said of bad ones."""
 
 from __future__ import annotations

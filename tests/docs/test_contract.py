@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The contract in docs/ is the authority: what the project holds elsewhere agrees with it."""
 from __future__ import annotations
 

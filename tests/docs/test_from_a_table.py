@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The page for newcomers names what there is: fields of the model file, options, formats."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The gallery has every effect and is made from the effects as they are now."""
 
 import importlib.util

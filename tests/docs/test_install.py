@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What installs the package: its keys exist, what pip alone has is told, the files parse.
 
 Neither Docker nor a forge is here; that these files work is not tested, only that they agree, and

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What `make types` leaves out only gets less."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The notebooks run from the first cell to the last, and find what they say."""
 
 from __future__ import annotations

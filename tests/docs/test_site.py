@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The documentation builds as a site without a warning, and leaves no page and no effect out."""
 
 from __future__ import annotations

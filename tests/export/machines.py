@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Machines to be exported, and what each does in a drive of two seconds, here and in C."""
 
 from __future__ import annotations

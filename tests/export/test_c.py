@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The C of a model gives what its simulation here gives; both come from one text."""
 
 from __future__ import annotations

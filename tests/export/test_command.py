@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """`engb export`: files that appear whole, what is left out told, bad input in one line."""
 
 from __future__ import annotations

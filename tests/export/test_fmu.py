@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The FMU of a model passes the standard's checks and gives what the simulation here gives."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """MJCF, URDF, Modelica and JSON say what they can, and what they cannot is told."""
 
 from __future__ import annotations

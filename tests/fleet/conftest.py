@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A model, a motion, and the program, called here or as a process."""
 
 from __future__ import annotations

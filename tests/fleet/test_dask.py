@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A real Dask cluster on this machine; one of its workers is killed in mid-run."""
 
 from collections import Counter

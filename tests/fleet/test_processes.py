@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Processes: every task has one outcome, whatever becomes of its process."""
 
 import os

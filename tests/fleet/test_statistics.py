@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Pooling, trends, causes and the page, on fleets whose truth is known."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """`engb survey`: bags in, tables and a page out; resumable; one bad bag stops no other."""
 
 import csv

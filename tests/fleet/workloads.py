@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Work that a test hands to processes and clusters; they import it from here."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Small files made to take memory or time: each kind as a call of `engb`.
 
 A bomb follows from its kind and its random generator alone. What a reader must do with it: end

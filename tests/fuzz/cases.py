@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """One damaged case per seed: a bag, a model file and a call of `engb`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Damages to files and to what is in them; every one follows from its random generator alone."""
 
 from __future__ import annotations

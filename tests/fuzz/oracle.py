@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Runs one case within this process and says what is wrong with how it ended."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Damaged input at scale: each case must end in a result or in one clear line with status 2.
 
     .venv/bin/python tests/fuzz/run.py --count 10000

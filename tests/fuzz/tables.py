@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Damaged tables of each format: a good file by the field's own writer, then bytes or cells wrong.
 
 A case follows from its seed. A good file of each kind is written once a process.

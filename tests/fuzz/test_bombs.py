@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """One bomb of each kind, as a process: one line or a result, bounded memory and time."""
 
 import json

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A small part of `run.py`: a hundred damaged cases, each ends in a result or in one line.
 
 What is damaged within bags and models goes through `predict`, the quickest command, and a few

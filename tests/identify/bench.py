@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A brake bench for tests only: the equation of motion by Runge-Kutta, independent of engb_core.
 
 It judges the identification, so it shares no code with the plant that the project simulates.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The paper's causal observer: its low-pass, its lag, and the cure."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The contact angle: found, or told as not determined; never confidently wrong."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Step tests, sweeps, the torque constant, self-energizing; on the test bench."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """P and the contact, stroke by stroke, on the test bench."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Identification against an independent bench (Runge-Kutta, tests only)."""
 
 from dataclasses import replace

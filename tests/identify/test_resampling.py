@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Equations (31) to (38): nearest neighbours, even and odd parts."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The kernel: exact on what a brake does, the same for both sides, honest about holes."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Geometry (14)–(24), held against the equations as sympy reads them and against itself."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Forces (2)–(13), (44): free bodies solved by sympy, and virtual work, not our formulas."""
 
 from dataclasses import replace

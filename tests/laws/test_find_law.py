@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A mechanism that no effect of the library holds is found as a law; noise and onsets are none."""
 
 from __future__ import annotations

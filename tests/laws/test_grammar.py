@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The grammar reads arithmetic and nothing else, and prints what it reads."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A law in a model file acts as its formula says, the same in every use of the model."""
 
 from __future__ import annotations

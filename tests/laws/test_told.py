@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How a law is told: the line with units, the report, diagnosis.json, and its own name."""
 
 from __future__ import annotations

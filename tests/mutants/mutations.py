@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The mutants of a module, by the operators of cosmic-ray."""
 
 from __future__ import annotations

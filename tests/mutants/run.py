@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Mutation testing of what stands between a wrong number and the brake: `make mutants`.
 
 Each mutant of a module is imported in a process of its own, a copy of one that has already

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The machinery of `make mutants`: it changes what it says, and sees whether a test tells it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Write recordings and model files the way a bench would leave them.
 
 Messages are packed by patching a serialised template, since a case holds 10⁵ of them.

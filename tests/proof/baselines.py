@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Plain methods on the same sealed cases, for comparison; they share nothing with the tool.
 
 - `refit`: the nominal's numbers by linear least squares. It names nothing.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Draw a case: a machine, what it hides and how strongly, its recordings, a nominal model."""
 from __future__ import annotations
 

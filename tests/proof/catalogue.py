@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What can be hidden in a truth plant: how each effect is drawn, sized, and described.
 
 A `Hidden` holds one effect with its formulation and shape drawn; `put` writes it into a plant

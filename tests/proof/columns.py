@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Textbook regressors: the columns of a torque balance, and of every effect of table 4."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Drive of the truth plant: what becomes of the measured torque-producing current.
 
 Saturation: 1 inverse root, 2 tanh, 3 a soft knee. Lag: 1 dead time, 2 damped second order, 3 two

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Friction of the truth plant: capacity over speed, load, time and place; bristle states.
 
 Each function takes the plant record `p` (plant_record.PLANT) and is compiled.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Load of the truth plant: the curve itself, hysteresis, creep, and what the disc does to it.
 
 Hysteresis: 1 Bouc-Wen (Wen 1976) tapered by load, 2 play operators (Prandtl-Ishlinskii) before

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Mechanisms outside the library that no file of engb_core describes; one at a time in a plant.
 
 `odd_kind` chooses one, `odd` is its size, `odd_a` and `odd_b` shape it; `s` holds its states.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A train of two masses: a gap with preload, or a compliant shaft with inertia beyond it.
 
 Kinds: 1 a gap with stiff linear flanks, 2 a gap with Hunt-Crossley flanks (1975), 3 a linear

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What can be gained without a name, and with the true form: bounds for every other method."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The frozen list of continuous integration: short cases by their seed, and the rates they keep.
 
 One case that fails breaks nothing; a rate that falls does. Each of the four rates was measured on

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Draw and seal a set of cases: `python -m tests.proof.generate --cases 120 --seed 1 ...`.
 
 Cases go to `--out`/case_0001 …, their truth to `--truth`/case_0001.npz; what each holds is

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which numbers a refit held, how well they had been calibrated, and load curves of other forms.
 
 Both are drawn without regard to what a case hides: neither the held numbers nor the form of the

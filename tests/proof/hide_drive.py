@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Hidden drive effects: cogging, ripple, saturation, lag, and the two-mass trains."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Hidden friction: asymmetry, Stribeck, presliding, nonlinear drag, drift."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Hidden load effects: hysteresis, creep, and what the turning disc does."""
 from __future__ import annotations
 

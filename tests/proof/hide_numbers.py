@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Hidden wrong numbers: no physics is missing, the nominal model holds a false value.
 
 A nominal model that hides such a number was refitted in others, but not in this one. Which others

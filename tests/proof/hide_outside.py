@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Mechanisms without a name of which the library has a description (an `unexplained_*` file)."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Mechanisms of which no file of engb_core has a description. Their ids begin with `outside_`.
 
 A description is a file of engb_core/effects, named or `unexplained_*`; that a grammar of laws can

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Scores of where the mismatch lies: in time, and in the coordinates.
 
 In time, truth is the smallest set of samples that holds 80 % of the energy which the hidden

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The machines that effects hide in: brakes, robot joints with a pendulum's load, linear axes.
 
 Each is drawn in its own SI units and brought to units in which a turn at full speed is 60: there

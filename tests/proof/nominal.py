@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The nominal model as the truth side sees it: its torque, its refit, its residual.
 
 The residual is judged low-passed at 20 Hz with standstill masked (|ω| < 0.3 rad/s): errors are

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Cases from another hand: folders with recordings, a nominal model and their truth.
 
 A set is a folder of `case_…`, each with `train` (or `train_1`, `train_2`, …) and `test` as

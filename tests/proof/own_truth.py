@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A sealed truth of this generator, as the scorer reads it."""
 from __future__ import annotations
 

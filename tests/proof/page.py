@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The scores of a proof as a page: what was asked, how often it was right, every miss."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The numbers of one truth plant, as a record that the compiled loop reads.
 
 A `*_kind` of 0 leaves the effect out; other values choose its formulation. SI units, motor side.

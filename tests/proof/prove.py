@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """One proof from the draw to the page; `engb prove` calls this.
 
 DIR holds cases/, truth/, results/ (one folder per case), proof.json (what was drawn, its digest),

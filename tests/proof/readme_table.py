@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The README's table: a column per kind of evidence, made of what `engb prove` left in a folder.
 
 Three kinds, never mixed: cases of the own generator and cases from another hand (scores.json), and

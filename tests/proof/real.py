@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Take one term out of the best model of a real machine: does the tool name just that term?
 
 `engb prove --real DIR` calls this. For each set in DIR the tool corrects the nominal

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How well each kind of model predicts recordings of a real machine: the held-out ladder.
 
 Force error: |recorded - predicted| / |recorded|, both decimated to 100 Hz, 50 samples cut at each

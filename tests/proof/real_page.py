@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The conceal-one-term test on real recordings as a page."""
 from __future__ import annotations
 

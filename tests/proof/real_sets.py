@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Recordings of real machines: what a folder holds, and what others reached on it.
 
 A set is a folder with `nominal.yaml` and bags whose names begin with `train` and `holdout`.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Terms of a model that can be taken out, one at a time, and how a refit would hide the gap."""
 from __future__ import annotations
 

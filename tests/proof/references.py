@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Reference motions and the disc's profile for sealed cases.
 
 A reference is a list of moves (where to, how fast) and holds, turned into positions and

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Run the tool on a case as a stranger would: separate processes on copies without truth."""
 from __future__ import annotations
 

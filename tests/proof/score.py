@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Scores of a diagnosis against its truth, case by case; totals.py sums them up.
 
 One scorer for all cases, whoever made them: `CaseTruth` is what it needs to know of a case, read

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Write a case's folder, and its truth elsewhere with a digest.
 
 Truth of one case is one `.npz`: `truth` (JSON text) and arrays on the 1 ms grid of the runs.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a drive records of a run: quantised, noisy, late, doubled, lost, spiked, clipped."""
 from __future__ import annotations
 

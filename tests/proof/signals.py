@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Recordings and nominal models as the plain methods read them: with nothing of the tool."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How large an effect must be to stand so many times over the noise, after a refit to hide it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Naive sparse regression: every column at once on smoothed derivatives, small ones dropped.
 
 By pysindy's STLSQ where pysindy is installed (`pip install pysindy`), else the same method here.

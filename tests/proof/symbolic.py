@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Free symbolic regression of what a refit leaves, by pyoperon where it is installed.
 
 The rival of the tool's laws: no grammar, no place to act, no prior but the length of the formula

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Every effect comes out in the size that was asked for, in every formulation."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The frozen list fails when a rate falls, and not when one case does."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a refit held, the machine and the load curve's form tell nothing of what is hidden."""
 from __future__ import annotations
 

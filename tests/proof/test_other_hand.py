@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Cases from another hand are read, run and scored by the same tables."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Keeps the two lists of mechanisms outside the library: described and undescribed.
 
 A description is a file of engb_core/effects, a named effect or an `unexplained_*` one. A grammar

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """`engb prove` end to end on three fixed cases, and opening a seal."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The README's table is made of what the proofs left, a column per kind of evidence."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The conceal-one-term test: what it takes out, what it counts, what it measures."""
 from __future__ import annotations
 

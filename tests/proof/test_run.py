@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The runner hands the tool copies that hold only recording and nominal model."""
 from __future__ import annotations
 

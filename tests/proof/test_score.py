@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The scorer gives a perfect answer full marks, and a silent one what it deserves."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Sealed folders hold recordings and a model, and nothing of the truth."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The sensors of drawn recordings: rates, filters and faults are all met, and do what they say."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The truth plant obeys mechanics."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Sums of case scores: shares with intervals, calibration, parameters, confusion.
 
 What each score means stands in score.py.

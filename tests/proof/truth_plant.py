@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The truth plant: an ENGB brake in closed loop, run forward in one compiled loop.
 
 Motor side: J·dω/dt = T - B·ω - T_L - friction - everything that an effect adds. Friction is

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The names that the contract gives to effects (docs/contract.md, section 4)."""
 from __future__ import annotations
 

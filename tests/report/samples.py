@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Diagnoses as the tool would give them, of several verdicts, with simulated signals."""
 
 from __future__ import annotations

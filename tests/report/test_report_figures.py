@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Figures: decimation that keeps what is seen, JSON without NaN, every renderer."""
 
 from __future__ import annotations

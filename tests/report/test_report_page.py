@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The page of a diagnosis: self-contained, safe, finite, and it says what it must."""
 
 from __future__ import annotations

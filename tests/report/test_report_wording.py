@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Numbers and names as an engineer writes them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Brakes that nobody knows: identified, judged, and the seals that keep them."""
 
 from dataclasses import replace

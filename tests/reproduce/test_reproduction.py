@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The reproduction, on the in-process bench: every chapter, the numbers, the page."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Real nodes as real processes over real DDS, each test in a ROS domain of its own."""
 
 import os
@@ -24,9 +25,12 @@ def domain():
 
 @pytest.fixture
 def runner(domain):
-    """Starts nodes; whatever still runs at the end is killed."""
+    """Starts nodes; whatever still runs at the end is killed. A test that fails shows what those
+    printed which it has not stopped itself."""
     with Runner(domain) as made:
         yield made
+        for process in made.processes.values():
+            print(f'{process.name} (status {process.status}) printed: {process.output[-2000:]}')
 
 
 @pytest.fixture

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What a launch file of this package starts, as command lines, where `ros2 launch` is not at hand.
 
 Only the part of launch's XML that these files use: arguments, groups, includes, conditions, nodes.

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Loops to disturb, with the plant or with a drive behind a CAN bus: same topics, same tests."""
 
 from engb_ros.live_loop import LiveLoop

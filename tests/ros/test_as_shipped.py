@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Clamp forces with what the launch file starts, at its parameters and its log level."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The loop over a real bus (UDP multicast): controller, bridge and drive as processes."""
 
 from pathlib import Path

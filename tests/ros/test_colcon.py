@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The package builds with colcon, and its nodes start as `ros2 run` would start them."""
 
 import os

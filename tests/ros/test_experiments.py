@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """An experiment of the reproduction on live nodes: excitation, plant, recorder."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Faults injected for real: processes killed, frozen, restarted; garbage on the wires."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Four bridges as the launch file starts them, on one real bus: each wheel has its own drive."""
 
 from contextlib import ExitStack

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Four brakes at once: one namespace and one parameter file each, and none hears another's."""
 
 from contextlib import ExitStack

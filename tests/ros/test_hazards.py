@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What the drive, the commands and other nodes can do wrong, over real DDS, on real nodes."""
 
 import math

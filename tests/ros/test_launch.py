@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Launch and parameter files name nothing that isn't there."""
 
 from importlib import import_module

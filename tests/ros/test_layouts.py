@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Every curve of the layouts is a number that the nodes publish, or are commanded with."""
 
 import json

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Nodes run at their default log level: rclpy raises where one call logs at two severities."""
 
 import ast

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The nodes together: one run of identification strokes over DDS, looked at from all sides."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The monitor on live nodes: quiet while the model holds, a warning with the place where not."""
 
 import pytest

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The table that a diagnosis proposes, run by the controller node."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """No single message or service call ends a controller that holds the brake."""
 
 from builtin_interfaces.msg import Time

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """One well-formed message of a stranger takes no braking away: as shipped, on every topic."""
 
 from builtin_interfaces.msg import Time

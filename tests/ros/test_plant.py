@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The plant node: pace, drive timeout, effects, bad commands, simulated time."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The recorder: everything sent is in the bag, whoever stops it and however."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The topics of ros2_control's joint_state_topic_hardware_interface, spoken to our nodes.
 
 The C++ package is not installable here. The client below does what its `read` and `write` do: a

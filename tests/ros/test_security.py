@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whatever the running nodes publish, hear and serve is in the policy, and no more may speak."""
 
 import pytest

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """No node of this package shares memory with others, unless it was asked to."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Pairs of recordings from MuJoCo: a simulator, and the "real" machine with an effect more.
 
 MuJoCo integrates, holds dry friction by its constraint solver and has the load as a spring on a

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Offset and drift between a simulator's clock and a recorder's, and whether there is one."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """An FMU driven along a real motion: what it needs for it is its own physics."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A joint of MJCF or URDF as a nominal model: what stands in the file is in the model."""
 
 from __future__ import annotations

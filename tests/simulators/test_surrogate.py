@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A real machine diagnosed against somebody's simulator: what the simulator lacks is named."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Tables of a simulated bench, with a plant of its own: no formula of the library is used.
 
 A motor under a PD loop, stepped at 10 kHz with set-valued friction, an encoder that counts, and a

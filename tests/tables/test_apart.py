@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A damaged file of somebody's format may end its reader, never the program."""
 
 from pathlib import Path

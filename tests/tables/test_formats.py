@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The formats of the field, each written by its own library, read as the same recording."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """One command from somebody's table to the right name; the others are run by
 benchmarks/ten_tables.py."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Titles tell names and units; units and words tell which column is what."""
 
 import pytest

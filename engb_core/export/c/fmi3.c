@@ -1,3 +1,4 @@
+/* Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0 */
 /* FMI 3.0 for co-simulation, around engb_plant. Types as the standard's headers give them. */
 #include "fmu_instance.h"
 

@@ -1,3 +1,4 @@
+/* Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0 */
 /* What both versions of FMI share: one instance of the plant, and its variables by reference. */
 #ifndef ENGB_FMU_INSTANCE_H
 #define ENGB_FMU_INSTANCE_H
