@@ -8,6 +8,7 @@ import os
 import time
 from typing import Any
 
+from lifecycle_msgs.srv import GetState
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -17,6 +18,9 @@ from engb_ros.nodes.messages import message_class, publisher_qos
 from engb_ros.transport import stay_on_this_computer
 
 __all__ = ['Probe']
+
+# A state that is asked for comes within milliseconds, or not at all [s].
+ASK_AGAIN = 1.0
 
 
 class Probe:
@@ -37,6 +41,7 @@ class Probe:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
+        self._discovered: set[Any] = set()
         self._publishers: dict[str, Any] = {}
 
     def __enter__(self) -> Probe:
@@ -96,16 +101,47 @@ class Probe:
         """
         client = self._client(node, service)
         end = time.monotonic() + timeout
-        while not client.service_is_ready():
-            self.spin()
-            if time.monotonic() > end:
-                raise TimeoutError(f'{client.srv_name} is not there')
+        if client not in self._discovered:
+            self._wait_until_discovered(node, end)
+            self._discovered.add(client)
+        self._wait_until_ready(client, end)
         future = client.call_async(request or message_class(service.type).Request())
         while not future.done():
             self.spin()
             if time.monotonic() > end:
                 raise TimeoutError(f'{client.srv_name} did not answer')
         return future.result()
+
+    def _wait_until_discovered(self, node: str, end: float) -> None:
+        """Wait until `node` has discovered every client that was made so far.
+
+        A server that has discovered where a request comes from, and not yet where its answer is to
+        go, throws the answer away after 0.1 s (rmw_fastrtps issue 842): whoever asked waits for
+        ever. Discovery keeps the order in which endpoints were made, so whoever answers a client
+        made now has discovered all that were made before; and asking for a state does no harm
+        twice.
+        """
+        client = self.node.create_client(GetState, f'{node}/get_state')
+        try:
+            while True:
+                self._wait_until_ready(client, end)
+                future = client.call_async(GetState.Request())
+                again = time.monotonic() + ASK_AGAIN
+                while not future.done() and time.monotonic() < min(again, end):
+                    self.spin()
+                if future.done():
+                    return
+                client.remove_pending_request(future)
+        finally:
+            self.node.destroy_client(client)
+
+    def _wait_until_ready(self, client: Any, end: float) -> None:
+        while not client.service_is_ready():
+            self.spin()
+            if time.monotonic() > end:
+                raise TimeoutError(f'{client.srv_name} is not there')
+        if time.monotonic() > end:
+            raise TimeoutError(f'{client.srv_name} did not answer')
 
     def _client(self, node: str, service: Service) -> Any:
         name = service.name.replace('~', node)

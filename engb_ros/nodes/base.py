@@ -260,6 +260,14 @@ class ManagedNode(LifecycleNode):
         self._give_back()
         return super().on_shutdown(state)
 
+    def destroy_node(self) -> None:
+        """Give everything back, threads too: one that runs on keeps services in the graph that
+        nobody answers."""
+        try:
+            self.close()
+        finally:
+            super().destroy_node()
+
     def _give_back(self) -> None:
         self.close()
         while self._owned:
@@ -358,7 +366,6 @@ def _end(node: ManagedNode) -> None:
     try:
         if node.active:
             node.trigger_deactivate()
-        node.close()
     finally:
         node.destroy_node()
 

@@ -25,9 +25,12 @@ def domain():
 
 @pytest.fixture
 def runner(domain):
-    """Starts nodes; whatever still runs at the end is killed."""
+    """Starts nodes; whatever still runs at the end is killed. A test that fails shows what those
+    printed which it has not stopped itself."""
     with Runner(domain) as made:
         yield made
+        for process in made.processes.values():
+            print(f'{process.name} (status {process.status}) printed: {process.output[-2000:]}')
 
 
 @pytest.fixture

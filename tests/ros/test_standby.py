@@ -1,7 +1,9 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A standby beside a primary: it waits, follows, takes over when the primary dies, and is told."""
 
+import gc
 import signal
+import threading
 import time
 
 from lifecycle_msgs.msg import Transition
@@ -201,6 +203,10 @@ class Stepped:
         self.standby.destroy_node()
         self.node.destroy_node()
         self.context.try_shutdown()
+        # rclpy keeps the services of a node's states until it is collected: the next test's calls
+        # of `controller` would go to this one, which does not answer.
+        self.__dict__.clear()
+        gc.collect()
 
     def sample(self):
         """Give the standby a joint state."""
@@ -223,8 +229,10 @@ class Stepped:
 @pytest.fixture
 def stepped(domain):
     made = Stepped(domain)
+    before = threading.active_count()
     yield made
     made.close()
+    assert threading.active_count() < before
 
 
 def test_who_has_taken_over_goes_on_whoever_the_graph_still_shows(stepped):

@@ -8,11 +8,12 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 from lifecycle_msgs.srv import ChangeState
 import pytest
-from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.parameter import Parameter
 
 from engb_ros.interface import EFFORT_COMMAND, Service
@@ -71,6 +72,22 @@ def test_every_node_goes_through_its_states_twice(runner, probe, tmp_path, bus, 
             probe.spin()
     runner.stop()
     assert 'Traceback' not in process.output_path.read_text()
+
+
+def test_a_node_that_stood_still_is_asked_again(runner, probe):
+    process = runner.start('disturbance_observer')
+    service = Service('~/get_parameters', 'rcl_interfaces/srv/GetParameters', '')
+    runner.wait_until(lambda: probe.ready('disturbance_observer', service), 'the node',
+                      pause=probe.spin)
+    process.signal(signal.SIGSTOP)
+    goes_on = threading.Timer(2.5, process.signal, [signal.SIGCONT])
+    goes_on.start()
+    request = GetParameters.Request(names=['autostart'])
+    try:
+        answer = probe.call('disturbance_observer', service, request=request)
+    finally:
+        goes_on.join()
+    assert answer.values[0].bool_value
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
