@@ -73,8 +73,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             contextlib.ExitStack() as stack:
         data = Path(folder, 'data')
         data.mkdir()
-        _prepare(data)
         trees = [ROOT, _tree(options.other, Path(folder, 'other'))]
+        _prepare(data)
         workers = [stack.enter_context(_worker(tree, data)) for tree in trees]
         failed = False
         print(f'{"work":<12} {"here":>9} {"there":>9}  ratio (quartiles)')
@@ -186,6 +186,9 @@ def _controller(model: object) -> Callable[[], object]:
         nonlocal now, effort
         now += 0.002
         if round(now * 500.0) % 50 == 0:
+            # One that does not track would do less.
+            if now > 101.0 and controller.supervisor.state.value != 'enabled':
+                raise SystemExit(f'the controller is {controller.supervisor.state.value}')
             controller.on_position_command(now, 6.0)
         effort = controller.on_state(now, stamp=now, position=5.0 + 0.1 * np.sin(now),
                                      velocity=0.1 * np.cos(now), effort=effort) or 0.0
