@@ -11,8 +11,11 @@ effort is no torque in N·m: no machine differs from its file like that, whateve
 Position and time: the factors of the usual slips are known exactly. One is told where
 
 - the file explains most of the effort with it, and far more than with the recording as it stands,
-- no factor nearby does it better, and those further off do it worse: the data determine it, and
-  it is not a number of the file that is off by another factor,
+  or just more where another sign tells of a slip: as it stands that is no recording of such a
+  machine (effort is another quantity, a second passes between samples), or effort is then in a
+  known unit,
+- no factor nearby does it (then: clearly) better, and those further off do it worse: the data
+  determine it, and it is not a number of the file that is off by another factor,
 - a free refit of inertia, friction and load to the recording as it stands explains hardly more:
   a cause within the machine is not needed.
 """
@@ -29,13 +32,13 @@ from numpy.typing import NDArray
 
 from engb_core.command_law import command_law
 from engb_core.errors import InputError
-from engb_core.model import Model
+from engb_core.model import Joint, Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import load_torques, nominal_vector, physics_of
 from engb_core.recording import Recording
 from engb_core.signals.motion import Motion, motion_of
 
-__all__ = ['Plausibility', 'refuse_implausible']
+__all__ = ['Plausibility', 'refuse_implausible', 'refuse_unmeasured']
 
 Array = NDArray[np.float64]
 
@@ -54,13 +57,19 @@ NEAR = 1.05
 # How much more a free refit may leave unexplained at least, as a part of the scaled model's rms.
 NEAR_FREE = 0.3
 # Factors beside a slip's own, in octaves, that tell whether the data determine it, and by how
-# much the outermost must be worse.
+# much the outermost must be worse, and others may be better where another sign tells of a slip:
+# physics that the file lacks moves the best factor a little.
 BESIDE, WORSE = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5), 1.1
 # An encoder's counts in a turn: powers of two, and four times the usual lines of optical ones.
 COUNTS = tuple(2 ** power for power in range(8, 25)) + tuple(
     4 * lines for lines in (100, 200, 250, 360, 400, 500, 1000, 1250, 2000, 2500, 3600, 5000))
 # Sampling intervals of recordings [s]: 50 kHz to 17 Hz.
 INTERVALS = 2e-5, 0.06
+# Nobody records a motion with more than this from one sample to the next [s]: of what is faster
+# than 1 Hz nothing would be seen.
+SLOWEST = 0.5
+# No encoder resolves a radian or a metre and no less: so many different whole numbers are counts.
+WHOLE = 10
 # Samples looked at: a diagnosis takes seconds, this must not.
 LONGEST = 10_000
 # A jump of the angle of at least this part of its range, against the motion, is a wrap.
@@ -71,13 +80,16 @@ MISREAD = 5
 
 @dataclass(frozen=True)
 class _Unit:
-    """A usual slip: what one multiplies with to get SI units, and what the numbers then are."""
+    """A usual slip: what one multiplies with to get SI units, what the numbers then are, and
+    whether the factor is one that was known before the data were seen."""
 
     factor: float
     name: str
+    known: bool = False
 
 
 _SI = _Unit(1.0, '')
+CLOCKS = (_Unit(1e-3, 'ms'), _Unit(1e-6, 'µs'), _Unit(1e-9, 'ns'))
 
 
 @dataclass(frozen=True)
@@ -99,15 +111,19 @@ class Plausibility:
 
     def fault(self) -> str:
         """Return in one line what is wrong with the recording, and the remedy ('' for nothing)."""
-        return self._missing() or self._wrapped() or self._units()
+        return self._missing() or self._wrapped() or self._units() or self._whole() or self._slow()
+
+    def fault_alone(self) -> str:
+        """Return the same of what needs no model to be told."""
+        return self._missing() or self._wrapped() or self._whole() or self._slow()
 
     def _missing(self) -> str:
         effort = self.recording.effort
         # Where nothing moves, it is that which is told, by the one who needs the motion.
         if np.ptp(effort) == 0.0 and np.ptp(self.recording.position) > 0.0:
             unit = self._si('effort')
-            return (f'effort is {effort[0]:g} {unit} in all {effort.size} samples: nothing was '
-                    'measured; record torque constant times measured current as effort')
+            return (f'effort is {effort[0] + 0.0:g} {unit} in all {effort.size} samples: nothing '
+                    'was measured; record torque constant times measured current as effort')
         return ''
 
     def _wrapped(self) -> str:
@@ -128,6 +144,26 @@ class Plausibility:
                 f'{self._si("position")} and begins again, {against.size} times: an angle within '
                 'one turn; add the turns (numpy.unwrap) before recording or importing it')
 
+    def _whole(self) -> str:
+        position = self.recording.position
+        if np.unique(position).size < WHOLE or not (position == np.rint(position)).all():
+            return ''
+        return (f'position holds whole numbers only: counts of an encoder, not '
+                f'{self._si("position")}; record in SI units, or import the table with --unit '
+                'position=N/rev, N the counts in a turn')
+
+    def _slow(self) -> str:
+        interval = self.recording.interval
+        if interval <= SLOWEST:
+            return ''
+        unit = next((unit for unit in CLOCKS
+                     if INTERVALS[0] <= interval * unit.factor <= INTERVALS[1]), None)
+        looks = '' if unit is None else f': time looks like {unit.name}, not s'
+        remedy = '' if unit is None else (
+            f', or import the table with --scale time={unit.factor:.7g}')
+        return (f'samples lie {interval:.4g} s apart, and between them a motion is not seen'
+                f'{looks}; record faster{remedy}')
+
     def _units(self) -> str:
         if command_law(self.recording) is not None:
             # What was asked for need not be alike the torque of the motion, whatever its unit.
@@ -140,8 +176,11 @@ class Plausibility:
         # Nobody records effort in a unit that much larger, and position in a wrong one beside.
         best = min((entry for entry in slips if abs(entry[0].factor) <= OTHER_QUANTITY),
                    key=lambda entry: entry[0].left, default=(stands, _SI, _SI))
-        if best[0].left < MOST and best[0].left < BETTER * stands.left \
-                and self._determined(recording, *best) \
+        # Two known factors at once are no chance, and one is less so where something is wrong.
+        sure = not self._possible(stands) or self._effort_unit(best[0]).known
+        better, near = (1.0, WORSE) if sure else (BETTER, 1.0)
+        if best[0].left < MOST and best[0].left < better * stands.left \
+                and self._determined(recording, *best, near) \
                 and self._free(recording) >= NEAR_FREE * best[0].left:
             found, position, time = best
         if not found.left < MOST:
@@ -157,6 +196,11 @@ class Plausibility:
         return (f'{" and ".join(told)}: scaled so, the model explains '
                 f'{1.0 - found.left ** 2:.0%} of it with no number changed; record in SI units, '
                 f'or import the table with {" ".join(remedy)}')
+
+    def _possible(self, stands: _Likeness) -> bool:
+        """Whether the recording, as it stands, could be one of such a machine at all."""
+        return (1.0 / OTHER_QUANTITY <= abs(stands.factor) <= OTHER_QUANTITY
+                and self.recording.interval <= SLOWEST)
 
     def _effort_unit(self, found: _Likeness) -> _Unit:
         """Return what effort is, told by the factor that makes it the torque of the motion."""
@@ -174,8 +218,9 @@ class Plausibility:
             _Unit(1e-3, 'mN·m'), _Unit(1e-2, 'N·cm'), _Unit(1e3, 'kN·m')]
         known += [_Unit(constant, 'amperes'), _Unit(1e-3 * constant, 'milliamperes')]
         near = min(known, key=lambda unit: abs(math.log(size / unit.factor)))
-        if abs(math.log(size / near.factor)) < math.log(LIKE):
-            return _Unit(sign * near.factor, near.name + opposite)
+        # What the file doesn't explain may be alike what it does, and take part in the factor.
+        if abs(math.log(size / near.factor)) < math.log(LIKE * (1.0 + found.left)):
+            return _Unit(sign * near.factor, near.name + opposite, known=True)
         shown = float(f'{size:.2g}')
         per = 'N/A' if linear else 'N·m/A'
         return _Unit(sign * shown, (
@@ -204,7 +249,7 @@ class Plausibility:
                 recording.position == np.rint(recording.position)).all():
             positions += [_Unit(2.0 * math.pi / counts, f'counts of {_alike(counts)} in a turn')
                           for counts in COUNTS]
-        times = [unit for unit in (_Unit(1e-3, 'ms'), _Unit(1e-6, 'µs'), _Unit(1e-9, 'ns'))
+        times = [unit for unit in CLOCKS
                  if INTERVALS[0] <= recording.interval * unit.factor <= INTERVALS[1]]
         yield from ((position, _SI) for position in positions)
         yield from ((_SI, time) for time in times)
@@ -226,14 +271,14 @@ class Plausibility:
                          float(effort @ motion.velocity[motion.known]))
 
     def _determined(self, recording: Recording, found: _Likeness, position: _Unit,
-                    time: _Unit) -> bool:
-        """Whether the data tell the factor of position: none nearby is better, those further off
-        are worse. (Factors of time are a thousand apart.)"""
+                    time: _Unit, near: float) -> bool:
+        """Whether the data tell the factor of position: none nearby is better, by more than
+        `near`, those further off are worse. (Factors of time are a thousand apart.)"""
         if position is _SI:
             return True
         left = [self._likeness(recording, position.factor * 2.0 ** octaves, time.factor).left
                 for octaves in BESIDE]
-        return min(left) >= found.left and min(left[0], left[-1]) > WORSE * found.left
+        return min(left) * near >= found.left and min(left[0], left[-1]) > WORSE * found.left
 
     def _free(self, recording: Recording) -> float:
         """Return what a free refit of inertia, friction, load and offset leaves, rms over rms."""
@@ -267,10 +312,19 @@ def refuse_implausible(recordings: Sequence[Recording], model: Model) -> None:
             raise InputError(f'{recording.name}: {fault}')
 
 
+def refuse_unmeasured(recordings: Sequence[Recording], joint: Joint) -> None:
+    """Raise InputError where a recording cannot be one of any axis; names it and the remedy."""
+    for recording in recordings:
+        fault = Plausibility(recording, Model(joint=joint)).fault_alone()
+        if fault:
+            raise InputError(f'{recording.name}: {fault}')
+
+
 def _motion(recording: Recording, position: float, time: float) -> Motion:
+    # A grid begins at 0, the middle of a long recording doesn't.
     return motion_of(dataclasses.replace(
-        recording, time=recording.time * time, position=recording.position * position,
-        velocity=None, reference=None, signals={}))
+        recording, time=(recording.time - recording.time[0]) * time,
+        position=recording.position * position, velocity=None, reference=None, signals={}))
 
 
 def _part(rest: Array, whole: Array) -> float:

@@ -60,6 +60,6 @@ def write_first_model_page(path: str | os.PathLike, first: FirstModel) -> None:
                 Column('Error on unseen blocks', number=True)], [
         (score.form, str(score.numbers), number(score.behind, 3), number(score.error, 2),
          f'{number(score.rms, 3)} {torque}') for score in first.scores], chosen=[0],
-        caption='Each block of time is predicted by a fit to all others; of the forms within one '
-                'standard error of the best the one with the fewest numbers is taken.')
+        caption='Each block of time is predicted by a fit to all others; of the forms that are '
+                'as good as the best, but for chance, the one with the fewest numbers is taken.')
     page.write(path)

@@ -3,7 +3,7 @@
 
 Inertia, viscous and Coulomb friction, an offset, and a load curve, sinusoid or contact where the
 data determine it: blocks of time are predicted by fits to all others, and of the forms that do
-this as well as the best, within one standard error, the one with the fewest numbers is taken.
+this as well as the best, but for chance, the one with the fewest numbers is taken.
 Writes MODEL.yaml and, beside it, MODEL.html: what was found, how sure, and what could not be told.
 
 examples:

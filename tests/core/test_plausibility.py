@@ -3,26 +3,28 @@
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.errors import InputError
+from engb_core.identify.first_model import first_model
 from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.plausibility import Plausibility
 from engb_core.recording import Recording, Reference
 from tests.core.test_command_law import PENDULUM, servo
+from tests.tables.simulated_bench import sampled, TORQUE_CONSTANT
 
 MODEL = Model(Motor(0.0174, 6.8e-5, 1.1e-3),
               LoadTorque(coefficients=(0.0, 1e-3, 2e-4), contact_angle=5.0),
               Friction(0.012, 0.11, 1.5))
 
 
-@pytest.fixture(scope='module')
-def recording():
-    """Strokes into contact and back, as MODEL has them, with noise."""
-    time = np.arange(2000) / 250.0
+def strokes(count):
+    """Return strokes into contact and back, as MODEL has them, with noise."""
+    time = np.arange(count) / 250.0
     position = 10.0 - 14.0 * np.cos(2 * np.pi * 0.5 * time) + np.sin(2 * np.pi * 1.7 * time)
     velocity = np.gradient(position, time)
     load = np.polyval([2e-4, 1e-3, 0.0], np.maximum(position - 5.0, 0.0))
@@ -30,6 +32,11 @@ def recording():
     effort = 6.8e-5 * np.gradient(velocity, time) + 1.1e-3 * velocity + load + friction
     noise = np.random.default_rng(4).standard_normal(time.size)
     return Recording('run', time, position, effort + 1e-3 * noise)
+
+
+@pytest.fixture(scope='module')
+def recording():
+    return strokes(2000)
 
 
 @pytest.mark.parametrize(('change', 'words'), [
@@ -63,6 +70,60 @@ def test_wrong_units_are_told(recording, change, words):
         diagnose([changed], MODEL)
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.fixture(scope='module', params=['stribeck_friction', 'asymmetric_friction'])
+def bench(request):
+    """A motor without a load that has an effect which MOTOR lacks, 16 s at 1 kHz."""
+    run = sampled(request.param, 10, seed=99)
+    return Recording('bench', run['t'], run['phi'], TORQUE_CONSTANT * run['i'])
+
+
+MOTOR = Model(Motor(TORQUE_CONSTANT, 2e-4, 1.2e-3), LoadTorque(), Friction(0.02, 0.0, 0.05))
+
+
+@pytest.mark.parametrize(('change', 'words'), [
+    ({}, []),
+    ({'position': 180.0 / math.pi}, ['position looks like degrees']),
+    ({'position': 8192 / (2.0 * math.pi)}, ['counts of']),
+    ({'position': 180.0 / math.pi, 'effort': 1.0 / TORQUE_CONSTANT}, ['degrees', 'amperes']),
+    ({'time': 1000.0}, ['time looks like ms']),
+])
+def test_wrong_units_are_told_beside_a_large_effect(bench, change, words):
+    columns = {name: getattr(bench, name) * factor for name, factor in change.items()}
+    if words == ['counts of']:
+        columns['position'] = np.rint(columns['position'])
+    fault = Plausibility(dataclasses.replace(bench, **columns), MOTOR).fault()
+    assert all(word in fault for word in words)
+    assert bool(fault) == bool(words)
+
+
+def test_a_long_recording_is_judged_by_its_middle():
+    """Its clock doesn't begin at 0 there; a standstill up to it had been taken for motion."""
+    explained = []
+    for count in (10_000, 20_000):
+        run = strokes(count)
+        fault = Plausibility(dataclasses.replace(run, effort=run.effort / 0.0174), MODEL).fault()
+        explained.append(int(re.search(r'explains (\d+)%', fault).group(1)))
+    assert explained[1] == explained[0]
+
+
+def test_counts_of_an_encoder_are_told_without_a_model(bench):
+    counts = dataclasses.replace(
+        bench, position=np.rint(bench.position * 8192 / (2.0 * math.pi)))
+    with pytest.raises(InputError, match='counts of an encoder'):
+        first_model([counts])
+
+
+@pytest.mark.parametrize(('change', 'words'), [
+    ({'effort': 0.0}, 'effort is 0 N·m in all'),
+    ({'time': 1e3}, 'time looks like ms, not s'),
+    ({'time': 1e6}, 'time looks like µs, not s'),
+])
+def test_no_first_model_is_made_of_what_was_not_measured(bench, change, words):
+    columns = {name: getattr(bench, name) * factor for name, factor in change.items()}
+    with pytest.raises(InputError, match=words):
+        first_model([dataclasses.replace(bench, **columns)])
 
 
 def test_an_angle_within_one_turn(recording):

@@ -7,6 +7,7 @@ import pytest
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.recording import Recording
+from tests.tables.simulated_bench import sampled, TORQUE_CONSTANT
 
 TIME = np.arange(16000) * 1e-3
 ANGLE = 3.0 * np.sin(1.3 * TIME) + 1.1 * np.sin(4.7 * TIME + 1.0) + 0.4 * np.sin(11.0 * TIME)
@@ -32,6 +33,28 @@ def test_the_form_of_the_load(load, form):
     for name, truth in (('inertia', 2e-3), ('viscous_friction', 3e-3), ('coulomb', 0.05)):
         number = found.numbers[name]
         assert abs(number.value - truth) < max(4.0 * number.std, 0.03 * truth), (name, number)
+
+
+@pytest.mark.parametrize(('effect', 'seed'), [(None, 99), ('stribeck_friction', 12),
+                                              ('cogging_torque', 13)])
+def test_no_load_is_taken_for_what_the_model_lacks(effect, seed):
+    """The best of a dozen forms is ahead of none by chance, or by an effect that is no load."""
+    run = sampled(effect, 10, seed)
+    found = first_model([Recording('bench', run['t'], run['phi'], TORQUE_CONSTANT * run['i'])])
+    assert found.scores[0].form == 'none'
+
+
+def test_a_load_that_few_blocks_touch_is_a_load():
+    """Each block but two would be predicted as well without."""
+    angle = np.where(TIME < 3.0, ANGLE, 0.2 * ANGLE)
+    turn = (TIME > 2.9) & (TIME < 3.1)
+    angle[turn] = np.interp(TIME[turn], TIME[~turn], angle[~turn])
+    speed = np.gradient(angle, TIME)
+    effort = (2e-3 * np.gradient(speed, TIME) + 3e-3 * speed + 0.05 * np.sign(speed)
+              + 0.05 * np.maximum(angle - 1.0, 0.0))
+    noise = np.random.default_rng(0).normal(0.0, 2e-3, TIME.size)
+    found = first_model([Recording.from_samples('run', TIME, angle, effort + noise)])
+    assert found.scores[0].form.startswith('contact')
 
 
 def test_what_cannot_be_told_is_said():
