@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -147,6 +148,43 @@ class Recording:
         """Return side signal `name` at the recording's samples (n,), or None if not recorded."""
         found = self.signals.get(name)
         return None if found is None else found.at(self.time)
+
+    def to_pandas(self) -> Any:
+        """Return a pandas.DataFrame (n rows), its index `time` [s].
+
+        Columns are `position` [rad], `effort` [N·m], `velocity` [rad/s] where the drive gave one,
+        and each side signal at the recording's samples. What was tracked is on a clock of its
+        own: `reference`.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        from engb_core.frames import data_frame
+        return data_frame(self)
+
+    def to_xarray(self, *, prismatic: bool = False) -> Any:
+        """Return an xarray.Dataset over `time` (n,), the columns of `to_pandas` as variables.
+
+        Args:
+            prismatic: the joint is linear; the attributes `units` then say m, m/s and N.
+
+        Raises:
+            InputError: xarray is not installed.
+        """
+        from engb_core.frames import data_set
+        return data_set(self, prismatic)
+
+    def to_arrow(self, *, prismatic: bool = False) -> Any:
+        """Return a pyarrow.Table (n rows) of `time` and the columns of `to_pandas`.
+
+        Args:
+            prismatic: the joint is linear; the fields' metadata `unit` then says m, m/s and N.
+
+        Raises:
+            InputError: pyarrow is not installed.
+        """
+        from engb_core.frames import arrow_table
+        return arrow_table(self, prismatic)
 
     def between(self, begin: float, end: float, name: str | None = None) -> Recording:
         """Return the part with begin ≤ time < end [s]; its clock goes on (it doesn't restart)."""
