@@ -1,15 +1,16 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whether this tree takes more processor time than another one: the gate before a release.
 
-    .venv/bin/python benchmarks/against.py v0.1.0 [--rounds 11] [--only diagnosis …]
+    .venv/bin/python benchmarks/against.py v0.1.0 [--starts 7] [--only diagnosis …]
 
 The other tree is a tag or commit of this repository, or a folder that holds one. Each tree works
 in a process of its own, which has done everything once before it is measured, so that what is
 compiled or loaded once does not count. A round asks both for the same work, in turns who comes
 first; what is compared is their processor time within a round, so that a clock that slows down,
-or a cache that others fill, meets both. A work fails where the median over the rounds of
-(this tree / the other tree) is above 1.15; the quartiles say how sure that is. Ends with 1 where
-a work fails.
+or a cache that others fill, meets both. Where a process's memory happens to lie makes it faster
+or slower for as long as it lives (one tree against itself: 0.96 to 1.16 for a control cycle), so
+both are started anew several times. A work fails where the median over the starts of (this tree /
+the other tree) is above 1.15; the quartiles say how sure that is. Ends with 1 where a work fails.
 
 The work is done through what stays from version to version: `engb_core.__all__`, the model file,
 and the controller as a node calls it.
@@ -32,17 +33,20 @@ import time
 from typing import TextIO
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 ROOT = Path(__file__).resolve().parents[1]
 # Of processor time; more than this fails.
 LIMIT = 1.15
+# Rounds of one start.
+ROUNDS = 3
 # Each work, and how often it is repeated for one measurement of about half a second.
-WORKS = {'diagnosis': 1, 'prediction': 100, 'simulation': 20, 'control': 10_000}
+WORKS = {'diagnosis': 1, 'prediction': 100, 'simulation': 20, 'control': 30_000}
 
 
 @dataclass(frozen=True)
 class Ratio:
-    """This tree's processor time over the other's: the median and the quartiles of the rounds."""
+    """This tree's processor time over the other's: the median and the quartiles of the starts."""
 
     median: float
     low: float
@@ -54,9 +58,9 @@ class Ratio:
         return self.median > LIMIT
 
 
-def compared(mine: Sequence[float], others: Sequence[float]) -> Ratio:
-    """Compare seconds (rounds,) of this tree with those of the other, round by round."""
-    ratios = np.asarray(mine) / np.asarray(others)
+def compared(mine: ArrayLike, others: ArrayLike) -> Ratio:
+    """Compare seconds (starts, rounds) of this tree with those of the other, round by round."""
+    ratios = np.median(np.asarray(mine) / np.asarray(others), axis=1)
     low, median, high = np.quantile(ratios, [0.25, 0.5, 0.75])
     return Ratio(float(median), float(low), float(high))
 
@@ -66,25 +70,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('other', help='a tag or commit, or the folder of another tree')
-    parser.add_argument('--rounds', type=int, default=11)
+    parser.add_argument('--starts', type=int, default=7)
     parser.add_argument('--only', nargs='+', choices=WORKS, default=list(WORKS))
     options = parser.parse_args(arguments)
-    with tempfile.TemporaryDirectory(prefix='engb-against-') as folder, \
-            contextlib.ExitStack() as stack:
+    with tempfile.TemporaryDirectory(prefix='engb-against-') as folder:
         data = Path(folder, 'data')
         data.mkdir()
         trees = [ROOT, _tree(options.other, Path(folder, 'other'))]
         _prepare(data)
-        workers = [stack.enter_context(_worker(tree, data)) for tree in trees]
         failed = False
         print(f'{"work":<12} {"here":>9} {"there":>9}  ratio (quartiles)')
         for work in options.only:
-            for worker in workers:
-                worker(work)
-            seconds: tuple[list[float], list[float]] = ([], [])
-            for count in range(options.rounds):
-                for index in ((0, 1) if count % 2 else (1, 0)):
-                    seconds[index].append(workers[index](work))
+            seconds = np.empty((2, options.starts, ROUNDS))
+            for start in range(options.starts):
+                with _worker(trees[0], data) as mine, _worker(trees[1], data) as other:
+                    workers = mine, other
+                    for worker in workers:
+                        worker(work)
+                    for count in range(ROUNDS):
+                        for index in ((0, 1) if (start + count) % 2 else (1, 0)):
+                            seconds[index, start, count] = workers[index](work)
             ratio = compared(*seconds)
             failed = failed or ratio.fails
             here, there = (f'{1e3 * np.median(entry) / WORKS[work]:7.3g}ms' for entry in seconds)
