@@ -29,7 +29,7 @@ PAGES = {
     'Understand': ('diagnosis', 'effects', 'laws'),
     'Extend and integrate': ('add-an-effect', 'library', 'export', 'integrate', 'ros2-control',
                              'can-faults', 'hazards', 'security'),
-    'Reference': ('api', 'contract', 'changelog'),
+    'Reference': ('api', 'contract', 'versions', 'changelog'),
 }
 # What is public, by module: what `import engb_core as engb` gives, and what an effect is.
 MODULES = ('engb_core.library', 'engb_core.recording', 'engb_core.model', 'engb_core.effects.base',

@@ -101,6 +101,18 @@ class Diagnosis(told.Diagnosis):
         return [{entry.name: getattr(row, entry.name) for entry in fields(row)}
                 for row in self.held_out]
 
+    def to_pandas(self) -> Any:
+        """Return a pandas.DataFrame: a row for each parameter of each effect that was found.
+
+        Columns: `effect`, `probability`, `share` (of the mismatch that it explains), `parameter`,
+        `value`, `std` (NaN: not known), `unit` (of both). `compare()` has the errors.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        from engb_core.frames import parameter_frame
+        return parameter_frame(self)
+
     def plot(self) -> Any:
         """Return a matplotlib figure: what each model leaves of the effort, over time.
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -148,6 +149,43 @@ class Recording:
         found = self.signals.get(name)
         return None if found is None else found.at(self.time)
 
+    def to_pandas(self) -> Any:
+        """Return a pandas.DataFrame (n rows), its index `time` [s].
+
+        Columns are `position` [rad], `effort` [N·m], `velocity` [rad/s] where the drive gave one,
+        and each side signal at the recording's samples. What was tracked is on a clock of its
+        own: `reference`.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        from engb_core.frames import data_frame
+        return data_frame(self)
+
+    def to_xarray(self, *, prismatic: bool = False) -> Any:
+        """Return an xarray.Dataset over `time` (n,), the columns of `to_pandas` as variables.
+
+        Args:
+            prismatic: the joint is linear; the attributes `units` then say m, m/s and N.
+
+        Raises:
+            InputError: xarray is not installed.
+        """
+        from engb_core.frames import data_set
+        return data_set(self, prismatic)
+
+    def to_arrow(self, *, prismatic: bool = False) -> Any:
+        """Return a pyarrow.Table (n rows) of `time` and the columns of `to_pandas`.
+
+        Args:
+            prismatic: the joint is linear; the fields' metadata `unit` then says m, m/s and N.
+
+        Raises:
+            InputError: pyarrow is not installed.
+        """
+        from engb_core.frames import arrow_table
+        return arrow_table(self, prismatic)
+
     def between(self, begin: float, end: float, name: str | None = None) -> Recording:
         """Return the part with begin ≤ time < end [s]; its clock goes on (it doesn't restart)."""
         part = slice(*np.searchsorted(self.time, [begin, end]))
@@ -176,13 +214,12 @@ def _shifted_reference(reference: Reference | None, start: float) -> Reference |
     good = np.isfinite(reference.time) & np.isfinite(reference.position)
     time, keep = np.unique(reference.time[good], return_index=True)
 
-    def pick(values: Array | None) -> Array | None:
-        if values is None:
-            return None
-        picked = values[good][keep]
+    def pick(values: Array) -> Array:
+        picked: Array = values[good][keep]
         return picked if np.isfinite(picked).all() else np.nan_to_num(picked)
 
     if time.size < 2:
         return None
-    return Reference(time - start, pick(reference.position), pick(reference.velocity),
-                     pick(reference.effort))
+    return Reference(time - start, pick(reference.position),
+                     None if reference.velocity is None else pick(reference.velocity),
+                     None if reference.effort is None else pick(reference.effort))

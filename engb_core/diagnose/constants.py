@@ -10,9 +10,10 @@ Constants of a search (starts, rounds, companions) only cost time, and stand whe
 
 from __future__ import annotations
 
-__all__ = ['AT_MOST', 'ALL_BUT', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'BESIDE_LOAD',
-           'BETTER', 'CLEAN_EXCESS', 'CONTAINING', 'CONTAINING_PART', 'FORMULA_ERROR',
-           'HELD_LEFT', 'HELD_LOSS', 'HELD_RISE', 'INSISTED', 'INSISTED_PART', 'NAMED_PART',
+__all__ = ['ALL_BUT', 'AT_MOST', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'BESIDE_LOAD',
+           'BETTER', 'CLEAN_EXCESS', 'COLOURED', 'CONTAINING', 'CONTAINING_PART', 'FORMULA_ERROR',
+           'FORMULA_MISSES', 'FORMULA_TAILS', 'FURTHER_CAUSE', 'HELD_LEFT', 'HELD_LOSS',
+           'HELD_RISE', 'INSISTED', 'INSISTED_PART', 'KNOWN_ODDS', 'MOST_NOISE', 'NAMED_PART',
            'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN', 'NUMBERS_SUFFICE', 'NUMBER_BONUS',
            'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REFITTED', 'SECOND',
            'SHARPNESS', 'STANDING_PART', 'STANDS_BETTER', 'STANDS_BETTER_PART', 'STANDS_OUT',
@@ -25,6 +26,11 @@ __all__ = ['AT_MOST', 'ALL_BUT', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'B
 # 13 %), and what derivatives add to it. Loss: a false alarm on a clean recording. It is also the
 # discrepancy that may be there unseen (discrepancy.py).
 CLEAN_EXCESS = 0.30
+# The excess up to which what a fit leaves may be noise, if it has no colour: as much again as the
+# noise is thought to be. Loss: beyond that something is wrong that should be told.
+MOST_NOISE = 1.0
+# Chance of taking noise for coloured. Test: 1 %.
+COLOURED = 0.01
 # An effect is no nearer to none than this many standard deviations of its size. Test: 5 %.
 STANDS_OUT = 2.0
 
@@ -54,6 +60,15 @@ TEMPER = 6.0
 # looks like one wrong number; an effect that contains the chosen one and would have shown more.
 # Priors.
 UNNAMED, PHYSICS_FOR_NUMBER, CONTAINING = 0.15, 0.08, 0.03
+# Odds beforehand that what a file misses is physics of the library: of four causes on a machine
+# one is something that nobody wrote down. Prior.
+KNOWN_ODDS = 3.0
+# Root mean square that another formulation of the same physics leaves, as a part of the torque
+# that it makes up: scale of a Student distribution of so many degrees of freedom (heavy tails: now
+# and then a formula is far off). Prior.
+FORMULA_MISSES, FORMULA_TAILS = 0.2, 4.0
+# How much rarer one cause more is on the same machine. Prior.
+FURTHER_CAUSE = 0.5
 
 # -- is it named at all? --------------------------------------------------------------------------
 

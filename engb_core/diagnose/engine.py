@@ -204,13 +204,13 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     tell('refitting the nominal numbers')
     nominal = fitter.nominal()
     selection = select(search(fitter, tell))
-    if selection.nominal_excess > CLEAN_EXCESS:
+    if not selection.consistent:
         tell('asking whether the load curve has another form')
         free = with_free_load_curve(fitter, selection)
         if free is not None:
             tell('beginning again with a free load curve')
             fitter, nominal, selection = free, free.nominal(), select(search(free, tell))
-    if selection.nominal_excess > CLEAN_EXCESS:
+    if not selection.consistent:
         tell('asking whether an effect begins within the recordings')
         selection = with_effort_scale(fitter, with_onset(fitter, selection))
     tell('refining')
@@ -223,7 +223,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     told = Sharpened(explanation, explanation.models(),
                      explained_problem(fitter, explanation.fit))
     numbers = []
-    if selection.nominal_excess > CLEAN_EXCESS:
+    if not selection.consistent:
         tell('telling wrong numbers from missing physics')
         numbers = wrong_numbers(fitter, explanation.fit)
         grows = missing_load_friction(fitter, explanation.fit)

@@ -15,7 +15,7 @@ from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import LOAD_SHAPE, repeats
 from engb_core.diagnose.numbers import level, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.probability import causes, rival_weights, something_known
+from engb_core.diagnose.probability import part_left, rival_weights, something_known
 from engb_core.diagnose.ranking import excess
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
@@ -97,8 +97,8 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
         return []
     before = max(selection.excess_before, selection.nominal_excess)
     share = max(0.0, 1.0 - selection.excess_after / before)
-    known = something_known(explanation.adequacy, selection.excess_after, before,
-                            causes(fitter.problem.scene))
+    # What refitted numbers explain says nothing of an effect.
+    known = something_known(part_left(fitter, fitter.base(), chosen), len(variants))
     # What wrong numbers or another load curve explain says nothing of how nearly right an effect's
     # formula is: rivals are weighed by what the same numbers leave without any effect.
     to_explain = excess(fitter.base(chosen.hypothesis.numbers), fitter)
@@ -183,7 +183,8 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     total = sum(finding.matters for finding in numbers)
     after = max(level(chosen, fitter) - 1.0, 0.0)
     taken = max(0.0, 1.0 - after / before)
-    known = something_known(taken, after, before, causes(fitter.problem.scene))
+    known = something_known(part_left(fitter, nominal, chosen),
+                            max(1, len(chosen.hypothesis.variants)))
     if _something_left(explanation):
         known *= NUMBER_BESIDE
     findings = []

@@ -68,10 +68,13 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
 
 
 def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
-    """Return the table beside the load curve as a finding, where the data insist on it."""
-    if not fitter.load_shape:
-        return None
+    """Return the table beside the load curve as a finding, where the fit has one free and the data
+    insist on it."""
     numbers = explained.hypothesis.numbers
+    values = [value for number, value in zip(numbers, explained.vector, strict=False)
+              if number.name in SHAPE_NUMBERS]
+    if not values:
+        return None
     others = [number for number in numbers if number.name not in SHAPE_NUMBERS]
     names = {number.name for number in others}
     # Against the file's own form, refitted.
@@ -81,6 +84,4 @@ def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
     rise = level(held, fitter) - level(explained, fitter)
     if rise < INSISTED:
         return None
-    values = [value for number, value in zip(numbers, explained.vector, strict=False)
-              if number.name in SHAPE_NUMBERS]
     return NumberFinding(LOAD_SHAPE, explained, rise, float(max(values, key=abs)))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import itertools
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import (
     BESIDE,
@@ -34,7 +35,8 @@ from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber
 from engb_core.diagnose.side_by_side import side_by_side
 
-__all__ = ['NumberFinding', 'level', 'number_place', 'refitted', 'was_refitted', 'wrong_numbers']
+__all__ = ['NumberFinding', 'level', 'level_of', 'number_place', 'refitted', 'was_refitted',
+           'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
@@ -64,8 +66,17 @@ class NumberFinding:
 
 def level(fit: Fit, fitter: Fitter) -> float:
     """Return the mean squared residual over all that was recorded, in units of the noise's."""
-    weight = 1.0 / fitter.spread ** 2
-    return float(np.sum(weight * fit.residual ** 2) / np.sum(weight * fitter.sigma ** 2))
+    return level_of(fit, fitter, np.ones(fit.residual.size, bool))
+
+
+def level_of(fit: Fit, fitter: Fitter, rows: NDArray[np.bool_]) -> float:
+    """Return the mean squared residual over some of what was recorded, `rows` (m,), in units of
+    the noise's; 1 where there are none."""
+    if not rows.any():
+        return 1.0
+    weight = 1.0 / fitter.spread[rows] ** 2
+    return float(np.sum(weight * fit.residual[rows] ** 2)
+                 / np.sum(weight * fitter.sigma[rows] ** 2))
 
 
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:

@@ -14,20 +14,27 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from scipy.stats import t as student
+
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     CONTAINING,
     FORMULA_ERROR,
+    FORMULA_MISSES,
+    FORMULA_TAILS,
+    FURTHER_CAUSE,
+    KNOWN_ODDS,
     PHYSICS_FOR_NUMBER,
     TEMPER,
     UNNAMED,
 )
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.numbers import level
+from engb_core.diagnose.numbers import level, level_of
 from engb_core.effects.base import Scene
 from engb_core.effects.catalogue import catalogue
 
-__all__ = ['causes', 'rival_weights', 'something_known']
+__all__ = ['causes', 'part_left', 'rival_weights', 'something_known']
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -71,17 +78,35 @@ def causes(scene: Scene) -> int:
                for effect in catalogue().values())
 
 
-def something_known(adequacy: float, after: float, before: float, known: int) -> float:
-    """Return the probability that the chosen effects are physics of the library at all.
+def something_known(left: float, count: int) -> float:
+    """Return the probability that the named effects are physics of the library at all.
+
+    By Bayes' rule from the root of what they leave. If they are, it is what their formulas miss:
+    of Student's distribution about none. If they are not, but were the best makeshift for
+    something else, any part may be left: each is as likely as the next.
 
     Args:
-        adequacy: part of all that can be explained that they account for (openset.py).
-        after: excess that is left (noise = 1).
-        before: excess of the model file or of its refitted numbers, the larger one.
-        known: causes with a name, each as likely beforehand as that there is none for it.
+        left: part of the excess that they leave on what no fit has seen (`part_left`).
+        count: effects that it took.
     """
-    odds = math.log(known)
-    if after >= CLEAN_EXCESS:
-        left = after / max(before, 1e-9)
-        odds = min(odds, 16.0 * adequacy - 12.0 - 12.0 * max(0.0, left - 0.15))
-    return 1.0 / (1.0 + math.exp(-odds))
+    by_formula = 2.0 * float(student.pdf(math.sqrt(left), FORMULA_TAILS, scale=FORMULA_MISSES))
+    odds = KNOWN_ODDS * FURTHER_CAUSE ** (count - 1) * by_formula
+    return odds / (1.0 + odds)
+
+
+def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:
+    """Return the part (0 to 1) of one fit's excess over the noise that another one leaves, on what
+    no fit has seen.
+
+    What is fitted takes away more of the stretches that it is fitted to than it explains: with
+    enough effects nearly all. Where what is left out holds nothing to explain (a thing that
+    happened once), all that was recorded is asked. No more is left than noise whose level is known
+    so well can be.
+    """
+    unseen = ~fitter.fitted
+    for rows in (unseen, np.ones_like(unseen)):
+        missed = level_of(before, fitter, rows) - 1.0
+        if missed > CLEAN_EXCESS:
+            left = level_of(after, fitter, rows) - 1.0 - CLEAN_EXCESS
+            return min(1.0, max(0.0, left) / missed)
+    return 0.0

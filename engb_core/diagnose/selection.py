@@ -18,6 +18,7 @@ from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
+from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.ranking import excess, price, simplest
 from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.search import extend, Search
@@ -64,6 +65,7 @@ class Selection:
         excess_after: of the chosen.
         believed: effect → (its probability, its rival), where it follows from other evidence than
             how much of the mismatch is taken away.
+        consistent: whether the model file leaves but noise.
     """
 
     chosen: Fit
@@ -72,6 +74,7 @@ class Selection:
     excess_before: float
     excess_after: float
     believed: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    consistent: bool = False
 
     @property
     def share(self) -> float:
@@ -86,8 +89,8 @@ def select(result: Search) -> Selection:
     fitter = result.fitter
     before = excess(result.base, fitter)
     nominal = excess(fitter.nominal(), fitter)
-    if nominal <= CLEAN_EXCESS:
-        return Selection(result.base, (), nominal, before, before)
+    if is_noise(fitter, fitter.nominal()):
+        return Selection(result.base, (), nominal, before, before, consistent=True)
     if before <= max(CLEAN_EXCESS, min(NUMBERS_PART * nominal, NUMBERS_MOST)):
         plain = _in_plain_torque(result)
         if plain is not None:

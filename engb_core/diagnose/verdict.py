@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import bare
 from engb_core.diagnose.locate import zones
+from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
 
@@ -22,13 +22,13 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
                ) -> tuple[str, Unexplained | None]:
     """Return the verdict and, where structure remains, what can be said of it."""
     before = max(level(nominal, fitter) - 1.0, 0.0)
-    if before <= CLEAN_EXCESS:
+    if is_noise(fitter, nominal):
         return 'consistent', None
     named = explanation.fit
     described = explanation.table is not None or any(
         variant.effect.unnamed for variant in named.hypothesis.variants)
     after = max(level(named, fitter) - 1.0, 0.0)
-    if not described and after <= max(CLEAN_EXCESS, 0.02 * before):
+    if not described and (after <= 0.02 * before or is_noise(fitter, named)):
         # Refitted numbers alone, none of which stands out, are an explanation too.
         return 'explained', None
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))

@@ -8,7 +8,11 @@ import pytest
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
-from engb_core.diagnose.load_shape import LOAD_SHAPE, with_free_load_curve
+from engb_core.diagnose.load_shape import (
+    LOAD_SHAPE,
+    load_shape_finding,
+    with_free_load_curve,
+)
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select
@@ -57,3 +61,11 @@ def test_no_free_curve_where_the_file_s_form_serves():
     fitter = Fitter(problem_of([lively(brake_with('asymmetric_friction', asymmetry=0.4))],
                                NOMINAL))
     assert with_free_load_curve(fitter, select(search(fitter))) is None
+
+
+def test_a_load_curve_that_the_chosen_fit_holds_is_no_finding(shaped):
+    """Of several causes one may be chosen with the file's load curve as it stands; that a refit
+    with other numbers, which may end in another minimum, is worse says nothing of the form."""
+    free = Fitter(problem_of([shaped], NOMINAL), load_shape=True)
+    better = replace(free.nominal(), residual=np.zeros_like(free.measured))
+    assert load_shape_finding(free, better) is None

@@ -1,25 +1,57 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""How sure a name is: never surer than that it is one of those that the library knows."""
+"""How sure a name is: by what it leaves of what no fit has seen, and how many names it took."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from engb_core.diagnose.probability import causes, something_known
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.probability import causes, part_left, something_known
 from engb_core.diagnose.problem import problem_of
 
-from .simulated_brake import lively, NOMINAL
+from .simulated_brake import brake_with, lively, NOMINAL
 
 
-def test_a_cause_that_nobody_wrote_down_is_one_more():
-    assert something_known(1.0, 0.0, 50.0, 24) == pytest.approx(24.0 / 25.0)
-    # The more names, the less it is likely to be none of them.
-    assert something_known(1.0, 0.0, 50.0, 49) > something_known(1.0, 0.0, 50.0, 24)
+def test_a_cause_that_nobody_wrote_down_stays_possible():
+    assert 0.9 < something_known(0.0, 1) < 0.95
 
 
-@pytest.mark.parametrize(('adequacy', 'after'), [(1.0, 20.0), (0.7, 5.0), (0.9, 5.0)])
-def test_what_is_left_unexplained_speaks_against_a_name(adequacy, after):
-    assert something_known(adequacy, after, 50.0, 24) < 24.0 / 25.0
-    assert something_known(adequacy, after, 50.0, 24) > something_known(
-        adequacy - 0.1, after, 50.0, 24)
+@pytest.mark.parametrize('count', [1, 2, 3])
+def test_what_is_left_unexplained_speaks_against_a_name(count):
+    known = [something_known(left, count) for left in (0.0, 0.05, 0.2, 0.5, 1.0)]
+    assert known == sorted(known, reverse=True)
+    # A name that leaves half of the torque or more is likelier a makeshift.
+    assert something_known(0.5 ** 2, count) < 0.55 < something_known(0.0, count)
+
+
+def test_the_more_names_it_takes_the_likelier_they_are_makeshifts():
+    assert something_known(0.0, 1) > something_known(0.0, 2) > something_known(0.0, 4)
+
+
+@pytest.fixture(scope='module')
+def fitter() -> Fitter:
+    return Fitter(problem_of([lively(brake_with('asymmetric_friction', asymmetry=0.4))], NOMINAL))
+
+
+def scaled(fit: Fit, rows: np.ndarray, factor: float) -> Fit:
+    return replace(fit, residual=np.where(rows, factor, 1.0) * fit.residual)
+
+
+def test_what_is_left_is_asked_where_no_fit_has_looked(fitter):
+    """An effect that fits what it was fitted to, and nothing else, explains nothing."""
+    base = scaled(fitter.base(), np.array(True), 20.0)
+    assert part_left(fitter, base, scaled(base, fitter.fitted, 0.0)) > 0.9
+    assert part_left(fitter, base, scaled(base, ~fitter.fitted, 0.5)) == pytest.approx(
+        0.25, abs=0.05)
+    assert part_left(fitter, base, scaled(base, ~fitter.fitted, 0.0)) == 0.0
+
+
+def test_what_lies_in_no_stretch_left_out_is_asked_of_all(fitter):
+    once = scaled(fitter.base(), np.array(True), 20.0)
+    once = scaled(once, ~fitter.fitted, 0.0)
+    assert part_left(fitter, once, scaled(once, fitter.fitted, 0.5)) == pytest.approx(
+        0.25, abs=0.05)
 
 
 def test_causes_are_those_that_a_recording_could_show():

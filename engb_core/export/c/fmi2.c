@@ -2,21 +2,11 @@
 /* FMI 2.0 for co-simulation, around engb_plant. Types as the standard's headers give them. */
 #include "fmu_instance.h"
 
-#if defined(_WIN32)
-#define ENGB_EXPORT __declspec(dllexport)
-#elif defined(__GNUC__)
-#define ENGB_EXPORT __attribute__((visibility("default")))
-#else
-#define ENGB_EXPORT
-#endif
-
 typedef enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal, fmi2Pending } fmi2Status;
 typedef void *fmi2Component;
 typedef unsigned int fmi2ValueReference;
 typedef const char *fmi2String;
 typedef int fmi2Boolean;
-
-#define OF(component) ((engb_instance *)(component))
 
 ENGB_EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 ENGB_EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
@@ -32,17 +22,9 @@ ENGB_EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String 
                                           fmi2String resources, const void *callbacks,
                                           fmi2Boolean visible, fmi2Boolean logging)
 {
-    engb_instance *made;
     (void)name; (void)resources; (void)callbacks; (void)visible; (void)logging;
     /* 1: co-simulation. */
-    if (type != 1 || guid == NULL || strcmp(guid, ENGB_TOKEN) != 0) {
-        return NULL;
-    }
-    made = (engb_instance *)malloc(sizeof *made);
-    if (made != NULL) {
-        engb_reset(made);
-    }
-    return made;
+    return type == 1 ? engb_make(guid) : NULL;
 }
 
 ENGB_EXPORT void fmi2FreeInstance(fmi2Component c) { free(c); }
@@ -100,14 +82,7 @@ OTHER(fmi2SetString, const fmi2String)
 
 ENGB_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, void **state)
 {
-    if (*state == NULL) {
-        *state = malloc(sizeof(engb_instance));
-    }
-    if (*state == NULL) {
-        return fmi2Error;
-    }
-    memcpy(*state, c, sizeof(engb_instance));
-    return fmi2OK;
+    return engb_keep(OF(c), state) ? fmi2OK : fmi2Error;
 }
 
 ENGB_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, void *state)
@@ -119,8 +94,7 @@ ENGB_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, void *state)
 ENGB_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, void **state)
 {
     (void)c;
-    free(*state);
-    *state = NULL;
+    engb_forget(state);
     return fmi2OK;
 }
 
@@ -135,26 +109,14 @@ ENGB_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, void *state, char 
                                              size_t size)
 {
     (void)c;
-    if (size < sizeof(engb_instance)) {
-        return fmi2Error;
-    }
-    memcpy(bytes, state, sizeof(engb_instance));
-    return fmi2OK;
+    return engb_write(state, bytes, size) ? fmi2OK : fmi2Error;
 }
 
 ENGB_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const char bytes[], size_t size,
                                                void **state)
 {
     (void)c;
-    if (size < sizeof(engb_instance)) {
-        return fmi2Error;
-    }
-    *state = malloc(sizeof(engb_instance));
-    if (*state == NULL) {
-        return fmi2Error;
-    }
-    memcpy(*state, bytes, sizeof(engb_instance));
-    return fmi2OK;
+    return engb_read(bytes, size, state) ? fmi2OK : fmi2Error;
 }
 
 ENGB_EXPORT fmi2Status fmi2GetDirectionalDerivative(
@@ -185,11 +147,7 @@ ENGB_EXPORT fmi2Status fmi2GetRealOutputDerivatives(
 ENGB_EXPORT fmi2Status fmi2DoStep(fmi2Component c, double time, double duration, fmi2Boolean last)
 {
     (void)time; (void)last;
-    if (!(duration > 0.0)) {
-        return fmi2Error;
-    }
-    engb_step(OF(c), duration);
-    return fmi2OK;
+    return engb_step(OF(c), duration) ? fmi2OK : fmi2Error;
 }
 
 ENGB_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) { (void)c; return fmi2Error; }

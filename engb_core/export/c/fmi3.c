@@ -5,20 +5,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#if defined(_WIN32)
-#define ENGB_EXPORT __declspec(dllexport)
-#elif defined(__GNUC__)
-#define ENGB_EXPORT __attribute__((visibility("default")))
-#else
-#define ENGB_EXPORT
-#endif
-
 typedef enum { fmi3OK, fmi3Warning, fmi3Discard, fmi3Error, fmi3Fatal } fmi3Status;
 typedef void *fmi3Instance;
 typedef uint32_t fmi3ValueReference;
 typedef const char *fmi3String;
-
-#define OF(instance) ((engb_instance *)(instance))
 
 ENGB_EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
 
@@ -34,17 +24,9 @@ ENGB_EXPORT fmi3Instance fmi3InstantiateCoSimulation(
     bool events, bool early, const fmi3ValueReference wanted[], size_t wanted_count,
     void *environment, void (*log_message)(void), void (*update)(void))
 {
-    engb_instance *made;
     (void)name; (void)resources; (void)visible; (void)logging; (void)events; (void)early;
     (void)wanted; (void)wanted_count; (void)environment; (void)log_message; (void)update;
-    if (token == NULL || strcmp(token, ENGB_TOKEN) != 0) {
-        return NULL;
-    }
-    made = (engb_instance *)malloc(sizeof *made);
-    if (made != NULL) {
-        engb_reset(made);
-    }
-    return made;
+    return engb_make(token);
 }
 
 /* Neither model exchange nor scheduled execution. */
@@ -122,14 +104,7 @@ OTHER(String, fmi3String)
 
 ENGB_EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, void **state)
 {
-    if (*state == NULL) {
-        *state = malloc(sizeof(engb_instance));
-    }
-    if (*state == NULL) {
-        return fmi3Error;
-    }
-    memcpy(*state, c, sizeof(engb_instance));
-    return fmi3OK;
+    return engb_keep(OF(c), state) ? fmi3OK : fmi3Error;
 }
 
 ENGB_EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, void *state)
@@ -141,8 +116,7 @@ ENGB_EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, void *state)
 ENGB_EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, void **state)
 {
     (void)c;
-    free(*state);
-    *state = NULL;
+    engb_forget(state);
     return fmi3OK;
 }
 
@@ -157,26 +131,14 @@ ENGB_EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance c, void *state, uint8_
                                              size_t size)
 {
     (void)c;
-    if (size < sizeof(engb_instance)) {
-        return fmi3Error;
-    }
-    memcpy(bytes, state, sizeof(engb_instance));
-    return fmi3OK;
+    return engb_write(state, bytes, size) ? fmi3OK : fmi3Error;
 }
 
 ENGB_EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const uint8_t bytes[], size_t size,
                                                void **state)
 {
     (void)c;
-    if (size < sizeof(engb_instance)) {
-        return fmi3Error;
-    }
-    *state = malloc(sizeof(engb_instance));
-    if (*state == NULL) {
-        return fmi3Error;
-    }
-    memcpy(*state, bytes, sizeof(engb_instance));
-    return fmi3OK;
+    return engb_read(bytes, size, state) ? fmi3OK : fmi3Error;
 }
 
 ENGB_EXPORT fmi3Status fmi3EnterStepMode(fmi3Instance c) { (void)c; return fmi3OK; }
@@ -185,10 +147,9 @@ ENGB_EXPORT fmi3Status fmi3DoStep(fmi3Instance c, double time, double duration, 
                                   bool *event, bool *terminate, bool *early, double *reached)
 {
     (void)no_return;
-    if (!(duration > 0.0)) {
+    if (!engb_step(OF(c), duration)) {
         return fmi3Error;
     }
-    engb_step(OF(c), duration);
     *event = false;
     *terminate = false;
     *early = false;
