@@ -214,13 +214,12 @@ def _shifted_reference(reference: Reference | None, start: float) -> Reference |
     good = np.isfinite(reference.time) & np.isfinite(reference.position)
     time, keep = np.unique(reference.time[good], return_index=True)
 
-    def pick(values: Array | None) -> Array | None:
-        if values is None:
-            return None
-        picked = values[good][keep]
+    def pick(values: Array) -> Array:
+        picked: Array = values[good][keep]
         return picked if np.isfinite(picked).all() else np.nan_to_num(picked)
 
     if time.size < 2:
         return None
-    return Reference(time - start, pick(reference.position), pick(reference.velocity),
-                     pick(reference.effort))
+    return Reference(time - start, pick(reference.position),
+                     None if reference.velocity is None else pick(reference.velocity),
+                     None if reference.effort is None else pick(reference.effort))

@@ -29,7 +29,7 @@ def _table() -> bytes:
 _TABLE = _table()
 
 
-def crc8(data: bytes, start: int = 0) -> int:
+def crc8(data: bytes | bytearray, start: int = 0) -> int:
     """Return the CRC-8 SAE J1850 of `data` with start value `start`, without a final XOR."""
     for byte in data:
         start = _TABLE[start ^ byte]
@@ -41,7 +41,7 @@ def crc_start(data_id: int) -> int:
     return _TABLE[_TABLE[data_id & 0xFF] ^ data_id >> 8]
 
 
-def frame_crc(data: bytes, data_id: int) -> int:
+def frame_crc(data: bytes | bytearray, data_id: int) -> int:
     """Return the CRC of a frame whose byte 0 is the place of the CRC."""
     return crc8(data[1:], crc_start(data_id))
 

@@ -6,7 +6,8 @@ import configparser
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-AT_FIRST = 65      # modules, 2026-11-23
+AT_FIRST = 54       # modules that are not checked at all, 2026-11-25; 65 two days before
+NOT_STRICT = 69     # modules that the plain rules hold for, not the strict ones
 
 
 def test_modules_that_are_not_checked() -> None:
@@ -18,3 +19,16 @@ def test_modules_that_are_not_checked() -> None:
     gone = [name for name in left_out
             if not (ROOT / (name.replace('.', '/') + '.py')).exists()]
     assert not gone, f'{gone} are no more: delete their entries in mypy.ini'
+
+
+def test_modules_that_are_not_strict() -> None:
+    settings = configparser.ConfigParser()
+    settings.read(ROOT / 'mypy.ini', 'utf8')
+    lists = [name.removeprefix('mypy-').split(',') for name in settings.sections()
+             if settings.get(name, 'disallow_untyped_defs', fallback='') == 'False']
+    names = [name for entry in lists for name in entry if name != 'engb_core.effects.*']
+    assert len(names) <= NOT_STRICT
+    gone = [name for name in names
+            if not (ROOT / (name.replace('.', '/') + '.py')).exists()
+            and not (ROOT / name.replace('.', '/') / '__init__.py').exists()]
+    assert not gone, f'{gone} are no more: delete their names in mypy.ini'

@@ -63,6 +63,12 @@ def test_the_list_is_written_and_read(tmp_path: Path) -> None:
     assert listed(path) == before
 
 
+def test_the_same_modules_have_to_be_covered() -> None:
+    lines = (ROOT / 'Makefile').read_text('utf8').splitlines()
+    listed_there = next(line for line in lines if line.startswith('LAST_LINE := '))
+    assert set(listed_there.removeprefix('LAST_LINE := ').split(',')) == set(TARGETS)
+
+
 def test_each_survivor_has_a_reason_and_its_line_is_still_there() -> None:
     for entry, reason in listed(LIST).items():
         assert reason, entry
