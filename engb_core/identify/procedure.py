@@ -17,7 +17,7 @@ from engb_core.identify.paper_way import load_degree, paper_way, PaperResult
 from engb_core.identify.regression import Fit, fit, Form
 from engb_core.identify.smoothing import Motion, motions
 from engb_core.identify.uncertainty import Estimate
-from engb_core.model import Model
+from engb_core.model import Cogging, Model
 from engb_core.recording import Recording
 
 __all__ = ['identify', 'IdentifiedModel']
@@ -41,6 +41,10 @@ NO_LOAD = 'no load seen: left out'
 
 # Lines of cogging looked for.
 MOST_LINES = 6
+
+# Orders of cogging that a start model may bring along. The work grows with their cube: 30 take
+# 20 s of processor time for a recording of 3 s, and in so little motion they aren't told apart.
+MOST_ORDERS = 30
 
 
 @dataclass(frozen=True)
@@ -136,10 +140,11 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
             `estimates` (J and B of a step test, say); they join the regression.
 
     Raises:
-        InputError: no motion, or no clamp stroke with a release after it.
+        InputError: no motion, no clamp stroke with a release after it, or too many orders of
+            cogging in the model.
     """
     tell = progress or (lambda line: None)
-    start = model or Model()
+    start = _merged(model or Model())
     pieces = [piece for recording in recordings for piece in motions(recording)
               if piece.rows.size and piece.top_speed > 0.0]
     if not pieces:
@@ -172,6 +177,20 @@ def _without_load(pieces: list[Motion], found: Fit) -> Fit | None:
     estimates = {name: replace(value, determined=False, remark=NO_LOAD) if name in load else value
                  for name, value in bare.estimates.items()}
     return replace(bare, estimates=estimates)
+
+
+def _merged(start: Model) -> Model:
+    """Return the model with one wave for each order of cogging: two of one order are their sum,
+    and no recording tells them apart."""
+    waves: dict[float, complex] = {}
+    for entry in start.cogging:
+        wave = complex(entry.amplitude * np.exp(1j * entry.phase))
+        waves[entry.order] = waves.get(entry.order, 0.0) + wave
+    if len(waves) > MOST_ORDERS:
+        raise InputError(f'the model has cogging of {len(waves)} orders; at most {MOST_ORDERS} '
+                         'are identified at once: leave those with the largest amplitudes')
+    return replace(start, cogging=tuple(
+        Cogging(order, abs(wave), float(np.angle(wave))) for order, wave in waves.items()))
 
 
 def _load_names(found: Fit) -> list[str]:

@@ -42,6 +42,22 @@ def test_papers_numbers_are_found(found):
     assert model.cogging == ()
 
 
+def test_waves_of_one_order_are_one(found):
+    """A hundred of them had taken minutes; none tells the recording more than their sum."""
+    recording = simulate(stroke_reference(count=3))
+    wave = Cogging(12.0, 1e-5, 0.3)
+    once, often = (identify([recording], replace(found.start, cogging=waves)) for waves in (
+        (replace(wave, amplitude=1e-3),), 100 * (wave,)))
+    assert [entry.order for entry in often.model.cogging] == [12.0]
+    assert often.estimates['inertia'].value == pytest.approx(once.estimates['inertia'].value)
+
+
+def test_more_orders_than_can_be_identified_are_refused(found):
+    waves = tuple(Cogging(float(order), 1e-5, 0.0) for order in range(1, 32))
+    with pytest.raises(InputError, match='cogging of 31 orders; at most 30'):
+        identify([simulate(stroke_reference(count=3))], replace(found.start, cogging=waves))
+
+
 def test_papers_way_is_near_too(found):
     assert found.paper.friction.coulomb == pytest.approx(0.012, rel=0.2)
     assert found.paper.friction.load_gain == pytest.approx(0.11, rel=0.2)
