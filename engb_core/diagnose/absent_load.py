@@ -10,10 +10,12 @@ of the mismatch that load is.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import PARAMETER_PRICE
 from engb_core.diagnose.diagnosis import Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
@@ -51,14 +53,17 @@ class AbsentLoad:
 
     def is_plainer(self, fitter: Fitter, explanation: Explanation) -> bool:
         """Whether the load is to be told rather than `explanation`: that leaves more of the
-        mismatch, or is itself no more than a description without a name."""
+        mismatch, or no less than its further values take away by chance (a wave of one period per
+        revolution is a load as well), or is itself no more than a description without a name."""
         fit = explanation.fit
         unnamed = [variant.effect.unnamed for variant in fit.hypothesis.variants]
+        further = fit.hypothesis.size - len(fit.hypothesis.numbers) - _values(self.model)
+        chance = math.exp(PARAMETER_PRICE * max(0, further))
+        as_good = self.left < chance * _weighted(fitter, fit.residual)
         if unnamed and not any(unnamed):
             # Physics with a name, which no description of its rest makes less of.
-            return self.left < _weighted(fitter, fit.residual)
-        return (explanation.table is not None or any(unnamed)
-                or self.left < _weighted(fitter, fit.residual))
+            return as_good
+        return explanation.table is not None or any(unnamed) or as_good
 
     def unexplained(self, fitter: Fitter) -> Unexplained:
         """Return what is said of it."""
@@ -110,6 +115,14 @@ def absent_load(fitter: Fitter, nominal: Fit) -> AbsentLoad | None:
     if share < LARGER_PART:
         return None
     return AbsentLoad(share, form, left, nominal.residual, with_load)
+
+
+def _values(model: Model) -> int:
+    """Return how many values of a model's load were fitted."""
+    load = model.load_torque
+    if load.form == 'sinusoid':
+        return 2
+    return sum(value != 0.0 for value in load.coefficients) + (load.contact_angle is not None)
 
 
 def _weighted(fitter: Fitter, residual: NDArray[np.float64]) -> float:

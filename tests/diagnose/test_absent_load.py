@@ -76,6 +76,20 @@ def test_it_is_told_and_nothing_else_is_named():
     assert effort.rms_after < 0.3 * effort.rms_before
 
 
+@pytest.mark.slow
+def test_gravity_is_a_load_and_no_cogging():
+    """A wave of one period per revolution explains it as well, with more values."""
+    diagnosis = diagnose([recording(0.03 * np.sin(POSITION))], MODEL)
+    assert diagnosis.effects == ()
+    assert 'no load torque' in diagnosis.unexplained.statement
+
+
+@pytest.mark.slow
+def test_cogging_is_no_load():
+    diagnosis = diagnose([recording(0.01 * np.sin(7.0 * POSITION))], MODEL)
+    assert [finding.effect for finding in diagnosis.effects] == ['cogging_torque']
+
+
 def test_physics_with_a_name_is_not_given_up_for_a_load_that_explains_less():
     """A ball screw that drags more one way than the other, described further by a table."""
     fitter = Fitter(problem_of([recording(contact(), gain=0.1)], MODEL), 1)
