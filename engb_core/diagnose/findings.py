@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -98,7 +99,7 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
     before = max(selection.excess_before, selection.nominal_excess)
     share = max(0.0, 1.0 - selection.excess_after / before)
     # What refitted numbers explain says nothing of an effect.
-    known = something_known(part_left(fitter, fitter.base(), chosen), len(variants))
+    known = something_known(part_left(fitter, fitter.base(), chosen), _rare(variants))
     # What wrong numbers or another load curve explain says nothing of how nearly right an effect's
     # formula is: rivals are weighed by what the same numbers leave without any effect.
     to_explain = excess(fitter.base(chosen.hypothesis.numbers), fitter)
@@ -144,6 +145,11 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
     return findings
 
 
+def _rare(variants: Sequence[Variant]) -> int:
+    """Return how many causes it took, of which one more is rarer on the same machine."""
+    return max(1, sum(not variant.effect.usual for variant in variants))
+
+
 def _onset(fitter: Fitter, variant: Variant) -> tuple[str, float] | None:
     if variant.onset is None:
         return None
@@ -184,7 +190,7 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
     after = max(level(chosen, fitter) - 1.0, 0.0)
     taken = max(0.0, 1.0 - after / before)
     known = something_known(part_left(fitter, nominal, chosen),
-                            max(1, len(chosen.hypothesis.variants)))
+                            _rare(chosen.hypothesis.variants))
     if _something_left(explanation):
         known *= NUMBER_BESIDE
     findings = []

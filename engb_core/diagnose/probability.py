@@ -87,7 +87,7 @@ def something_known(left: float, count: int) -> float:
 
     Args:
         left: part of the excess that they leave on what no fit has seen (`part_left`).
-        count: effects that it took.
+        count: effects that it took, without those that every such machine shows.
     """
     by_formula = 2.0 * float(student.pdf(math.sqrt(left), FORMULA_TAILS, scale=FORMULA_MISSES))
     odds = KNOWN_ODDS * FURTHER_CAUSE ** (count - 1) * by_formula

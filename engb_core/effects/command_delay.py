@@ -29,4 +29,5 @@ EFFECT = Effect(
     measure='the same reference at two loop gains: viscous friction stays, a delay grows with the '
             'gain',
     applies=lambda scene: scene.commanded,
+    usual=True,
 )
