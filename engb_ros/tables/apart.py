@@ -18,6 +18,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 from typing import Any
 import weakref
 
@@ -57,10 +58,13 @@ class TableApart(Table):
         self._patience = _PATIENCE * (_SECONDS + size / _SPEED)
         here, there = socket.socketpair()
         with there:
-            process = start_process(there)
+            # Readers keep temporary files (asammdf), which one that is killed leaves behind.
+            scratch = tempfile.TemporaryDirectory(prefix='engb_reader_',
+                                                  ignore_cleanup_errors=True)
+            process = start_process(there, scratch.name)
         self._pipe = Connection(here.detach())
         self._process = process
-        self._end = weakref.finalize(self, _end, process, self._pipe)
+        self._end = weakref.finalize(self, _end, process, self._pipe, scratch)
         opened = self._asked({'path': str(path), 'kind': kind, 'room': _ROOM + _UNPACKED * size,
                               'seconds': _SECONDS + size / _SPEED})
         self.kind = opened['kind']
@@ -114,21 +118,23 @@ class TableApart(Table):
         return f'its reader broke down ({how}); the file is damaged. Export it anew, or as .csv'
 
 
-def start_process(there: socket.socket) -> subprocess.Popen:
-    """Start a process that serves `there`."""
+def start_process(there: socket.socket, scratch: str) -> subprocess.Popen:
+    """Start a process that serves `there` and has its temporary files in the folder `scratch`."""
     # What readers print of a damaged file would stand beside the one line that is told.
     return subprocess.Popen(
         [sys.executable, '-c', _CODE, json.dumps(sys.path), str(there.fileno())],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         pass_fds=[there.fileno()],
-        env=os.environ | dict.fromkeys(('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'), '1'))
+        env=os.environ | dict.fromkeys(('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'), '1')
+        | {'TMPDIR': scratch})
 
 
-def _end(process: Any, pipe: Connection) -> None:
+def _end(process: Any, pipe: Connection, scratch: tempfile.TemporaryDirectory) -> None:
     pipe.close()
     if process.poll() is None:
         process.kill()
     process.wait()
+    scratch.cleanup()
 
 
 def serve(descriptor: int) -> None:

@@ -1,6 +1,7 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A damaged file of somebody's format may end its reader, never the program."""
 
+import os
 from pathlib import Path
 import signal
 import subprocess
@@ -119,6 +120,20 @@ def test_what_was_found_once(tmp_path, seed):
     assert ended.returncode == 2
     assert ended.stderr.count('\n') == 1
     assert int(ended.stdout) < 1_000_000
+
+
+def test_a_reader_leaves_no_temporary_file(tmp_path):
+    asammdf = pytest.importorskip('asammdf')
+    with asammdf.MDF() as file:
+        file.append([asammdf.Signal(np.arange(99.0), 0.01 * np.arange(99), name='angle')])
+        path = file.save(tmp_path / 'a.mf4')
+    scratch = tmp_path / 'scratch'
+    scratch.mkdir()
+    ended = subprocess.run(
+        [sys.executable, '-m', 'engb_ros.commands.main', 'import', '--list', str(path)], cwd=ROOT,
+        env=os.environ | {'TMPDIR': str(scratch)}, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    assert list(scratch.iterdir()) == []
 
 
 def test_only_numbers_come_back(tmp_path):
