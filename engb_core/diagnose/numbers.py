@@ -66,7 +66,7 @@ class NumberFinding:
 
 def level(fit: Fit, fitter: Fitter) -> float:
     """Return the mean squared residual over all that was recorded, in units of the noise's."""
-    return level_of(fit, fitter, np.ones(fit.residual.size, bool))
+    return _mean_square(fit.residual, fitter.sigma, fitter.spread)
 
 
 def level_of(fit: Fit, fitter: Fitter, rows: NDArray[np.bool_]) -> float:
@@ -74,9 +74,13 @@ def level_of(fit: Fit, fitter: Fitter, rows: NDArray[np.bool_]) -> float:
     the noise's; 1 where there are none."""
     if not rows.any():
         return 1.0
-    weight = 1.0 / fitter.spread[rows] ** 2
-    return float(np.sum(weight * fit.residual[rows] ** 2)
-                 / np.sum(weight * fitter.sigma[rows] ** 2))
+    return _mean_square(fit.residual[rows], fitter.sigma[rows], fitter.spread[rows])
+
+
+def _mean_square(residual: NDArray[np.float64], sigma: NDArray[np.float64],
+                 spread: NDArray[np.float64]) -> float:
+    weight = 1.0 / spread ** 2
+    return float(np.sum(weight * residual ** 2) / np.sum(weight * sigma ** 2))
 
 
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:

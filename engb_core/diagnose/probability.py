@@ -5,9 +5,8 @@ The weights of hypotheses of like size come from their mean squares, tempered, b
 residual of a formula that is only nearly right is no noise. That the cause has no name is one
 hypothesis more beside those of the library, in nothing privileged: where a name explains all that
 there is, data cannot tell it from physics that nobody wrote down and that looks alike, and the
-odds are those beforehand. They are no better where a part is left, or a flexible model explains
-more; how much worse was counted on generated cases whose formulas differ from the library's
-(README, section on the proof).
+odds are those beforehand. The more is left on what no fit has seen, the less it is what another
+formula of the same physics leaves, by the priors in `constants.py`.
 """
 
 from __future__ import annotations
