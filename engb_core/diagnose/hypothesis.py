@@ -218,9 +218,9 @@ class Hypothesis:
         return replace(self, given_onsets=(), variants=tuple(
             replace(variant, onset=None) for variant in self.variants))
 
-    def before(self, effect: str, onset: Onset) -> tuple[Hypothesis, NDArray[np.int64]]:
-        """Return the hypothesis without an effect that has not begun yet, and which entries of
-        the vector it keeps."""
+    def before(self, effect: str, onset: Onset | None) -> tuple[Hypothesis, NDArray[np.int64]]:
+        """Return the hypothesis without an effect, as it is before that begins, and which entries
+        of the vector it keeps."""
         kept = tuple(index for index, variant in enumerate(self.variants)
                      if (variant.effect.id, variant.onset) != (effect, onset))
         entries = [len(self.numbers) + entry for entry, (owner, _, _) in enumerate(self._places)
