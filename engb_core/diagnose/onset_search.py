@@ -18,10 +18,11 @@ from engb_core.diagnose.constants import CLEAN_EXCESS, NAMELESS_PRICE
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.multistart import best_promised, is_rugged, promises, search_around
+from engb_core.diagnose.numbers import level_of
 from engb_core.diagnose.onset import cost_by_onset, Onset
 from engb_core.diagnose.ranking import excess, price
 from engb_core.diagnose.search import physics_effects, variants_and_starts
-from engb_core.diagnose.selection import Selection, worth_a_further_effect
+from engb_core.diagnose.selection import FURTHER_OF_WHOLE, Selection, worth_a_further_effect
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
@@ -58,7 +59,7 @@ def with_onset(fitter: Fitter, selection: Selection) -> Selection:
         return selection
     best = _refined(fitter, min(better, key=lambda fit: price(fit, fitter)))
     throughout = _refined(fitter, _throughout(fitter, best))
-    if not worth_a_further_effect(excess(throughout, fitter), excess(best, fitter), whole):
+    if not _begins(fitter, best, throughout, whole):
         return selection
     rivals = sorted((fit for fit in (*found, chosen)
                      if set(fit.hypothesis.ids) != set(best.hypothesis.ids)
@@ -95,6 +96,17 @@ def _preferred(fit: Fit, chosen: Fit, fitter: Fitter, whole: float) -> bool:
     if _complexity(fit) == _complexity(chosen):
         return price(fit, fitter) < price(chosen, fitter)
     return not worth_a_further_effect(new, old, whole)
+
+
+def _begins(fitter: Fitter, fit: Fit, throughout: Fit, whole: float) -> bool:
+    """Whether effects begin where a fit says so, and do not act throughout: before the onset they
+    must explain so much less than nothing as a further effect has to explain, and matter so much
+    in all that was recorded."""
+    rows = np.logical_or.reduce([onset.before(fitter.problem.times)
+                                 for _, onset in fit.hypothesis.onsets])
+    old, new = (level_of(entry, fitter, rows) - 1.0 for entry in (throughout, fit))
+    gain = float(np.mean(rows)) * (old - new)
+    return worth_a_further_effect(old, new, 0.0) and gain > FURTHER_OF_WHOLE * whole
 
 
 def _refined(fitter: Fitter, fit: Fit) -> Fit:
