@@ -122,3 +122,12 @@ def test_one_fit_is_no_better_than_itself_and_three_recordings_say_nothing():
                                         if number.name not in ('load_gain', 'load_curvature')))
         assert not better_on_others(fitter, base, base)
         assert better_on_others(fitter, held, base) == (count > 3)
+
+
+def test_drag_of_a_commanded_drive_may_be_its_back_emf():
+    machine = replace(PENDULUM, motor=replace(PENDULUM.motor, viscous_friction=1.9))
+    found = diagnose([replace(servo(gain=gain, machine=machine), name=f'gain {gain:g}')
+                      for gain in (9.0, 27.0)], PENDULUM)
+    first = found.effects[0]
+    assert first.effect == 'viscous_friction_error'
+    assert dict(first.alternatives)['back_emf'] == pytest.approx(first.probability)
