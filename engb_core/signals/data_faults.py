@@ -110,10 +110,21 @@ def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
         off, between = _away_and_back(position, count)
         reach = 0.125 * most * ((count + 1) * interval) ** 2 + 2.0 * quantum
         # Beside it the motion goes on as if nothing were: a step that stays is no glitch.
-        found = np.flatnonzero((np.abs(off) > reach) & (np.abs(between) < STAYS * np.abs(off)))
+        stays = _beyond_motion(position, between, count)
+        found = np.flatnonzero((np.abs(off) > reach) & (stays < STAYS * np.abs(off)))
         for place in found:
             bad[place + 1:place + 1 + count] = True
     return bad
+
+
+def _beyond_motion(position: Array, between: Array, count: int) -> Array:
+    """Return by how much at least (n − count − 1,) each step `between` the neighbours of a block
+    of `count` positions exceeds a motion that goes on as it came, or comes as it goes on."""
+    step = np.diff(position)
+    came = np.concatenate([step[:1], step[:between.size - 1]])
+    goes = np.concatenate([step[count + 1:], step[-1:]])[:between.size]
+    return np.min(np.abs([between, between - (count + 1) * came, between - (count + 1) * goes]),
+                  axis=0)
 
 
 def _spikes(effort: Array) -> NDArray[np.bool_]:

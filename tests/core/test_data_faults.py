@@ -122,3 +122,17 @@ def _rows(recording: Recording, keep: np.ndarray) -> Recording:
     return replace(recording, time=recording.time[keep], position=recording.position[keep],
                    effort=recording.effort[keep],
                    velocity=None if recording.velocity is None else recording.velocity[keep])
+
+
+@pytest.mark.parametrize('count', [1, 2])
+def test_an_encoder_that_jumps_while_the_shaft_moves_fast(healthy, count):
+    """The motion between the samples beside the jump is no small part of it."""
+    fastest = int(np.argmax(np.abs(np.gradient(healthy.position))))
+    # At every fourth sample: 250 Hz.
+    slow = replace(healthy, time=healthy.time[fastest % 4::4] - healthy.time[fastest % 4],
+                   position=healthy.position[fastest % 4::4].copy(),
+                   effort=healthy.effort[fastest % 4::4], velocity=None)
+    place = fastest // 4
+    step = slow.position[place + 1] - slow.position[place]
+    slow.position[place:place + count] -= 4.0 * step * (count + 1) / 2.0
+    assert names(slow) == ['position_glitch']
