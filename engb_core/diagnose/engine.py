@@ -25,7 +25,7 @@ from engb_core.diagnose.evidence import (
 )
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,

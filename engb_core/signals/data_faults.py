@@ -123,8 +123,8 @@ def _beyond_motion(position: Array, between: Array, count: int) -> Array:
     step = np.diff(position)
     came = np.concatenate([step[:1], step[:between.size - 1]])
     goes = np.concatenate([step[count + 1:], step[-1:]])[:between.size]
-    return np.min(np.abs([between, between - (count + 1) * came, between - (count + 1) * goes]),
-                  axis=0)
+    left: Array = np.abs([between, between - (count + 1) * came, between - (count + 1) * goes])
+    return np.asarray(left.min(axis=0), float)
 
 
 def _spikes(effort: Array) -> NDArray[np.bool_]:
