@@ -37,34 +37,43 @@ def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
 def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
     """Return what fits with a table beside the file's load curve, where that is worth as much
     beside the chosen effects as a further effect would have to be, or does what waves do that
-    hardly repeat along the stroke; None where it is not."""
+    hardly repeat along the stroke, or a description of one place; None where it is not."""
     scene = fitter.problem.scene
     if fitter.load_shape or EFFECT.applies is None or not EFFECT.applies(scene):
         return None
     free = Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter, load_shape=True)
-    chosen = selection.chosen
-    for index in reversed(range(len(chosen.hypothesis.variants))):
-        effect = chosen.hypothesis.variants[index].effect
-        if not repeats(fitter, effect, chosen.hypothesis.named(chosen.vector, index)):
-            chosen = fitter.evaluate(*bare(chosen, {index}))
-    fewer = len(chosen.hypothesis.variants) < len(selection.chosen.hypothesis.variants)
-    if selection.excess_after <= CLEAN_EXCESS and not fewer:
+    chosen, after, whole = selection.chosen, selection.excess_after, selection.excess_before
+    instead = {index for index, variant in enumerate(chosen.hypothesis.variants)
+               if _may_be_the_curve(fitter, variant.effect,
+                                    chosen.hypothesis.named(chosen.vector, index))}
+    # By the one measure of noise for both.
+    if instead:
+        fewer = fitter.evaluate(*bare(chosen, instead))
+        if not worth_a_further_effect(level(_freed(free, fewer), fitter) - 1.0, after, whole):
+            return free
+    if after <= CLEAN_EXCESS:
         return None
-    kept = dict(zip((number.name for number in chosen.hypothesis.numbers), chosen.vector,
-                    strict=False))
-    hypothesis = free.hypothesis(chosen.hypothesis.variants)
+    beside = level(_freed(free, chosen), fitter) - 1.0
+    return free if worth_a_further_effect(level(chosen, fitter) - 1.0, beside, whole) else None
+
+
+def _may_be_the_curve(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
+    """Whether an effect may be the form of the load curve: a wave that hardly repeats along the
+    stroke, or a description of a torque at one place, the same both ways."""
+    at_a_place = effect.unnamed and effect.reveals == 'position' \
+        and not values.get('by_direction', 0.0)
+    return at_a_place or not repeats(fitter, effect, values)
+
+
+def _freed(free: Fitter, fit: Fit) -> Fit:
+    """Return a fit's effects beside a free load curve, begun where it stands."""
+    kept = dict(zip((number.name for number in fit.hypothesis.numbers), fit.vector, strict=False))
+    hypothesis = free.hypothesis(fit.hypothesis.variants)
     start = hypothesis.start_of_numbers()
     for place, number in enumerate(hypothesis.numbers):
         start[place] = kept.get(number.name, start[place])
-    vector = [*start, *chosen.vector[len(chosen.hypothesis.numbers):]]
-    fit = free.refine(free.evaluate(hypothesis, np.array(vector)))
-    # By the one measure of noise for both.
-    left, whole = level(fit, fitter) - 1.0, selection.excess_before
-    if fewer:
-        better = not worth_a_further_effect(left, selection.excess_after, whole)
-    else:
-        better = worth_a_further_effect(level(chosen, fitter) - 1.0, left, whole)
-    return free if better else None
+    vector = [*start, *fit.vector[len(fit.hypothesis.numbers):]]
+    return free.refine(free.evaluate(hypothesis, np.array(vector)))
 
 
 def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
