@@ -25,7 +25,7 @@ from engb_core.diagnose.evidence import (
 )
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
-from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
@@ -36,8 +36,7 @@ from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.more_orders import without_idle_orders
 from engb_core.diagnose.multistart import is_rugged, search_around
 from engb_core.diagnose.nameless import that_carries
-from engb_core.diagnose.nominal import DELAY
-from engb_core.diagnose.numbers import level, number_place, NumberFinding, wrong_numbers
+from engb_core.diagnose.numbers import level, NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.problem import Problem, problem_of
@@ -260,10 +259,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         likely = any(_is_physics(entry, selection) and entry.probability >= 0.5
                      for entry in findings)
         applied = told if likely else that_carries(fitter, nominal, told)
-        plainer = () if findings and applied.models else (problem.model,)
-        if likely and applied.models:
-            plainer = (_with_files_numbers(fitter, told.explanation.fit, numbers), *plainer)
-        corrected = _that_helps(applied, plainer)
+        corrected = _that_helps(applied, () if findings and applied.models else (problem.model,))
     # Numbers that are not right for every kind of motion may help all the same: not consistent.
     helps = corrected is not problem.model or (
         verdict != 'consistent'
@@ -271,24 +267,6 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     verdict = unless_nothing_helps(verdict, findings, helps)
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected, told)
-
-
-def _with_files_numbers(fitter: Fitter, fit: Fit, wrong: Sequence[NumberFinding]) -> Model:
-    """Return the model with the effects that were found beside the file's own numbers, but for
-    those that are told to be wrong.
-
-    Numbers that were refitted beside an effect take in what its formula misses, each within the
-    range that was recorded, and carry it where nothing was recorded.
-    """
-    free = {number for number in fit.hypothesis.numbers if number.name == DELAY}
-    for finding in wrong:
-        if finding.effect == LOAD_SHAPE:
-            free |= {number for number in fit.hypothesis.numbers if number.effect}
-        else:
-            free.add(fit.hypothesis.numbers[number_place(fit.hypothesis.numbers, finding.effect)])
-    beside = fitter.refine(fitter.refit(fit, tuple(
-        number for number in fit.hypothesis.numbers if number in free)))
-    return beside.hypothesis.corrected(beside.vector)
 
 
 def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
