@@ -204,7 +204,7 @@ function draw(id) {
     layout.margin.t += 24;   // else the toolbar would lie on the first panel's title
     layout.height += 24;
   }
-  if (root.hasAttribute('data-print')) layout.height = Math.round(layout.height * 0.64);
+  if (root.hasAttribute('data-print')) layout.height = Math.round(layout.height * 0.8);
   plot.box.style.height = `${layout.height}px`;
   // On a touch screen a drag scrolls the page; zooming stays in the toolbar.
   layout.dragmode = matchMedia('(pointer: coarse)').matches ? false : 'zoom';
