@@ -26,6 +26,7 @@ _ANGLE_OUT_OF_RANGE = Cause.ANGLE_OUT_OF_RANGE.value
 _SHAFT_SEIZED = Cause.SHAFT_SEIZED.value
 _DISC_SPEED_STALE = Cause.DISC_SPEED_STALE.value
 _COMMAND_CONFLICT = Cause.COMMAND_CONFLICT.value
+_EFFORT_MISSING = Cause.EFFORT_MISSING.value
 _OUTPUT_NOT_FINITE = Cause.OUTPUT_NOT_FINITE.value
 
 # A bridge says again and again (each 10 ms) that its drive does not obey: that counts once it has
@@ -210,6 +211,8 @@ class Supervisor:
             self._follow(Cause.DRIVE_WEAK, watch.weak, now)
             self._follow(Cause.DRIVE_OFF, watch.off or self._refuses, now)
             self._follow(Cause.DRIVE_WRONG, watch.wrong or self._holds_on, now)
+        if watch.missing or self._conditions & _EFFORT_MISSING:
+            self._follow(Cause.EFFORT_MISSING, watch.missing, now)
 
     def drive_state(self, now: float, word: str) -> None:
         """Take what a bridge says of its drive: 'refuses' the torque mode, or 'holds_on' to it
