@@ -27,7 +27,7 @@ __all__ = ['FAULTS', 'SpoiltDriveNode']
 FAULTS = ('none', 'stamps_stand', 'stamps_nought', 'clock_back', 'clock_forward', 'angle_jumps',
           'angle_far', 'angle_glitches', 'angle_nan', 'angle_stuck', 'off', 'weak', 'reversed',
           'stuck', 'biased', 'deaf_for_a_second', 'seized', 'refuses', 'holds_on', 'no_disc',
-          'no_effort', 'effort_infinite')
+          'no_effort', 'effort_infinite', 'velocity_reversed', 'velocity_none')
 
 # As a bridge does, it says again and again that it does not obey [s].
 SAY_PERIOD = 0.01
@@ -115,6 +115,10 @@ class SpoiltDriveNode(PlantNode):
             message.position[0], message.velocity[0] = self._frozen_angle, 0.0
         elif fault == 'no_effort':
             message.effort[0] = math.nan
+        elif fault == 'velocity_reversed':
+            message.velocity[0] = -message.velocity[0]
+        elif fault == 'velocity_none':
+            message.velocity[0] = 0.0
         elif fault == 'effort_infinite':
             message.effort[0] = math.inf
         return True

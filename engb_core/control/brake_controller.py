@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 import math
 
-from engb_core.bench.sensors import VelocityFromPosition
 from engb_core.control.acceptance import AcceptanceBounds, check_candidate, check_computable
 from engb_core.control.brake_settings import ControllerSettings, Report
 from engb_core.control.causes import Cause, Stop
@@ -14,10 +13,11 @@ from engb_core.control.clamp_force import ClampForceEstimator
 from engb_core.control.command_arbiter import ANONYMOUS, Command
 from engb_core.control.final_clamp import FinalClamp
 from engb_core.control.force_control import ForceControl
-from engb_core.control.loop import PositionLoop, VELOCITY_CUTOFF
+from engb_core.control.loop import PositionLoop
 from engb_core.control.reference import ReferenceSource
 from engb_core.control.supervisor import Supervisor
 from engb_core.control.trajectory import Setpoint
+from engb_core.control.velocity_watch import VelocityWatch
 from engb_core.errors import InputError
 from engb_core.model import Model
 
@@ -55,6 +55,7 @@ class BrakeController:
         self.clamp = FinalClamp(settings.supervisor)
         self.loop = PositionLoop(model, settings.loop)
         self.source = ReferenceSource(settings.reference)
+        self._velocity = VelocityWatch(settings.supervisor.velocity_tolerance)
         self.supervisor.watch_commands = settings.reference.kind == 'command'
         self.report = Report()
         self.setpoint = Setpoint(0.0)
@@ -226,8 +227,7 @@ class BrakeController:
         if not supervisor.accept_state(now, stamp, position, velocity):
             return None
         time = supervisor.states.time
-        if velocity != velocity:
-            velocity = self._derived.step(time, position)
+        velocity = self._velocity.step(time, position, velocity, now - self._last)
         report, settings = self.report, self.settings
         report.position_output, report.effort_output = position, effort
         if self.silent:
@@ -235,6 +235,7 @@ class BrakeController:
         dt, self._last = now - self._last, now
         supervisor.angle(now, position, settings.position_min, settings.position_max)
         supervisor.torque(now, effort, dt)
+        supervisor.velocity(now, self._velocity.wrong)
         try:
             wish = self._wish(now, time, position, velocity, supervisor.torques.measured)
         except (ArithmeticError, ValueError):   # a model whose torque cannot be computed
@@ -326,7 +327,7 @@ class BrakeController:
         self.source.reset()
         if self._force is not None:
             self._force.reset()
-        self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
+        self._velocity.reset()
         self._handled = 0
         self._ramping = False
         self.report = Report()

@@ -72,6 +72,7 @@ class Cause(IntFlag):
     OTHER_DRIVE = 1 << 28
     STANDBY_NOT_READY = 1 << 29
     EFFORT_MISSING = 1 << 30
+    VELOCITY_WRONG = 1 << 31
 
     @property
     def word(self) -> str:
@@ -205,6 +206,9 @@ CAUSES: dict[Cause, CauseInfo] = {
         '`drive_time`, while `drive_tolerance` is above 0',
         'tracking goes on; whether the drive obeys is not watched, and the force estimate relies '
         'on the angle alone'),
+    Cause.VELOCITY_WRONG: CauseInfo(
+        Severity.DEGRADED, 'the velocity is not that of the angles, by `velocity_tolerance` in '
+        'the mean', 'the one derived from the angles is used'),
 }
 
 # Faults whose torque is stopped by a parameter `stop_…`.

@@ -415,6 +415,60 @@ def test_one_wrong_torque_moves_no_contact(effort):
     assert contact(True) == pytest.approx(contact(False), abs=0.02)
 
 
+VELOCITIES = {'reversed': lambda velocity: -velocity, 'none': lambda _: 0.0,
+              'a tenth': lambda velocity: 0.1 * velocity, 'stands': lambda _: 50.0}
+
+
+@pytest.mark.parametrize('name', VELOCITIES)
+def test_a_velocity_that_is_not_that_of_the_angles_is_not_used(name):
+    """Reversed, it had driven the brake from 10 rad to −69."""
+    brake = Brake().at(10.0)
+    brake.velocity = VELOCITIES[name]
+    brake.asked = Command(20.0)
+    angles, told = [], False
+    for _ in range(1000):
+        angles.append(brake.run(DT).angle)
+        told = told or (brake.controller.supervisor.holds(Cause.VELOCITY_WRONG)
+                        and brake.state is State.DEGRADED)
+    assert told
+    assert min(angles) > 9.0
+    assert max(angles) < 21.0
+    assert angles[-1] == pytest.approx(20.0, abs=0.3)
+
+
+def test_a_velocity_in_revolutions_per_minute_ends_in_no_torque_at_the_worst():
+    brake = Brake().at(10.0)
+    brake.velocity = lambda velocity: 60.0 / math.tau * velocity
+    brake.asked = Command(20.0)
+    angles = [brake.run(DT).angle for _ in range(1000)]
+    assert min(angles) > 5.0
+    assert max(angles) < 21.0
+
+
+@pytest.mark.parametrize('target', [2.0, 36.0])
+def test_a_drive_whose_velocity_is_filtered_is_believed(target):
+    brake = Brake().at(20.0)
+    slow = [0.0]
+
+    def filtered(velocity):   # 30 Hz
+        slow[0] += (velocity - slow[0]) * DT * math.tau * 30.0
+        return slow[0]
+    brake.velocity = filtered
+    brake.asked = Command(target)
+    brake.run(1.0)
+    assert brake.angle == pytest.approx(target, abs=0.3)
+    assert not brake.controller.supervisor.counts[Cause.VELOCITY_WRONG]
+
+
+def test_an_angle_that_is_off_once_does_not_make_a_velocity_wrong():
+    brake = Brake().at(20.0)
+    brake.offset = 0.39   # as far as `largest_speed` lets it
+    brake.run(DT)
+    brake.offset = 0.0
+    brake.run(0.1)
+    assert not brake.controller.supervisor.counts[Cause.VELOCITY_WRONG]
+
+
 def test_a_drive_that_lets_go_is_a_fault_and_finds_no_torque_when_it_comes_back():
     brake = Brake().at(20.0)
     brake.link = lambda torque: 0.0

@@ -23,6 +23,9 @@ from ros.test_as_shipped import ATTEMPTS, Shipped, within
 # The brake may let go by so much while the next true command is under way.
 ANGLE = 1.0
 
+# Of the stack's commands [s].
+PERIOD = 0.02
+
 BY = {'angle': (POSITION_COMMAND_STAMPED, 'motor', 20.0),
       'force': (CLAMP_FORCE_COMMAND_STAMPED, 'clamp', 5000.0)}
 
@@ -32,7 +35,7 @@ class Named(Shipped):
     is the probe's, and `wanted` what it asks for by `by`."""
 
     def __init__(self, runner, probe, folder, by='angle', **arguments):
-        self.wanted, self.by, self.counter = None, by, 0
+        self.wanted, self.by, self.counter, self._last = None, by, 0, 0
         super().__init__(runner, probe, folder, **arguments)
 
     def clock(self):
@@ -58,7 +61,7 @@ class Named(Shipped):
 
     def _due(self):
         now = self.probe.node.get_clock().now().nanoseconds
-        if now - getattr(self, '_last', 0) < 2e7:
+        if now - self._last < 1e9 * PERIOD:
             return False
         self._last = now
         return True
@@ -84,12 +87,17 @@ def test_one_command_in_the_stacks_name_takes_no_braking_away(runner, probe, tmp
     def forged():
         loop.applied()
         before, begin, told = loop.position, len(loop.states), len(loop.state)
-        stranger.publish(loop.message(0.0, loop.counter + beyond, ahead))
-        loop.during(0.6)
+        for _ in range(3):
+            counter = loop.counter
+            loop.until(lambda counter=counter: loop.counter > counter, 'the stack')
+            # Halfway to its next one: the controller reads the newest only.
+            loop.during(0.5 * PERIOD)
+            stranger.publish(loop.message(0.0, loop.counter + beyond, ahead))
+            loop.during(0.5)
         return (min(loop.angles(begin)) > before - ANGLE
                 and not any(message.data == 'fault' for message in loop.state[told:]))
 
-    assert any(forged() for _ in range(ATTEMPTS)), loop.words()
+    assert any(forged() for _ in range(3)), loop.words()
     runner.stop()
 
 
@@ -166,4 +174,29 @@ def test_a_drive_that_tells_no_torque_any_more_is_told(runner, probe, tmp_path, 
     loop.clamp(3000.0)
     assert within(loop)
     assert all(math.isfinite(message.data) for message in loop.forces)
+    runner.stop()
+
+
+@pytest.mark.parametrize('fault', ['velocity_reversed', 'velocity_none'])
+def test_a_velocity_that_is_not_that_of_the_angles_is_told_and_not_used(runner, probe, tmp_path,
+                                                                        fault):
+    """Reversed, it is damping turned into its opposite: the brake had run out of its range."""
+    loop = Shipped(runner, probe, tmp_path, SPOILT)
+
+    def strokes():
+        loop.clamp(1000.0)
+        begin, told = len(loop.states), len(loop.state)
+        loop.set_parameter('plant', 'fault', fault)
+        for force in (6000.0, 500.0, 6000.0):
+            loop.force = force
+            loop.during(1.0)
+        seen = any(message.data & Cause.VELOCITY_WRONG for message in loop.causes)
+        loop.set_parameter('plant', 'fault', 'none')
+        angles = loop.angles(begin)
+        return (seen and min(angles) > 0.0 and max(angles) < 35.0
+                and abs(loop.forces[-1].data - 6000.0) < 600.0
+                and not any(message.data == 'fault' for message in loop.state[told:]))
+
+    assert loop.holds(1000.0, strokes), loop.words()
+    assert within(loop)
     runner.stop()
