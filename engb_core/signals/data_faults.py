@@ -104,6 +104,9 @@ def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
     most = 4.0 * float(np.max(np.abs(recording.effort))) / model.motor.inertia
     quantum = quantum_of(position)
     bad = np.zeros(position.size, bool)
+    if most == 0.0:
+        # Without a torque nothing bounds what the shaft can have done.
+        return bad
     for count in range(1, LONGEST_GLITCH + 1):
         if position.size < count + 4:
             break
