@@ -28,7 +28,7 @@ from engb_core.laws.atoms import (
     mirrors_of,
     onset_forms,
 )
-from engb_core.laws.blocks import Blocks, Score, stretches_of_time
+from engb_core.laws.blocks import Blocks, HEARD, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
@@ -38,12 +38,15 @@ Array = NDArray[np.float64]
 
 # How many forms are polished at first and after each mutation, how many are mutated.
 POLISHED, POLISHED_AFTER, MUTATED, GENERATIONS = 16, 8, 4, 2
+# Of so many times that, which are fitted with the base's derivatives by its numbers: where a shape
+# starts a form may be far from what it can do.
+TRIED = 4
 # Of forms that differ in the side or the sign of a shape only, so many.
 ALIKE = 2
 MOST_FACTORS = 3
 # Leading laws whose memory is tried against its limit.
 LIMITED = 6
-ROUNDS, ROUNDS_AGAIN = 8, 4
+ROUNDS, ROUNDS_AGAIN = 8, 8
 # Part of the excess that the best form must explain for more of its kind to be fitted: half of
 # what a law must.
 PROMISING = 0.4
@@ -112,7 +115,7 @@ class _Searching:
         self._scales = scales_of(fitter)
         self._columns = Columns(fitter, base)
         self._labels = stretches_of_time(fitter)
-        self._blocks = Blocks(fitter, base, self._labels)
+        self._blocks = Blocks(fitter, base, self._labels, heard=HEARD)
         self._within = _ranges(fitter)
         self._seen: dict[tuple, Candidate] = {}
 
@@ -123,7 +126,7 @@ class _Searching:
         waves = tuple(dict.fromkeys(
             atom.slots[0].start for entry in first[:60] for atom in entry.form.factors
             if 'wave' in atom.kind))[:4]
-        self._polish(_of_each_kind(first, POLISHED))
+        self._polish(_of_each_kind(first, TRIED * POLISHED), POLISHED)
         for generation in range(GENERATIONS):
             leading = self._leading()[:MUTATED]
             if not leading or leading[0].score.level < NOTHING_LEFT:
@@ -134,7 +137,7 @@ class _Searching:
                      and entry.score.level < leading[-1].score.level]
             if not worth or not self._promising(worth[0], before):
                 break
-            self._polish(_of_each_kind(worth, POLISHED_AFTER))
+            self._polish(_of_each_kind(worth, TRIED * POLISHED_AFTER), POLISHED_AFTER)
         leading = self._leading()
         if not leading or not self._promising(leading[0], before):
             return Search(self._fitter, self._base, before, tuple(leading), None)
@@ -170,8 +173,12 @@ class _Searching:
         return sorted((entry for entry in found if np.isfinite(entry.score.level)),
                       key=lambda entry: entry.score.level)
 
-    def _polish(self, screened: list[Screened]) -> None:
-        fitted = side_by_side(self._polished, screened, self._fitter.threads)
+    def _polish(self, screened: list[Screened], most: int | None = None) -> None:
+        """Fit forms with all their parameters; of many only the best so many to the end."""
+        begun = [fit for fit in side_by_side(self._tried, screened, self._fitter.threads)
+                 if fit[1].cost < self._base.cost]
+        begun = sorted(begun, key=lambda entry: entry[1].cost)[:most]
+        fitted = side_by_side(self._polished_from, begun, self._fitter.threads)
         for candidate in fitted:
             if candidate is None:
                 continue
@@ -180,26 +187,37 @@ class _Searching:
                 self._seen[candidate.form.kinds] = candidate
 
     def _polished(self, screened: Screened) -> Candidate | None:
+        return self._polished_from(self._tried(screened))
+
+    def _tried(self, screened: Screened) -> tuple[Form, Fit]:
+        """Return a form fitted from what linear least squares say: with its whole size, else with
+        part of it; where that leads nowhere, with all numbers moving along from the start."""
         fitter, base, form = self._fitter, self._base, screened.form
         begun = self._begun(form)
         if begun.cost >= base.cost:
             begun = min(begun, self._begun(replace(form, size=NEARER * form.size)),
                         key=lambda entry: entry.cost)
         fit = fitter.iterate(begun, ROUNDS)
+        if fit.cost >= base.cost and screened.score.moved.size:
+            fit = fitter.iterate(self._begun(form, screened.score.moved), ROUNDS)
+        return form, fit
+
+    def _polished_from(self, tried: tuple[Form, Fit]) -> Candidate | None:
+        fitter, base, (form, fit) = self._fitter, self._base, tried
         if not np.isfinite(fit.cost) or fit.cost >= base.cost:
             return None
         # The numbers' derivatives are not those of the base where a law moves the load curve.
         fit = fitter.finish(fitter.refine(fit, ROUNDS_AGAIN))
-        linear = [*range(base.hypothesis.size),
-                  *(base.hypothesis.size + place for place in form.linear)]
+        own = [base.hypothesis.size + place for place in form.linear]
         # What leaves a block out finds size and phase anew; the shape's numbers are few, and
         # beyond the linear where a block alone tells them.
-        score = Blocks(fitter, fit, self._labels, linear).without()
+        score = Blocks(fitter, fit, self._labels, range(base.hypothesis.size), own,
+                       HEARD).without()
         values = tuple(float(value) for value in _values(fit, len(base.hypothesis.variants)))
         return Candidate(form.started(values), fit, score)
 
-    def _begun(self, form: Form) -> Fit:
-        """Return the base with the form at its starts."""
+    def _begun(self, form: Form, moved: Array | float = 0.0) -> Fit:
+        """Return the base, its numbers moved so far, with the form at its starts."""
         fitter, base, variant = self._fitter, self._base, self._variant(form)
         hypothesis = fitter.hypothesis((*base.hypothesis.variants, variant),
                                        base.hypothesis.numbers)
@@ -207,7 +225,7 @@ class _Searching:
                    for value, parameter in zip(form.starts(), variant.effect.parameters,
                                                strict=True)]
         return fitter.evaluate(hypothesis, np.clip(
-            np.concatenate([base.vector, entries]), *hypothesis.bounds))
+            np.concatenate([base.vector + moved, entries]), *hypothesis.bounds))
 
     def _variant(self, form: Form) -> Variant:
         within = dict(self._within)
