@@ -209,9 +209,12 @@ def _memories(s: Scales) -> list[Atom]:
             Slot(speed, 0.03 * s.speed, 0.003 * s.speed, 0.5 * s.speed, True),
             Slot('s', max(0.008 * s.duration, 3.0 * s.sampling), 2.0 * s.sampling,
                  3.0 * s.duration, True))))
-    found.append(Atom('rested', 'rested({0}, {1})',
-                      (Slot('s', 0.3, 1e-3, 100.0, True),
-                       Slot(u, 0.03 * s.stroke, 1e-3 * s.stroke, s.stroke, True))))
+    # Contacts age within a fraction of a second or of minutes, and are renewed within a grain's
+    # way or a seal's.
+    found += [Atom('rested', 'rested({0}, {1})',
+                   (Slot('s', first, 1e-3, 100.0, True),
+                    Slot(u, part * s.stroke, 1e-3 * s.stroke, s.stroke, True)))
+              for first in (0.05, 0.5) for part in (0.004, 0.03, 0.12)]
     found.append(Atom('distance', 'distance', (), ((u, 1),)))
     for part in (2.0, 20.0):
         found.append(Atom('run in', 'exp(-distance / {0})',

@@ -175,9 +175,10 @@ class _Searching:
 
     def _polish(self, screened: list[Screened], most: int | None = None) -> None:
         """Fit forms with all their parameters; of many only the best so many to the end."""
-        begun = [fit for fit in side_by_side(self._tried, screened, self._fitter.threads)
-                 if fit[1].cost < self._base.cost]
-        begun = sorted(begun, key=lambda entry: entry[1].cost)[:most]
+        tried: list[tuple[Form, Fit]] = list(
+            side_by_side(self._tried, screened, self._fitter.threads))
+        begun = sorted((entry for entry in tried if entry[1].cost < self._base.cost),
+                       key=lambda entry: entry[1].cost)[:most]
         fitted = side_by_side(self._polished_from, begun, self._fitter.threads)
         for candidate in fitted:
             if candidate is None:
