@@ -27,8 +27,9 @@ from benchmarks.page import write_table
 from benchmarks.watched_loop import closed_loop, recover, wake, WatchedLoop
 from engb_ros.runner import RunnerError
 
-# The final clamp's, and how long a ramp from full torque takes, with the default parameters.
-LIMIT, RAMP = 0.75, 0.2
+# The final clamp's with the default parameters [N·m]; and how long a ramp from full torque takes,
+# which goes down with each sample of the drive and so ends up to one after [s].
+LIMIT, RAMP = 0.75, 0.2 + 0.004
 
 
 class FaultNotHandledError(Exception):

@@ -21,7 +21,7 @@ from engb_ros.interface import (
     RECORDED,
 )
 from engb_ros.nodes.messages import message_class
-from engb_ros.runner import node_command
+from engb_ros.runner import node_command, RunnerError
 
 __all__ = ['BOUNDS', 'Fault', 'FAULTS', 'KEPT_ANGLE', 'LATENCY', 'Times', 'UNTIMED']
 
@@ -54,6 +54,9 @@ BOUNDS = {
     '2 × `drive_delay` + `drive_time`, once the torque asked is twice `drive_tolerance`': 0.3,
     '2 × `drive_delay` + `drive_time`, once it lacks `drive_tolerance`': 0.3,
     'three words, 10 ms apart, and a cycle': 0.03 + 0.004,
+    # The move that begins with the fault takes 60 ms to the speed that tells, and 14 to the mean.
+    'at once, as it moves; told with `diagnostics_period`': 0.06 + 0.014 + 0.004 + 0.05,
+    '`drive_time` + a cycle; told with `diagnostics_period`': 0.1 + 0.004 + 0.05,
     '`seized_time` + the time to full torque': 1.0 + 0.2,
     '`mode_timeout` of the bridge, and 30 ms': 0.1 + 0.03 + 0.004,
     '`disc_speed_timeout` + a cycle; told with `diagnostics_period`': 0.5 + 0.02 + 0.05,
@@ -244,6 +247,8 @@ def primary_killed(loop: WatchedLoop) -> Times:
     gap = max(after - before for before, after in zip(arrivals[:-1], arrivals[1:], strict=True)
               if after > killed - 0.05)
     lowest = min(message.position[0] for message in loop.states[begin:])
+    if any(message.effort[0] == 0.0 for message in loop.states[begin:]):
+        raise RunnerError('the drive let go')
     standby.signal(signal.SIGINT)
     loop.runner.processes.pop('standby').wait()
     return {'without torque commands': gap, KEPT_ANGLE: max(angle - lowest, 0.0)}
@@ -400,6 +405,14 @@ FAULTS = (
           'degraded; nothing winds up',
           'test_a_drive_that_does_not_obey', 'spoilt',
           spoilt('weak', 'drive_weak', 36.0)),
+    Fault('drive tells no torque any more', '`drive_time` + a cycle; told with '
+          '`diagnostics_period`', 'degraded; tracking goes on',
+          'test_a_drive_that_tells_no_torque_any_more_is_told', 'spoilt',
+          spoilt('no_effort', 'effort_missing')),
+    Fault('velocity reversed', 'at once, as it moves; told with `diagnostics_period`',
+          'degraded; the angles\' own velocity is used',
+          'test_a_velocity_that_is_not_that_of_the_angles_is_told_and_not_used', 'spoilt',
+          spoilt('velocity_reversed', 'velocity_wrong', 36.0)),
     Fault('shaft seized', '`seized_time` + the time to full torque',
           '`stop_shaft_seized`; latched',
           'test_a_drive_that_does_not_obey', 'spoilt',
@@ -499,6 +512,14 @@ UNTIMED = (
      'not used; the brake stays applied', 'test_one_message_takes_no_braking_away'),
     ('primary deactivated beside a standby', '`takeover_time`',
      'the standby goes on from the last torque', 'test_a_planned_hand_over_lets_nothing_go'),
+    ('one command in the stack\'s name, its stamp or counter far ahead', 'a period of the stack',
+     'the stack\'s next one counts again',
+     'test_one_command_in_the_stacks_name_takes_no_braking_away'),
+    ('angles from one node, forces from another one', '0.1 s after discovery',
+     'the highest request of the last `command_timeout`; degraded',
+     'test_an_angle_and_a_force_of_two_nodes_do_not_swing_the_brake'),
+    ('clock of the stamps of commands set back', 'the next command', 'stamps begin anew',
+     'test_a_release_goes_through_after_the_clock_was_set_back'),
     ('configuration fails', 'at the transition', 'told in one line; nothing stays behind',
      'test_a_failing_configuration_leaves_nothing_behind'),
 )

@@ -26,7 +26,8 @@ __all__ = ['FAULTS', 'SpoiltDriveNode']
 # What is acted out: how the drive spoils what it says, or what it does.
 FAULTS = ('none', 'stamps_stand', 'stamps_nought', 'clock_back', 'clock_forward', 'angle_jumps',
           'angle_far', 'angle_glitches', 'angle_nan', 'angle_stuck', 'off', 'weak', 'reversed',
-          'stuck', 'biased', 'deaf_for_a_second', 'seized', 'refuses', 'holds_on', 'no_disc')
+          'stuck', 'biased', 'deaf_for_a_second', 'seized', 'refuses', 'holds_on', 'no_disc',
+          'no_effort', 'effort_infinite', 'velocity_reversed', 'velocity_none')
 
 # As a bridge does, it says again and again that it does not obey [s].
 SAY_PERIOD = 0.01
@@ -112,6 +113,14 @@ class SpoiltDriveNode(PlantNode):
             if math.isnan(self._frozen_angle):
                 self._frozen_angle = message.position[0]
             message.position[0], message.velocity[0] = self._frozen_angle, 0.0
+        elif fault == 'no_effort':
+            message.effort[0] = math.nan
+        elif fault == 'velocity_reversed':
+            message.velocity[0] = -message.velocity[0]
+        elif fault == 'velocity_none':
+            message.velocity[0] = 0.0
+        elif fault == 'effort_infinite':
+            message.effort[0] = math.inf
         return True
 
     def _torque(self, torque: float) -> float:

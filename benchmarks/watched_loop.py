@@ -135,7 +135,8 @@ def recover(loop: WatchedLoop) -> None:
         Cause.OBSERVER_STALE | Cause.CLOCK_JUMP | Cause.COMMAND_NOT_FINITE | Cause.STATE_JUMP
         | Cause.DRIVE_WEAK | Cause.COMMAND_OUT_OF_RANGE | Cause.COMMAND_LATE
         | Cause.COMMAND_REPEATED | Cause.COMMAND_CONFLICT
-        | Cause.DISC_SPEED_STALE), 'old causes to fade')
+        | Cause.DISC_SPEED_STALE | Cause.EFFORT_MISSING
+        | Cause.VELOCITY_WRONG), 'old causes to fade')
     loop.until(tracks, 'the brake to track')
 
 

@@ -64,6 +64,7 @@ SIZES: dict[str, dict[str, float]] = {
     'self_energizing': {'load_ratio': 1.25}, 'pad_friction_fade': {'ratio_change': -0.25},
     'disc_runout': {'amplitude': 0.02},
     'command_delay': {'delay': 0.03}, 'command_rate_limit': {'speed': 12.0},
+    'back_emf': {'back_emf': 0.002},
     'effort_scale_error': {'scale': 0.8}, 'effort_measurement_lag': {'lag': 0.06},
 }
 

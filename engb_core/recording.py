@@ -53,7 +53,7 @@ class Recording:
         name: the recording's name, for reports.
         time: (n,) [s], strictly increasing, 0 at the first sample.
         position: (n,) [rad].
-        effort: (n,) [N·m], torque constant times measured current.
+        effort: (n,) [N·m], torque constant times measured current; NaN where none was recorded.
         velocity: (n,) [rad/s], or None where the drive gave none.
         reference: what the controller tracked, or None.
         signals: side signals by topic name, e.g. 'disc_speed' [rad/s], 'pad_temperature' [°C].
@@ -79,7 +79,7 @@ class Recording:
         name: str,
         time: ArrayLike,
         position: ArrayLike,
-        effort: ArrayLike,
+        effort: ArrayLike | None,
         velocity: ArrayLike | None = None,
         reference: Reference | None = None,
         signals: dict[str, Signal] | None = None,
@@ -88,13 +88,16 @@ class Recording:
     ) -> Recording:
         """Sort, drop what is doubled or not finite, and start the clock at the first sample.
 
-        `time` is absolute [s]; `reference` and `signals` are on that same absolute clock.
+        `time` is absolute [s]; `reference` and `signals` are on that same absolute clock. Without
+        `effort` the recording has none (`effort_recorded`).
 
         Raises:
             InputError: fewer than 20 usable samples are left.
         """
         stamp = np.asarray(time, float)
-        columns = [np.asarray(position, float), np.asarray(effort, float)]
+        columns = [np.asarray(position, float)]
+        if effort is not None:
+            columns.append(np.asarray(effort, float))
         if velocity is not None:
             columns.append(np.asarray(velocity, float))
         told = list(notes)
@@ -124,8 +127,8 @@ class Recording:
             name=name,
             time=stamp[order] - start,
             position=columns[0][order],
-            effort=columns[1][order],
-            velocity=columns[2][order] if velocity is not None else None,
+            effort=np.full(order.size, np.nan) if effort is None else columns[1][order],
+            velocity=columns[-1][order] if velocity is not None else None,
             reference=_shifted_reference(reference, start),
             signals={key: Signal(value.time - start, value.value)
                      for key, value in (signals or {}).items() if value.time.size},
@@ -133,6 +136,11 @@ class Recording:
             joint=joint,
             notes=tuple(told),
         )
+
+    @property
+    def effort_recorded(self) -> bool:
+        """Whether there is an effort: not where a drive logs neither torque nor current."""
+        return not bool(np.isnan(self.effort).all())
 
     @property
     def interval(self) -> float:

@@ -27,7 +27,7 @@ def read(path: str | os.PathLike[str], model: Model | None = None) -> Recording:
     name = None if model is None else model.joint.name
     if not is_table(str(path)):
         from engb_ros.bags.read import read_recording
-        return read_recording(path, joint=name)
+        return read_recording(path, name, effort_optional=True)
     from engb_ros.tables.measure import measured_of
     from engb_ros.tables.request import Request
     constant = None if model is None else model.motor.torque_constant

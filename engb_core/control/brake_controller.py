@@ -6,18 +6,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 import math
 
-from engb_core.bench.sensors import VelocityFromPosition
 from engb_core.control.acceptance import AcceptanceBounds, check_candidate, check_computable
 from engb_core.control.brake_settings import ControllerSettings, Report
 from engb_core.control.causes import Cause, Stop
 from engb_core.control.clamp_force import ClampForceEstimator
-from engb_core.control.command_arbiter import Command
+from engb_core.control.command_arbiter import ANONYMOUS, Command
 from engb_core.control.final_clamp import FinalClamp
 from engb_core.control.force_control import ForceControl
-from engb_core.control.loop import PositionLoop, VELOCITY_CUTOFF
+from engb_core.control.loop import PositionLoop
 from engb_core.control.reference import ReferenceSource
 from engb_core.control.supervisor import Supervisor
 from engb_core.control.trajectory import Setpoint
+from engb_core.control.velocity_watch import VelocityWatch
 from engb_core.errors import InputError
 from engb_core.model import Model
 
@@ -55,12 +55,15 @@ class BrakeController:
         self.clamp = FinalClamp(settings.supervisor)
         self.loop = PositionLoop(model, settings.loop)
         self.source = ReferenceSource(settings.reference)
+        self._velocity = VelocityWatch(settings.supervisor.velocity_tolerance)
         self.supervisor.watch_commands = settings.reference.kind == 'command'
         self.report = Report()
         self.setpoint = Setpoint(0.0)
         self.silent = False
         self._disc_speed = 0.0
         self._force = self._force_control(model)
+        # Of nameless sources: when which angle was asked for, as an angle and as a force.
+        self._wanted: dict[bool, tuple[float, float]] = {}
         self.start(0.0)
 
     @property
@@ -147,9 +150,13 @@ class BrakeController:
         value = supervisor.accept_command(now, command, low, high)
         if value is None:
             return False
-        if supervisor.faults:
+        rivals = supervisor.commands.rivals and command.source == ANONYMOUS
+        if supervisor.faults or rivals:
             angle = self._angle_of_force(value) if command.by_force else value
-            if supervisor.stop is not Stop.HOLD or angle > self.source.target:
+            if rivals and self._is_less_than_the_other_kind(now, command.by_force, angle):
+                return False
+            if supervisor.faults and (supervisor.stop is not Stop.HOLD
+                                      or angle > self.source.target):
                 return False
         if command.by_force:
             self._aim_at_force(value)
@@ -159,6 +166,14 @@ class BrakeController:
             self.report.position_input = value
             self.source.command(value)
         return True
+
+    def _is_less_than_the_other_kind(self, now: float, by_force: bool, angle: float) -> bool:
+        """Whether, of two nameless sources, one of which asks for angles and the other for forces,
+        the other one asks for more."""
+        self._wanted[by_force] = (now, angle)
+        other = self._wanted.get(not by_force)
+        return (other is not None and now - other[0] <= self.supervisor.commands.window
+                and other[1] > angle)
 
     def on_disc_speed(self, now: float, value: float) -> None:
         """Take the disc's speed [rad/s]."""
@@ -212,8 +227,7 @@ class BrakeController:
         if not supervisor.accept_state(now, stamp, position, velocity):
             return None
         time = supervisor.states.time
-        if velocity != velocity:
-            velocity = self._derived.step(time, position)
+        velocity = self._velocity.step(time, position, velocity, now - self._last)
         report, settings = self.report, self.settings
         report.position_output, report.effort_output = position, effort
         if self.silent:
@@ -221,8 +235,9 @@ class BrakeController:
         dt, self._last = now - self._last, now
         supervisor.angle(now, position, settings.position_min, settings.position_max)
         supervisor.torque(now, effort, dt)
+        supervisor.velocity(now, self._velocity.wrong)
         try:
-            wish = self._wish(now, time, position, velocity, effort)
+            wish = self._wish(now, time, position, velocity, supervisor.torques.measured)
         except (ArithmeticError, ValueError):   # a model whose torque cannot be computed
             wish = math.nan
         if not math.isfinite(wish):
@@ -312,7 +327,7 @@ class BrakeController:
         self.source.reset()
         if self._force is not None:
             self._force.reset()
-        self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
+        self._velocity.reset()
         self._handled = 0
         self._ramping = False
         self.report = Report()

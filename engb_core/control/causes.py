@@ -71,6 +71,8 @@ class Cause(IntFlag):
     DISC_SPEED_STALE = 1 << 27
     OTHER_DRIVE = 1 << 28
     STANDBY_NOT_READY = 1 << 29
+    EFFORT_MISSING = 1 << 30
+    VELOCITY_WRONG = 1 << 31
 
     @property
     def word(self) -> str:
@@ -199,6 +201,14 @@ CAUSES: dict[Cause, CauseInfo] = {
         Severity.DEGRADED, 'this standby hears no torque of a primary yet, or has not yet found '
         'its drive among the listeners of `effort_command`',
         'should the primary die now, the brake lets go: wait until this is over'),
+    Cause.EFFORT_MISSING: CauseInfo(
+        Severity.DEGRADED, 'joint states have told no torque, or none that is a number, for '
+        '`drive_time`, while `drive_tolerance` is above 0',
+        'tracking goes on; whether the drive obeys is not watched, and the force estimate relies '
+        'on the angle alone'),
+    Cause.VELOCITY_WRONG: CauseInfo(
+        Severity.DEGRADED, 'the velocity is not that of the angles, by `velocity_tolerance` in '
+        'the mean', 'the one derived from the angles is used'),
 }
 
 # Faults whose torque is stopped by a parameter `stop_…`.

@@ -47,12 +47,13 @@ class Command:
 
 @dataclass
 class _Source:
-    """What is known of one source: since when it speaks without a pause, and its last word."""
+    """What is known of one source: since when it speaks without a pause, and stamp and counter of
+    its last word and of the one before."""
 
     since: float
     seen: float
-    stamp: int | None = None
-    counter: int | None = None
+    last: tuple[int | None, int | None] = (None, None)
+    before: tuple[int | None, int | None] | None = None
 
 
 class CommandArbiter:
@@ -63,6 +64,10 @@ class CommandArbiter:
     at the range's end: who asks too much is not silent. Of several sources without a name none
     can be preferred: the highest request of the last `command_timeout` counts, so that no single
     message releases the brake.
+
+    A stamp or counter that does not advance is a repetition. One that is far ahead of its
+    source's others is a stranger's in the source's name, or a flaw: what advances over the one
+    before it is taken, so that no single message makes repetitions of all that follow.
 
     Args:
         note: called with a cause and the time when a command shows one.
@@ -89,6 +94,12 @@ class CommandArbiter:
         self._sources: dict[str, _Source] = {}
         self._last: dict[bool, float] = {}
         self._recent: deque[tuple[float, bool, float]] = deque()
+
+    def clock_was_set(self) -> None:
+        """The clock that stamps are held against went backwards: those of before say nothing of
+        what is new."""
+        for known in self._sources.values():
+            known.last, known.before = (None, known.last[1]), None
 
     @property
     def window(self) -> float:
@@ -150,14 +161,15 @@ class CommandArbiter:
         if command.stamp is not None and abs(command.age) > window:
             self._note(Cause.COMMAND_LATE, now)
             return False
-        if known is not None and command.stamp is not None and known.stamp is not None:
-            repeated = command.stamp <= known.stamp
-            if (command.counter is not None and known.counter is not None
-                    and now - known.seen <= window):   # after a pause it may count anew
-                repeated = repeated or command.counter <= known.counter
-            if repeated:
-                self._note(Cause.COMMAND_REPEATED, now)
-                return False
+        # After a pause a source may count anew.
+        mark = (command.stamp, command.counter)
+        counts = known is not None and now - known.seen <= window
+        advances = known is None or _advances(mark, known.last, counts)
+        if known is not None and not advances and (
+                known.before is None or not _advances(mark, known.before, counts)
+                or _equals(mark, known.last, counts)):
+            self._note(Cause.COMMAND_REPEATED, now)
+            return False
         if known is None:
             if len(self._sources) >= _SOURCES:
                 silent = min(self._sources, key=lambda name: self._sources[name].seen)
@@ -165,7 +177,9 @@ class CommandArbiter:
             known = self._sources[command.source] = _Source(now, now)
         elif now - known.seen > window:
             known.since = now
-        known.seen, known.stamp, known.counter = now, command.stamp, command.counter
+        if advances:
+            known.before = known.last
+        known.seen, known.last = now, mark
         return True
 
     def _speaks(self, now: float, command: Command) -> bool:
@@ -187,3 +201,18 @@ class CommandArbiter:
         while now - recent[0][0] > self.window or len(recent) > 1000:
             recent.popleft()
         return max(entry[2] for entry in recent if entry[1] == by_force)
+
+
+def _advances(mark: tuple[int | None, int | None], last: tuple[int | None, int | None],
+              counts: bool) -> bool:
+    """Whether stamp and, if it `counts`, counter are beyond the last ones; what there is none of
+    holds nobody up."""
+    return not any(new is not None and old is not None and new <= old
+                   for new, old in zip(mark[:2 if counts else 1], last, strict=False))
+
+
+def _equals(mark: tuple[int | None, int | None], last: tuple[int | None, int | None],
+            counts: bool) -> bool:
+    """Whether stamp or, if it `counts`, counter are the last ones."""
+    return any(new is not None and new == old
+               for new, old in zip(mark[:2 if counts else 1], last, strict=False))

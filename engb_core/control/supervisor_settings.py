@@ -32,6 +32,9 @@ class SupervisorSettings:
             [rad, N]; inf: none.
         largest_speed: of the motor [rad/s].
         jump_time: an angle that jumped and stayed for so long is lost [s].
+        velocity_tolerance: the told velocity may be off from that of the angles by so much, in the
+            mean [rad/s]; 0: not watched. At the default gain 25 rad/s are 0.15 N·m of damping,
+            as much as `drive_tolerance`.
         largest_error: of tracking [rad], for `error_time` [s]; also how far the angle may leave
             its range.
         drive_tolerance: the measured torque may be off by so much [N·m]; 0: not watched. A
@@ -55,6 +58,7 @@ class SupervisorSettings:
     largest_force_step: float = math.inf
     largest_speed: float = 400.0
     jump_time: float = 0.05
+    velocity_tolerance: float = 25.0
     largest_error: float = 2.0
     error_time: float = 0.3
     drive_tolerance: float = 0.15

@@ -9,6 +9,9 @@ from engb_core.control.supervisor_settings import SupervisorSettings
 
 __all__ = ['TorqueWatch']
 
+# A torque beyond this is no measurement [N·m].
+LARGEST = 1e6
+
 # One late sample stands for no more than this [s]: it takes several to find a fault.
 _LONGEST = 0.02
 
@@ -28,19 +31,25 @@ class TorqueWatch:
     taken: a single one counts for nothing, however large (a flaw of the current's measurement, a
     message of a stranger).
 
+    A drive that tells no torque, or one that is no number, is not watched; `missing` says so once
+    that has lasted `drive_time`.
+
     Attributes:
         settings: `drive_tolerance`, `drive_time`, `drive_delay`, `seized_time`.
-        weak, off, wrong, seized: what holds now.
+        measured: the middle one of the last three measured torques [N·m]; NaN where none is told.
+        weak, off, wrong, seized, missing: what holds now.
         short: what is measured now is short of what was asked; the loop must not wind up.
     """
 
     def __init__(self, settings: SupervisorSettings) -> None:
         self.settings = settings
-        self._newest = self._older = math.nan
+        self._newest = self._older = self.measured = math.nan
+        self.missing = False
+        self._untold = 0.0
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past, but for the last two samples."""
+        """Forget the past, but for the last two samples, and whether there are any."""
         self.weak = self.off = self.wrong = self.seized = self.short = False
         self._low = self._high = self._low_before = self._high_before = 0.0
         self._span = 0.0
@@ -64,10 +73,13 @@ class TorqueWatch:
         """Judge the measured torque [N·m]; NaN where the drive measures none."""
         settings = self.settings
         tolerance = settings.drive_tolerance
-        if tolerance <= 0.0 or not math.isfinite(torque):
+        if not abs(torque) < LARGEST:
             self.weak = self.off = self.wrong = self.short = False
-            self._newest = self._older = math.nan
+            self._newest = self._older = self.measured = math.nan
+            self._untold += min(dt, _LONGEST)
+            self.missing = tolerance > 0.0 and self._untold > settings.drive_time
             return
+        self._untold, self.missing = 0.0, False
         newest, older = self._newest, self._older
         self._newest, self._older = torque, newest
         # The middle one of three; with fewer, the one that came first.
@@ -75,6 +87,10 @@ class TorqueWatch:
             torque = max(min(torque, newest), min(max(torque, newest), older))
         elif newest == newest:
             torque = newest
+        self.measured = torque
+        if tolerance <= 0.0:
+            self.weak = self.off = self.wrong = self.short = False
+            return
         low, high = min(self._low, self._low_before), max(self._high, self._high_before)
         lack = excess = 0.0
         if torque < low:

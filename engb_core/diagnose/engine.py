@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 
+from engb_core.absent_effort import with_effort
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.cross_entropy import middle_of_basin
@@ -84,11 +85,13 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         threads: that fit side by side (None: one for each processor); the result is the same.
 
     Raises:
-        InputError: too little motion to judge a model by, or units that cannot be right.
+        InputError: too little motion to judge a model by, units that cannot be right, or neither
+            effort nor a reference from which a position loop tells it.
     """
     started = time.perf_counter()
     tell = progress or (lambda text: None)
     threads = processors() if threads is None else threads
+    recordings, holdout = with_effort(recordings, model), with_effort(holdout, model)
     refuse_implausible((*recordings, *holdout), model)
     tell('reading the motion')
     recordings, faults = _cleaned(recordings, model)

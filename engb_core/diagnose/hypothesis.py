@@ -18,7 +18,7 @@ from engb_core.effects.base import Effect, Parameter, Scene
 from engb_core.model import EffectSetting, Model
 from engb_core.physics.plant import effects_of, Physics, physics_of, with_values
 
-__all__ = ['Hypothesis', 'Variant', 'variants_of']
+__all__ = ['Hypothesis', 'Variant', 'scaled', 'usual_angle', 'variants_of']
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
     """Return the effect's variants for what was recorded."""
     if effect.written is None:
         # An adopted law starts where it was found.
-        effect = _scaled(effect, scene)
+        effect = scaled(effect, scene)
     found = []
     for fixed in effect.variants:
         if fixed.get('by_temperature') and scene.temperature_range is None:
@@ -89,18 +89,34 @@ def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
     return found
 
 
-def _scaled(effect: Effect, scene: Scene) -> Effect:
-    """Return the effect with starts and lowest values for a slider or a short swing."""
+def usual_angle(scene: Scene) -> float:
+    """Return by what positions are divided so that a slider's stroke is as long as a motor's is
+    usually: 1 for what turns."""
+    if scene.joint_type == 'revolute':
+        return 1.0
+    low, high = scene.position_range
+    return (high - low) / USUAL_STROKE
+
+
+def scaled(effect: Effect, scene: Scene) -> Effect:
+    """Return the effect with starts and bounds for a slider or a short swing."""
     low, high = scene.position_range
     if scene.joint_type == 'revolute' and high - low >= LEAST_STROKE:
         return effect
     scales = {'rad': (high - low) / USUAL_STROKE, 'rad/s': scene.speed / USUAL_SPEED}
     parameters = tuple(
-        entry if entry.name == 'phase' or entry.unit not in scales else
+        _of_waves(entry, usual_angle(scene)) if entry.unit == '1/rev' else
+        entry if entry.kind == 'phase' or entry.unit not in scales else
         replace(entry, low=entry.low * min(scales[entry.unit], 1.0),
                 starts=tuple(start * scales[entry.unit] for start in entry.starts))
         for entry in effect.parameters)
     return replace(effect, parameters=parameters)
+
+
+def _of_waves(parameter: Parameter, angle: float) -> Parameter:
+    """Return how often something repeats, for positions that are an angle times `angle`."""
+    return replace(parameter, low=parameter.low / angle, high=parameter.high / angle,
+                   starts=tuple(start / angle for start in parameter.starts))
 
 
 @dataclass(frozen=True)
@@ -202,9 +218,9 @@ class Hypothesis:
         return replace(self, given_onsets=(), variants=tuple(
             replace(variant, onset=None) for variant in self.variants))
 
-    def before(self, effect: str, onset: Onset) -> tuple[Hypothesis, NDArray[np.int64]]:
-        """Return the hypothesis without an effect that has not begun yet, and which entries of
-        the vector it keeps."""
+    def before(self, effect: str, onset: Onset | None) -> tuple[Hypothesis, NDArray[np.int64]]:
+        """Return the hypothesis without an effect, as it is before that begins, and which entries
+        of the vector it keeps."""
         kept = tuple(index for index, variant in enumerate(self.variants)
                      if (variant.effect.id, variant.onset) != (effect, onset))
         entries = [len(self.numbers) + entry for entry, (owner, _, _) in enumerate(self._places)

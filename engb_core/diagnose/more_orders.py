@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.hypothesis import scaled, Variant
 from engb_core.diagnose.numbers import level
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.diagnose.uncertainty import stands_out
@@ -64,7 +64,7 @@ def without_idle_orders(fitter: Fitter, fit: Fit) -> Fit:
                 if stands_out(finished, fitter, index, name)]
         if len(kept) == len(sizes):
             return fit
-        effect = with_orders(1 + len(kept))
+        effect = scaled(with_orders(1 + len(kept)), fitter.problem.scene)
         sources = {parameter.name: parameter.name for parameter in EFFECT.parameters} | {
             f'{name}_{2 + place}': f'{name}_{number}' for place, number in enumerate(kept)
             for name in ('amplitude', 'order', 'phase')}
@@ -95,7 +95,7 @@ def _is_new(fit: Fit, order: float) -> bool:
 def _with_order(fitter: Fitter, fit: Fit, count: int, order: float) -> Fit:
     """Return the fit with one order more, begun at what linear least squares say of its sine and
     cosine."""
-    effect = with_orders(count)
+    effect = scaled(with_orders(count), fitter.problem.scene)
     constants = fit.hypothesis.variants[0].constants[-len(effect.constants):] \
         if effect.constants else ()
     hypothesis = fitter.hypothesis((Variant(effect, constants),), fit.hypothesis.numbers)

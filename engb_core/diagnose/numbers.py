@@ -43,6 +43,10 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
               'coulomb': 'coulomb_friction_error', 'load_gain': 'load_dependent_friction'}
 
 
+# What acts just like the one number, where effort is a command.
+BRAKES_LIKE, BACK_EMF = 'viscous_friction', 'back_emf'
+
+
 @dataclass(frozen=True)
 class NumberFinding:
     """A wrong number.
@@ -271,4 +275,10 @@ def _named(fitter: Fitter, explained: Fit, name: str, rise: float) -> NumberFind
         value = float(np.exp(value))
     if name == 'load_gain' and value < fitter.problem.model.friction.load_gain:
         return None
-    return NumberFinding(_BY_NUMBER[name], explained, rise, value)
+    rivals: tuple[tuple[str, float], ...] = ()
+    if name == BRAKES_LIKE and value > explained.hypothesis.start_of_numbers()[place]:
+        # A command may be one of voltage: no motion tells drag from back-EMF, so either is as
+        # likely as the other.
+        rivals = tuple((effect, 0.5) for effect in (BACK_EMF,)
+                       if fitter.problem.scene.commanded)
+    return NumberFinding(_BY_NUMBER[name], explained, rise, value, rivals=rivals)

@@ -9,18 +9,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 import itertools
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.constants import CLEAN_EXCESS, NAMELESS_PRICE
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.multistart import best_promised, promises
+from engb_core.diagnose.multistart import best_promised, is_rugged, promises, search_around
+from engb_core.diagnose.numbers import level_of
 from engb_core.diagnose.onset import cost_by_onset, Onset
 from engb_core.diagnose.ranking import excess, price
 from engb_core.diagnose.search import physics_effects, variants_and_starts
-from engb_core.diagnose.selection import Selection, worth_a_further_effect
+from engb_core.diagnose.selection import FURTHER_OF_WHOLE, Selection, worth_a_further_effect
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
@@ -41,24 +43,23 @@ def with_onset(fitter: Fitter, selection: Selection) -> Selection:
     """Return the selection, or one in which an effect begins within the recordings, where that is
     worth as much as a further effect would have to be."""
     chosen = selection.chosen
-    if excess(chosen, fitter) <= CLEAN_EXCESS and len(chosen.hypothesis.variants) < 2:
+    if excess(chosen, fitter) <= CLEAN_EXCESS and _complexity(chosen) < 2:
         return selection
     starts = [fitter.base()]
     if chosen.hypothesis.variants:
         count = len(chosen.hypothesis.variants)
         starts += [fitter.without(chosen, index) for index in range(count) if count > 1]
         starts.append(chosen)
-    found: list[Fit] = []
+    found = _of_those_chosen(fitter, chosen)
     for start in starts:
-        most = min([chosen, *found], key=lambda fit: _cost_of_all(fitter, fit))
-        found += _fitted(fitter, start, _cost_of_all(fitter, most))
+        found += _fitted(fitter, start, min(_bar(fitter, fit) for fit in (chosen, *found)))
     whole = selection.excess_before
     better = [fit for fit in found if _preferred(fit, chosen, fitter, whole)]
     if not better:
         return selection
-    best = fitter.refine(min(better, key=lambda fit: price(fit, fitter)))
-    throughout = fitter.refine(_throughout(fitter, best))
-    if not worth_a_further_effect(excess(throughout, fitter), excess(best, fitter), whole):
+    best = _refined(fitter, min(better, key=lambda fit: price(fit, fitter)))
+    throughout = _refined(fitter, _throughout(fitter, best))
+    if not _begins(fitter, best, throughout, whole):
         return selection
     rivals = sorted((fit for fit in (*found, chosen)
                      if set(fit.hypothesis.ids) != set(best.hypothesis.ids)
@@ -72,8 +73,19 @@ def _cost_of_all(fitter: Fitter, fit: Fit) -> float:
     return float(np.sum((fit.residual / fitter.spread) ** 2))
 
 
+def _bar(fitter: Fitter, fit: Fit) -> float:
+    """Return the cost of all values that a named effect must promise to stay below: a description
+    without a name may fit better by its price, and is not preferred."""
+    nameless = sum(variant.effect.unnamed for variant in fit.hypothesis.variants)
+    return _cost_of_all(fitter, fit) * math.exp(NAMELESS_PRICE * nameless)
+
+
 def _complexity(fit: Fit) -> int:
-    return len(fit.hypothesis.variants) + len(fit.hypothesis.onsets)
+    """Return how many things a fit claims. A description without a name claims that there is
+    physics which nobody wrote down: no less than that a known effect has a beginning."""
+    hypothesis = fit.hypothesis
+    return len(hypothesis.variants) + len(hypothesis.onsets) + sum(
+        variant.effect.unnamed for variant in hypothesis.variants)
 
 
 def _preferred(fit: Fit, chosen: Fit, fitter: Fitter, whole: float) -> bool:
@@ -86,10 +98,54 @@ def _preferred(fit: Fit, chosen: Fit, fitter: Fitter, whole: float) -> bool:
     return not worth_a_further_effect(new, old, whole)
 
 
+def _begins(fitter: Fitter, fit: Fit, throughout: Fit, whole: float) -> bool:
+    """Whether effects begin where a fit says so, and do not act throughout: before the onset they
+    must explain so much less than nothing as a further effect has to explain, and matter so much
+    in all that was recorded."""
+    rows = np.logical_or.reduce([onset.before(fitter.problem.times)
+                                 for _, onset in fit.hypothesis.onsets])
+    old, new = (level_of(entry, fitter, rows) - 1.0 for entry in (throughout, fit))
+    gain = float(np.mean(rows)) * (old - new)
+    return worth_a_further_effect(old, new, 0.0) and gain > FURTHER_OF_WHOLE * whole
+
+
+def _refined(fitter: Fitter, fit: Fit) -> Fit:
+    """Return the fit at its minimum; where its cost has many, also of those around."""
+    fit = fitter.refine(fit)
+    return search_around(fitter, fit) if is_rugged(fit) else fit
+
+
 def _throughout(fitter: Fitter, fit: Fit) -> Fit:
     """Return the fit with the same effects acting from the recordings' begin."""
     variants = tuple(replace(variant, onset=None) for variant in fit.hypothesis.variants)
     return fitter.evaluate(fitter.hypothesis(variants, fit.hypothesis.numbers), fit.vector)
+
+
+def _of_those_chosen(fitter: Fitter, chosen: Fit) -> list[Fit]:
+    """Return fits of the chosen effects, of which one begins within the recordings: begun at what
+    it does throughout, which screening from an effect's own starts may not come near."""
+    found = []
+    variants = chosen.hypothesis.variants
+    for index, variant in enumerate(variants):
+        if variant.effect.unnamed or variant.onset is not None:
+            continue
+        last = _with_last(fitter, chosen, index)
+        begun = _moved(fitter, last)
+        if begun is not None:
+            found.append(_settled(fitter, fitter.iterate(begun, ROUNDS)))
+    return found
+
+
+def _with_last(fitter: Fitter, fit: Fit, index: int) -> Fit:
+    """Return the fit with one of its effects at the end of its list."""
+    variants = fit.hypothesis.variants
+    order = [*(place for place in range(len(variants)) if place != index), index]
+    count = len(fit.hypothesis.numbers)
+    owners = np.array([owner for owner, _, _ in fit.hypothesis.places])
+    vector = np.concatenate([fit.vector[:count], *(fit.vector[count:][owners == owner]
+                                                   for owner in order)])
+    return fitter.evaluate(fitter.hypothesis(tuple(variants[place] for place in order),
+                                             fit.hypothesis.numbers), vector)
 
 
 @dataclass(frozen=True)
@@ -197,7 +253,6 @@ def _moved(fitter: Fitter, fit: Fit) -> Fit | None:
     """Return the fit with the onset that is best for what the effect does there; None where that
     is where it stands."""
     *others, last = fit.hypothesis.variants
-    assert last.onset is not None
     without, kept = fit.hypothesis.before(last.effect.id, last.onset)
     rest = fitter.evaluate(without, fit.vector[kept])
     whole = fitter.predict(replace(

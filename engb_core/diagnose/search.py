@@ -46,7 +46,8 @@ NOTHING_LEFT = 0.15
 # without one moves along θ by its own coefficients. The scale of effort is that of all numbers.
 _NOT_SEARCHED = {'unexplained_surface', 'law', 'inertia_error', 'viscous_friction_error',
                  'coulomb_friction_error', 'load_stiffness_error', 'load_dependent_friction',
-                 'sampling_delay', 'contact_shift', 'load_curve_shape', 'effort_scale_error'}
+                 'sampling_delay', 'contact_shift', 'load_curve_shape', 'effort_scale_error',
+                 'back_emf'}
 
 
 @dataclass

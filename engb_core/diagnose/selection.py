@@ -24,7 +24,7 @@ from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE
 
-__all__ = ['Selection', 'select', 'worth_a_further_effect']
+__all__ = ['FURTHER_OF_WHOLE', 'Selection', 'select', 'worth_a_further_effect']
 
 # A further effect must take away this part of the remaining excess, this much in units of the
 # noise, and this part of the whole mismatch.

@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+import math
 import re
 
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 
 __all__ = ['finding_of_slider', 'unexplained_of_slider']
 
+# How often something repeats per revolution is, along a line, the wave number of a sine.
+_REPEATS = re.compile(r'repeats (\d[\d.]*(?:e[-+]?\d+)?) times')
 _MILLI = re.compile(r'([-+]?\d[\d.]*(?:e[-+]?\d+)?) mN·m')
 
 
@@ -34,8 +37,13 @@ def unexplained_of_slider(unexplained: Unexplained | None) -> Unexplained | None
 
 def _text(text: str) -> str:
     text = _MILLI.sub(lambda match: f'{float(match[1]) * 1e-3:.3g} N', text)
+    text = _REPEATS.sub(
+        lambda match: f'repeats every {2.0 * math.pi / float(match[1]):.3g} m', text)
+    text = text.replace(' per motor revolution', '').replace('the motor torque', 'the motor force')
     return re.sub(r'\brad\b', 'm', text.replace('N·m', 'N'))
 
 
 def _unit(unit: str) -> str:
-    return unit.replace('kg·m²', 'kg').replace('N·m', 'N').replace('rad', 'm')
+    for turning, linear in (('1/rev', '1/m'), ('kg·m²', 'kg'), ('N·m', 'N'), ('rad', 'm')):
+        unit = unit.replace(turning, linear)
+    return unit

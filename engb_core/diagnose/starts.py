@@ -14,6 +14,7 @@ from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import gaussian_filter1d
 
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.hypothesis import usual_angle
 from engb_core.diagnose.orders import leading_orders
 from engb_core.effects.base import Effect
 from engb_core.signals.position_error import effort_of_recording
@@ -41,17 +42,18 @@ def settings_from_residual(fitter: Fitter, fit: Fit, effect: Effect) -> Settings
 
 def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     relative = 'actuation' in effect.stages
+    unit = usual_angle(fitter.problem.scene)
     angle, residual, weight = [], [], []
     for index, run in enumerate(fitter.problem.runs):
         effort = effort_of_recording(run.recording, run.motion, run.samples,
                                      fit.hypothesis.physics(fit.vector, index))
         left = (run.motion.effort - effort) * run.comparison.weight
         by = effort if relative else np.ones_like(effort)
-        angle.append(run.motion.position)
+        angle.append(run.motion.position / unit)
         residual.append(left * by)
         weight.append(run.comparison.weight * by ** 2)
     orders = leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)))
-    return [{'order': order} for order in orders]
+    return [{'order': order / unit} for order in orders]
 
 
 def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:

@@ -61,7 +61,6 @@ EFFECT = Effect(
     constants=_FURTHER,
     defaults=_NONE,
     set_constants=lambda scene: _NONE,
-    applies=lambda scene: scene.joint_type == 'revolute',
 )
 
 

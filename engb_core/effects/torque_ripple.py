@@ -27,12 +27,11 @@ EFFECT = Effect(
     equation='T_M = effort · (1 + a · sin(order · θ + phase))',
     reference='Mattavelli et al., IEEE Trans. Ind. Appl. 41 (2005) 1634',
     statement=lambda p: (
-        f"The torque per ampere varies by ±{p['relative_amplitude'] * 100:.2g} % "
+        f"The torque per ampere varies by ±{p['relative_amplitude'] * 100:.2g} %; that repeats "
         f"{p['order']:.4g} times per motor revolution (torque ripple)."),
     reveals='motor_angle',
     picture='one_turn orders',
     seen='As cogging, and proportional to the motor torque.',
     confused='cogging',
     measure='slow constant speed at two loads',
-    applies=lambda scene: scene.joint_type == 'revolute',
 )

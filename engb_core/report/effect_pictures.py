@@ -243,6 +243,11 @@ def _orders(signals: _Signals) -> Figure | None:
     """What it adds, over order: amplitudes by least squares of sine and cosine of each order."""
     added = signals.added()
     orders = np.arange(0.5, 30.25, 0.25)
+    axis = Axis('Order', 'cycles per motor revolution')
+    if not signals.has('motor_angle'):
+        # Along a line a period has no natural length: thirty radians of a wave on the stroke.
+        orders = orders * 30.0 / max(float(np.ptp(signals.position)), 1e-12)
+        axis = Axis('Wave number', '1/m')
     amplitudes = []
     for curve in added[:1] + added[2:]:
         found = []
@@ -252,12 +257,12 @@ def _orders(signals: _Signals) -> Figure | None:
             found.append(np.hypot(*np.linalg.lstsq(base, curve, rcond=None)[0][:2]))
         amplitudes.append(np.array(found))
     factor, unit = scaled(float(np.max(amplitudes)), signals.units.effort)
-    return Figure(f'{signals.title}: orders', Axis('Order', 'cycles per motor revolution'), (Panel(
+    return Figure(f'{signals.title}: orders', axis, (Panel(
         Axis('Amplitude', unit), (
             Line(AFTER, orders, factor * amplitudes[1], 'after', width=2.2),
             Points('measured', orders, factor * amplitudes[0], 'recorded')), 220, zero=True),),
         alt='Amplitude over order of what the effect adds, measured and of the corrected model.',
-        caption='A line that stands still over speed is locked to the shaft.')
+        caption='A line that stands still over speed is locked to the position.')
 
 
 def _one_turn(signals: _Signals) -> Figure | None:

@@ -31,7 +31,8 @@ _NOTES = 20
 
 
 def assemble(name: str, source: str, states: JointTrack, reference: JointTrack | None,
-             signals: Mapping[str, tuple[Times, Values]], notes: list[str]) -> Recording:
+             signals: Mapping[str, tuple[Times, Values]], notes: list[str],
+             effort_optional: bool = False) -> Recording:
     """Put columns as recorded onto one clock and clean them.
 
     Args:
@@ -40,6 +41,7 @@ def assemble(name: str, source: str, states: JointTrack, reference: JointTrack |
         reference: the reference topic, or None.
         signals: name → log time (k,) [ns], value (k,).
         notes: what was repaired so far.
+        effort_optional: a recording without effort will do.
 
     Raises:
         InputError: no position or effort, or too few samples.
@@ -60,7 +62,11 @@ def assemble(name: str, source: str, states: JointTrack, reference: JointTrack |
                      'left out; record such stretches apart')
     position, velocity, effort = (_sound(column)[good] for column in (
         states.position, states.velocity, states.effort))
-    for column, field, unit in ((position, 'position', 'rad'), (effort, 'effort', 'N·m')):
+    needed = [(position, 'position', 'rad'), (effort, 'effort', 'N·m')]
+    if effort_optional and not np.isfinite(effort).any():
+        needed.pop()
+        effort = None
+    for column, field, unit in needed:
         if not np.isfinite(column).any():
             raise InputError(f'{source}: joint_states of joint {states.joint!r} has no finite '
                              f'{field}; publish it [{unit}] and record again')

@@ -30,7 +30,7 @@ Times = NDArray[np.int64]
 Values = NDArray[np.float64]
 
 def read_recording(path: str | os.PathLike, joint: str | None = None,
-                   namespace: str | None = None) -> Recording:
+                   namespace: str | None = None, effort_optional: bool = False) -> Recording:
     """Read one recording after the contract's section 1.
 
     Args:
@@ -38,6 +38,7 @@ def read_recording(path: str | os.PathLike, joint: str | None = None,
             plain or zstd-compressed; splits are put together.
         joint: the joint's name; None: 'motor', else the only joint there is.
         namespace: the brake's, where the bag holds several joint_states.
+        effort_optional: a recording without effort will do.
 
     Returns:
         The cleaned recording; its `notes` tell what was repaired. Float64 topics become
@@ -63,7 +64,7 @@ def read_recording(path: str | os.PathLike, joint: str | None = None,
     if joint and joint != DEFAULT_JOINT and states.joint != joint:
         notes.append(f'the model names joint {joint!r}; the recording holds only '
                      f'{states.joint!r}, which was taken')
-    return assemble(name, str(path), states, reference, signals, notes)
+    return assemble(name, str(path), states, reference, signals, notes, effort_optional)
 
 
 def joint_namespaces(path: str | os.PathLike) -> list[str]:

@@ -88,8 +88,10 @@ class Progress:
 
 
 def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | None,
-                    progress: Callable[[str], None]) -> list[Recording]:
-    """Read recordings, each under a name of its own.
+                    progress: Callable[[str], None], effort_optional: bool = False,
+                    ) -> list[Recording]:
+    """Read recordings, each under a name of its own; with `effort_optional` also such as have no
+    effort.
 
     Where numba is missing it is told, before a minute becomes hours.
 
@@ -115,7 +117,7 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
     found = []
     for number, path in enumerate(paths, 1):
         progress(f'reading {path} ({number} of {len(paths)})')
-        found.append(read_recording(path, joint=joint, namespace=namespace))
+        found.append(read_recording(path, joint, namespace, effort_optional))
     names = [recording.name for recording in found]
     return [recording if names.count(recording.name) == 1 else dataclasses.replace(
         recording, name=f'{Path(os.path.abspath(path)).parent.name}/{recording.name}')

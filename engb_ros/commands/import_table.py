@@ -141,7 +141,7 @@ def write_recording(path: Path, measured: Measured, joint: str = 'motor',
     prefix = '' if space == '/' else space
     topics: dict[str, JointTable | FloatTable] = {
         f'{prefix}/joint_states': JointTable(
-            time, values['position'], values.get('velocity'), values['effort'], joint)}
+            time, values['position'], values.get('velocity'), values.get('effort'), joint)}
     if 'reference' in values:
         topics[f'{prefix}/reference'] = JointTable(
             time, values['reference'], values.get('reference_velocity'),

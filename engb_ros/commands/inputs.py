@@ -48,12 +48,14 @@ def _recording_name(path: str) -> str:
 
 def read_inputs(paths: Sequence[str], model: Model | None, namespace: str | None,
                 progress: Callable[[str], None], request: Request) -> Inputs:
-    """Read recordings and tables.
+    """Read recordings and tables. With a model those without effort will do, where the reference
+    tells what the position loop asked for.
 
     Raises:
         InputError: one can't be read, does not tell all that is needed, or they are of different
             kinds of axis.
     """
+    from engb_core.absent_effort import with_effort
     from engb_core.model import Joint
     from engb_ros.tables.measure import measured_of
     from engb_ros.tables.open import is_table
@@ -61,7 +63,8 @@ def read_inputs(paths: Sequence[str], model: Model | None, namespace: str | None
     if len(set(names)) < len(names):
         raise InputError('two tables have the same name; rename one')
     bags = [path for path in paths if not is_table(path)]
-    read = dict(zip(bags, read_recordings(bags, model, namespace, progress), strict=True))
+    read = dict(zip(bags, read_recordings(bags, model, namespace, progress,
+                                         model is not None), strict=True))
     tables: dict[str, Measured] = {}
     told: list[str] = []
     kinds: set[str] = set()
@@ -81,6 +84,10 @@ def read_inputs(paths: Sequence[str], model: Model | None, namespace: str | None
                          f'a {model.joint.type} one; set joint.type or --unit position=…')
     if len(kinds) > 1:
         raise InputError('the tables are of different kinds of axis: angles and lengths')
+    if model is not None:
+        given, recordings = recordings, with_effort(recordings, model)
+        told += [f'{new.name}: {new.notes[-1]}' for old, new in zip(given, recordings, strict=True)
+                 if new is not old]
     joint = model.joint if model else Joint(recordings[0].joint, kinds.pop() if kinds
                                             else 'revolute')
     return Inputs(recordings, tables, joint, tuple(told))

@@ -61,7 +61,7 @@ def request_of(arguments: argparse.Namespace, model: Model | None = None,
         columns=pairs_of(arguments.column, '--column', 'angle'),
         units=pairs_of(arguments.unit, '--unit', 'deg'),
         scale=_numbers(arguments.scale, '--scale'), offset=_numbers(arguments.offset, '--offset'),
-        plain_is_si=plain_is_si, command=arguments.command_line,
+        effort_optional=model is not None, plain_is_si=plain_is_si, command=arguments.command_line,
         ask=_ask if sys.stdin.isatty() and sys.stderr.isatty() else None, **numbers)
 
 

@@ -89,6 +89,7 @@ class ControllerNode(ManagedNode):
         self._spoke = False
         self._standby = values['standby']
         self._heard_torque, self._heard_at = 0.0, inf
+        self._looked_at_clock = 0
         self._hears_primary = False
         self._effort_publisher = self.advertise(interface.EFFORT_COMMAND)
         self._publish_effort = self._effort_publisher.publish
@@ -205,7 +206,11 @@ class ControllerNode(ManagedNode):
         command = stamped_command(message, entry, by_force)
         if command is None:
             return
-        age = 1e-9 * (self.get_clock().now().nanoseconds - command.stamp)
+        now = self.get_clock().now().nanoseconds
+        if now < self._looked_at_clock:
+            self._controller.supervisor.commands.clock_was_set()
+        self._looked_at_clock = now
+        age = 1e-9 * (now - command.stamp)
         self._command(Command(command.value, by_force, command.source or UNNAMED, command.stamp,
                               age, command.counter))
 
@@ -294,7 +299,8 @@ class ControllerNode(ManagedNode):
             return
         now, controller, count = monotonic(), self._controller, self.count_publishers
         supervisor = controller.supervisor
-        supervisor.commands.rivals = max(count(topic) for topic in self._command_topics) > 1
+        supervisor.commands.rivals = self._has_rivals([count(topic)
+                                                       for topic in self._command_topics])
         supervisor.set(Cause.OTHER_DRIVE, count(self._joint_topic) > 1, now)
         if controller.silent and self._standby:
             if supervisor.faults == Cause.STATE_STALE:
@@ -312,6 +318,16 @@ class ControllerNode(ManagedNode):
             self._heard_at, self._spoke = now, False
         elif not supervisor.faults:
             self._claim()
+
+    def _has_rivals(self, counts: list[int]) -> bool:
+        """Whether more than one node publishes commands without a name: on one topic, or one node
+        angles and another one forces."""
+        if max(counts) > 1:
+            return True
+        return min(counts) > 0 and len(
+            {(_process(entry), entry.node_namespace, entry.node_name)
+             for topic in self._command_topics
+             for entry in self.get_publishers_info_by_topic(topic)}) > 1
 
     def _could_take_over(self, now: float) -> bool:
         """Whether a standby hears the one that it stands by for, and the drive would hear it.

@@ -111,6 +111,8 @@ _SUPERVISION = (
                   1.0, 1e5),
     ParameterSpec('jump_time', 0.05, 'an angle that jumped and stays for so long is lost', 's',
                   0.0, 10.0),
+    ParameterSpec('velocity_tolerance', 25.0, 'the velocity may be off from that of the angles by '
+                  'so much, in the mean of 20 ms; 0: not watched', 'rad/s', 0.0, 1e5),
     ParameterSpec('largest_error', 2.0, 'a larger tracking error is told; the angle may leave its '
                   'range by so much', 'rad', 0.001, 1e4),
     ParameterSpec('error_time', 0.3, 'if the tracking error lasts so long', 's', 0.0, 100.0),

@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 _REFERENCES = ('reference', 'reference_velocity', 'reference_effort')
 _JOINT = ('time', 'position', 'velocity', 'effort', *_REFERENCES)
+# What a recording is of; all else is optional.
+_MEASURED = ('position', 'effort')
 _SI = Unit('given', 1.0)
 # Sampling intervals of benches [s], and how long a motion lasts at least [s]: what tells a time
 # without unit.
@@ -69,7 +71,7 @@ class Measured:
             if name not in _JOINT and rows.any():
                 signals[name] = Signal(self.time[rows], values[rows])
         return Recording.from_samples(
-            self.name, self.time, columns['position'], columns['effort'],
+            self.name, self.time, columns['position'], columns.get('effort'),
             columns.get('velocity'), reference, signals, joint, self.notes)
 
 
@@ -96,9 +98,11 @@ def _columns(table: Table, request: Request) -> tuple[dict[str, int], Request]:
         found.chosen.pop('time', None)
     # Without any titles: the usual order, time, position, effort, is only what is proposed.
     untitled = not any(channel.name for channel in table.channels)
+    absent = {'effort'} if (request.effort_optional and 'reference' in found.chosen
+                            and 'effort' not in found.unclear) else set()
     questions = [_which(table, role, found, place if untitled else 0)
                  for place, role in enumerate(('position', 'effort'), 1)
-                 if role not in found.chosen]
+                 if role not in found.chosen and role not in absent]
     own = any(channel.clocked for channel in table.channels)
     if 'time' not in found.chosen and request.rate is None and not own:
         option = ('--column', 'time=') if untitled else ('--rate', '')
@@ -173,6 +177,8 @@ def _units(table: Table, roles: dict[str, int], request: Request) -> tuple[dict[
     answered = settled(request, questions, table.path)
     if answered is not request:
         return _units(table, roles, answered)
+    if 'effort' not in units:
+        return units, request
     if units['position'].quantity == 'length' and units['effort'].quantity == 'torque':
         raise InputError(f'{table.path}: position is a length and effort a torque; give the '
                          'motor\'s angle, or the force (--scale effort=2π/lead)')
@@ -358,15 +364,15 @@ def _aligned(series: Mapping[str, tuple[Array, Array]], notes: list[str],
     first = next(iter(series.values()))[0]
     if all(time is first or np.array_equal(time, first, equal_nan=True)
            for time, _ in series.values()):
-        holes = {role: np.isfinite(values) for role, (_, values) in series.items()}
-        both = holes['position'] & holes['effort']
-        if both.sum() >= 0.5 * min(holes['position'].sum(), holes['effort'].sum()):
+        holes = [np.isfinite(values) for role, (_, values) in series.items() if role in _MEASURED]
+        if np.logical_and.reduce(holes).sum() >= 0.5 * min(part.sum() for part in holes):
             return first.copy(), {role: values.copy() for role, (_, values) in series.items()}
     whole = {role: _finite(time, values) for role, (time, values) in series.items()}
-    master = max(('position', 'effort'), key=lambda role: _interval(whole[role][0]))
+    measured = [role for role in _MEASURED if role in whole]
+    master = max(measured, key=lambda role: _interval(whole[role][0]))
     time = whole[master][0]
-    begin = max(entry[0][0] for role, entry in whole.items() if role in ('position', 'effort'))
-    end = min(entry[0][-1] for role, entry in whole.items() if role in ('position', 'effort'))
+    begin = max(whole[role][0][0] for role in measured)
+    end = min(whole[role][0][-1] for role in measured)
     time = time[(time >= begin) & (time <= end)]
     if time.size < 2:
         raise InputError('position and effort were never recorded at the same time')

@@ -44,6 +44,7 @@ class Request:
         scale, offset: role → number that makes SI units of it.
         rate: samples per second, where there is no time [Hz].
         torque_constant: [N·m/A], where effort is a current; None: ask.
+        effort_optional: whether a table without effort will do, where it has a reference.
         plain_is_si: whether a column that the user named, whose unit nobody told, is in SI units.
         command: the command so far, to which an answer is added.
         ask: how a question reaches the user; None: it does not.
@@ -55,6 +56,7 @@ class Request:
     offset: Mapping[str, float] = field(default_factory=dict)
     rate: float | None = None
     torque_constant: float | None = None
+    effort_optional: bool = False
     plain_is_si: bool = False
     command: tuple[str, ...] = ('engb', 'import')
     ask: Asker | None = None

@@ -36,6 +36,8 @@ class Brake:
         self.offset = 0.0          # the encoder's
         self.stamp = lambda now: now
         self.link = lambda torque: torque
+        self.velocity = lambda velocity: velocity   # as the drive tells them
+        self.effort = lambda effort: effort
         self.count = 0
 
     def run(self, seconds):
@@ -45,10 +47,11 @@ class Brake:
             self.now += DT
             self.count += 1
             if self.asked is not None and self.count % 20 == 0:
-                self.controller.on_command(self.now, self.asked)
+                self.controller.on_command(
+                    self.now, self.asked(self.now) if callable(self.asked) else self.asked)
             torque = self.controller.on_state(
                 self.now, self.stamp(self.now), measured.position + self.offset,
-                measured.velocity, measured.effort)
+                self.velocity(measured.velocity), self.effort(measured.effort))
             if torque is None:
                 torque = self.controller.on_tick(self.now)
             if torque is not None:
@@ -272,6 +275,86 @@ def test_late_and_repeated_commands_are_not_taken():
     assert controller.on_command(now, Command(9.0, source='a', stamp=2000, counter=8))
 
 
+def stamped(value, now, counter=None, ahead=0.0):
+    """Return a stamped command of the stack's."""
+    return Command(value, source='stack', stamp=int(1e9 * (now + ahead)), age=-ahead,
+                   counter=counter)
+
+
+class Stack:
+    """A stack that stamps and, if asked to, counts its commands."""
+
+    def __init__(self, value, counts):
+        self.value, self.counter, self.shift = value, 0 if counts else None, 0.0
+
+    def __call__(self, now):
+        if self.counter is not None:
+            self.counter += 1
+        command = stamped(self.value, now + self.shift, self.counter)
+        return replace(command, age=0.0)
+
+
+@pytest.mark.parametrize('counts', [True, False])
+@pytest.mark.parametrize(('beyond', 'ahead'), [
+    (1, 0.0), (20, 0.0), (10**9, 0.0), (1, 0.2), (20, 0.2), (-3, 0.2)])
+def test_one_forged_command_in_the_stacks_name_releases_no_brake(counts, beyond, ahead):
+    """Its stamp or counter had made all that the stack sent afterwards a repetition: the brake let
+    go for `command_timeout`, and stale commands ended in a fault."""
+    brake = Brake()
+    stack = brake.asked = Stack(20.0, counts)
+    brake.run(1.0)
+    assert brake.angle == pytest.approx(20.0, abs=0.3)
+    counter = stack.counter + beyond if counts else None
+    brake.controller.on_command(brake.now, stamped(0.0, brake.now + 0.001, counter, ahead))
+    angles = [brake.run(0.001).angle for _ in range(600)]
+    assert min(angles) > 19.0
+    assert brake.state is State.ENABLED
+
+
+def test_a_counter_that_stands_is_a_repetition_whatever_came_before():
+    bench = Bench()
+    bench.state(3)
+    taken = [bench.controller.on_command(bench.now, Command(
+        5.0, source='a', stamp=1000 * index, counter=min(index, 3))) for index in range(1, 7)]
+    assert taken == [True] * 3 + [False] * 3
+    assert not bench.controller.on_command(bench.now, Command(
+        5.0, source='a', stamp=1000, counter=1))   # a replay
+
+
+@pytest.mark.parametrize('back', [0.4, 3600.0])
+def test_a_lower_request_goes_through_after_the_clock_was_set_back(back):
+    brake = Brake()
+    stack = brake.asked = Stack(20.0, True)
+    brake.run(1.0)
+    stack.shift = -back
+    brake.controller.supervisor.commands.clock_was_set()
+    brake.run(0.5)
+    assert brake.state is State.ENABLED
+    stack.value = 5.0
+    brake.run(1.0)
+    assert brake.angle == pytest.approx(5.0, abs=0.3)
+
+
+def test_an_angle_and_a_force_of_two_nameless_publishers_do_not_swing_the_brake():
+    brake = Brake()
+    brake.asked = Command(4000.0, by_force=True)
+    brake.run(1.5)
+    brake.controller.supervisor.commands.rivals = True
+    before, angles = brake.angle, []
+    for _ in range(60):
+        brake.controller.on_command(brake.now, Command(0.0))
+        brake.run(0.02)
+        angles.append(brake.angle)
+    assert max(angles) - min(angles) < 1.0   # it swung between both
+    assert angles[-1] == pytest.approx(before, abs=0.5)
+    assert brake.state is State.DEGRADED
+    brake.asked = None
+    for _ in range(40):   # the one who asked for force is silent: the other one is left
+        brake.controller.on_command(brake.now, Command(3.0))
+        brake.run(0.02)
+    assert brake.angle == pytest.approx(3.0, abs=0.5)
+
+
 def test_many_names_do_not_fill_the_memory():
     bench = Bench()
     bench.state(3)
@@ -288,6 +371,103 @@ def test_a_force_without_a_mechanism_is_told():
 
 
 # The drive.
+
+@pytest.mark.parametrize('effort', [math.nan, math.inf, -1e308])
+def test_a_drive_that_tells_no_torque_any_more_is_told(effort):
+    """Nothing said that nobody watched any more whether the drive obeys."""
+    brake = Brake().at(20.0)
+    brake.effort = lambda _: effort
+    brake.run(0.05)
+    assert brake.state is State.ENABLED   # a few samples without are none
+    brake.run(0.1)
+    assert brake.state is State.DEGRADED
+    assert brake.controller.supervisor.active(brake.now) & Cause.EFFORT_MISSING
+    assert brake.angle == pytest.approx(20.0, abs=0.3)
+    brake.effort = lambda effort: effort
+    brake.run(0.02)
+    assert brake.state is State.ENABLED
+
+
+def test_a_drive_that_is_not_to_be_watched_may_tell_no_torque():
+    brake = Brake(supervisor=replace(LIMITS, drive_tolerance=0.0)).at(20.0)
+    brake.effort = lambda _: math.nan
+    brake.run(0.5)
+    assert brake.state is State.ENABLED
+
+
+@pytest.mark.parametrize('effort', [1e5, -1e5, 5.0, -5.0])
+def test_one_wrong_torque_moves_no_contact(effort):
+    """In mid-stroke it had made the contact wander by a radian: a clamp force off by a tenth."""
+    def contact(spoilt):
+        brake = Brake()
+        brake.asked = Command(1000.0, by_force=True)
+        brake.run(1.5)
+        brake.asked = Command(5000.0, by_force=True)
+        brake.run(0.25)
+        if spoilt:
+            brake.effort = lambda _: effort
+        brake.run(DT)
+        brake.effort = lambda effort: effort
+        brake.run(1.0)
+        assert brake.state is State.ENABLED
+        return brake.controller.estimator.contact_angle
+
+    assert contact(True) == pytest.approx(contact(False), abs=0.02)
+
+
+VELOCITIES = {'reversed': lambda velocity: -velocity, 'none': lambda _: 0.0,
+              'a tenth': lambda velocity: 0.1 * velocity, 'stands': lambda _: 50.0}
+
+
+@pytest.mark.parametrize('name', VELOCITIES)
+def test_a_velocity_that_is_not_that_of_the_angles_is_not_used(name):
+    """Reversed, it had driven the brake from 10 rad to −69."""
+    brake = Brake().at(10.0)
+    brake.velocity = VELOCITIES[name]
+    brake.asked = Command(20.0)
+    angles, told = [], False
+    for _ in range(1000):
+        angles.append(brake.run(DT).angle)
+        told = told or (brake.controller.supervisor.holds(Cause.VELOCITY_WRONG)
+                        and brake.state is State.DEGRADED)
+    assert told
+    assert min(angles) > 9.0
+    assert max(angles) < 21.0
+    assert angles[-1] == pytest.approx(20.0, abs=0.3)
+
+
+def test_a_velocity_in_revolutions_per_minute_ends_in_no_torque_at_the_worst():
+    brake = Brake().at(10.0)
+    brake.velocity = lambda velocity: 60.0 / math.tau * velocity
+    brake.asked = Command(20.0)
+    angles = [brake.run(DT).angle for _ in range(1000)]
+    assert min(angles) > 5.0
+    assert max(angles) < 21.0
+
+
+@pytest.mark.parametrize('target', [2.0, 36.0])
+def test_a_drive_whose_velocity_is_filtered_is_believed(target):
+    brake = Brake().at(20.0)
+    slow = [0.0]
+
+    def filtered(velocity):   # 30 Hz
+        slow[0] += (velocity - slow[0]) * DT * math.tau * 30.0
+        return slow[0]
+    brake.velocity = filtered
+    brake.asked = Command(target)
+    brake.run(1.0)
+    assert brake.angle == pytest.approx(target, abs=0.3)
+    assert not brake.controller.supervisor.counts[Cause.VELOCITY_WRONG]
+
+
+def test_an_angle_that_is_off_once_does_not_make_a_velocity_wrong():
+    brake = Brake().at(20.0)
+    brake.offset = 0.39   # as far as `largest_speed` lets it
+    brake.run(DT)
+    brake.offset = 0.0
+    brake.run(0.1)
+    assert not brake.controller.supervisor.counts[Cause.VELOCITY_WRONG]
+
 
 def test_a_drive_that_lets_go_is_a_fault_and_finds_no_torque_when_it_comes_back():
     brake = Brake().at(20.0)

@@ -199,7 +199,7 @@ CONTRACTUAL = table_of_the_contract()
 
 
 def test_the_contract_is_read():
-    assert len(CONTRACTUAL) == 27
+    assert len(CONTRACTUAL) == 28
     assert CONTRACTUAL['stribeck_friction'] == {'breakaway_ratio': '-',
                                                 'stribeck_velocity': 'rad/s'}
 

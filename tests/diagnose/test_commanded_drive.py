@@ -12,7 +12,7 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.recording_folds import better_on_others, costs_left_out
-from engb_core.model import EffectSetting, Model
+from engb_core.model import Controller, EffectSetting, Model
 from tests.core.test_command_law import COUNT, PENDULUM, servo
 
 
@@ -31,6 +31,18 @@ def test_a_late_set_point_of_limited_speed_is_named_with_both_numbers():
     assert told['command_delay'].parameters['delay'].value == pytest.approx(0.03, abs=0.004)
     assert told['command_rate_limit'].parameters['speed'].value == pytest.approx(4.0, rel=0.05)
     assert [fault.fault for fault in found.data_faults] == ['effort_is_command'] * 2
+
+
+@pytest.mark.slow
+def test_it_is_named_without_any_torque_in_the_recording():
+    late = EffectSetting('command_delay', {'delay': 0.03})
+    recording = servo(late)
+    model = replace(PENDULUM, controller=Controller(18.0, 0.0, 0.0, 6.8, 1000.0))
+    found = diagnose([replace(recording, effort=np.full(recording.time.size, np.nan))], model)
+    told = {entry.effect: entry for entry in found.effects if entry.probability >= 0.5}
+    assert set(told) == {'command_delay'}
+    assert told['command_delay'].parameters['delay'].value == pytest.approx(0.03, abs=0.004)
+    assert any('no effort was recorded' in note for note in found.evidence.notes)
 
 
 @pytest.mark.slow
@@ -110,3 +122,12 @@ def test_one_fit_is_no_better_than_itself_and_three_recordings_say_nothing():
                                         if number.name not in ('load_gain', 'load_curvature')))
         assert not better_on_others(fitter, base, base)
         assert better_on_others(fitter, held, base) == (count > 3)
+
+
+def test_drag_of_a_commanded_drive_may_be_its_back_emf():
+    machine = replace(PENDULUM, motor=replace(PENDULUM.motor, viscous_friction=1.9))
+    found = diagnose([replace(servo(gain=gain, machine=machine), name=f'gain {gain:g}')
+                      for gain in (9.0, 27.0)], PENDULUM)
+    first = found.effects[0]
+    assert first.effect == 'viscous_friction_error'
+    assert dict(first.alternatives)['back_emf'] == pytest.approx(first.probability)

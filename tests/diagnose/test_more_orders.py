@@ -14,7 +14,7 @@ from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.search import with_variant
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.cogging_torque import with_orders
-from engb_core.model import EffectSetting, Friction, LoadTorque, Model, Motor
+from engb_core.model import EffectSetting, Friction, Joint, LoadTorque, Model, Motor
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
 
@@ -97,3 +97,20 @@ def test_it_is_told_as_one_effect_and_nothing_beside_it():
     assert sorted(round(parameters[name].value) for name in ('order', 'order_2', 'order_3')) \
         == [5, 7, 12]
     assert '12 times' in told[0].statement
+
+
+def test_cogging_of_a_linear_axis_is_named_with_its_wave_number():
+    scale = 0.007       # m a motor's radian; the screw's lead is 44 mm
+    linear = replace(MODEL, joint=Joint('carriage', 'prismatic'), motor=replace(
+        MODEL.motor, inertia=MODEL.motor.inertia / scale ** 2,
+        viscous_friction=MODEL.motor.viscous_friction / scale ** 2),
+        friction=replace(MODEL.friction, coulomb=MODEL.friction.coulomb / scale,
+                         saturation_velocity=MODEL.friction.saturation_velocity * scale))
+    turning = recording((0.008, 3.0, 0.3))
+    run = replace(turning, position=turning.position * scale, effort=turning.effort / scale)
+    found = diagnose([run], linear).effects
+    assert [entry.effect for entry in found] == ['cogging_torque']
+    assert found[0].parameters['order'].value == pytest.approx(3.0 / scale, rel=0.01)
+    assert found[0].parameters['order'].unit == '1/m'
+    assert found[0].parameters['amplitude'].value == pytest.approx(0.008 / scale, rel=0.05)
+    assert 'repeats every 0.0147 m' in found[0].statement

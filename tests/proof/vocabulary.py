@@ -16,4 +16,4 @@ TABLE_4 = NUMBERS | {
 
 # What only a drive that is seen from outside shows.
 DRIVES = frozenset({'effort_scale_error', 'effort_measurement_lag', 'command_delay',
-                    'command_rate_limit'})
+                    'command_rate_limit', 'back_emf'})

@@ -1,0 +1,60 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Whether the velocity that a drive tells is that of its angles."""
+
+from __future__ import annotations
+
+from engb_core.bench.sensors import VelocityFromPosition
+from engb_core.control.loop import VELOCITY_CUTOFF
+
+__all__ = ['VelocityWatch']
+
+# What the told velocity is off by is averaged over this [s]: a few filters of 100 Hz, which is
+# where drives differ while a motor speeds up, and less than a reversed velocity takes to run away
+# (D·ω/J is 88/s at the default gain).
+_MEAN = 0.02
+
+# A single sample stands for no more than this part of the mean, and counts for no more than so
+# many tolerances: it takes three in a row, and an angle that is off in one makes two.
+_PART, _MOST = 0.2, 2.0
+
+
+class VelocityWatch:
+    """Compares the told velocity with the one derived from the angles, and chooses one.
+
+    A velocity of the wrong sign turns the loop's damping into its opposite; one of another unit,
+    or one that stands, makes it too much or none. The derived one is used instead as long as the
+    mean difference is beyond `tolerance`.
+
+    Args:
+        tolerance: [rad/s]; 0: what is told is used, whatever it is.
+
+    Attributes:
+        wrong: the told velocity is not that of the angles.
+    """
+
+    def __init__(self, tolerance: float) -> None:
+        self.tolerance = tolerance
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self.wrong = False
+        self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
+        self._off = 0.0
+
+    def step(self, time: float, position: float, velocity: float, dt: float) -> float:
+        """Return the velocity to use [rad/s] for one sample.
+
+        Args:
+            time: the loop's own [s].
+            position, velocity: measured [rad, rad/s]; NaN where the drive tells no velocity.
+            dt: since the last sample [s].
+        """
+        derived = self._derived.step(time, position)
+        if velocity != velocity:
+            return derived
+        tolerance = self.tolerance
+        off = min(abs(velocity - derived), _MOST * tolerance)
+        self._off += (off - self._off) * min(dt / _MEAN, _PART)
+        self.wrong = self._off > tolerance
+        return derived if self.wrong else velocity
