@@ -20,6 +20,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.law import law_effect
+from engb_core.errors import InputError
 from engb_core.laws.atoms import (
     factors_for,
     first_forms,
@@ -175,8 +176,9 @@ class _Searching:
 
     def _polish(self, screened: list[Screened], most: int | None = None) -> None:
         """Fit forms with all their parameters; of many only the best so many to the end."""
+        short = [entry for entry in screened if self._can_be_run(entry.form)]
         tried: list[tuple[Form, Fit]] = list(
-            side_by_side(self._tried, screened, self._fitter.threads))
+            side_by_side(self._tried, short, self._fitter.threads))
         begun = sorted((entry for entry in tried if entry[1].cost < self._base.cost),
                        key=lambda entry: entry[1].cost)[:most]
         fitted = side_by_side(self._polished_from, begun, self._fitter.threads)
@@ -186,6 +188,14 @@ class _Searching:
             known = self._seen.get(candidate.form.kinds)
             if known is None or candidate.score.level < known.score.level:
                 self._seen[candidate.form.kinds] = candidate
+
+    def _can_be_run(self, form: Form) -> bool:
+        """Whether the formula is short enough for the stack machine."""
+        try:
+            self._variant(form)
+        except InputError:
+            return False
+        return True
 
     def _polished(self, screened: Screened) -> Candidate | None:
         return self._polished_from(self._tried(screened))

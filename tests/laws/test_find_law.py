@@ -290,3 +290,11 @@ def test_an_approximation_has_to_fit_other_motions():
 def _form(first: str, second: str, start: float) -> Form:
     return Form('torque', (Atom('x', first), Atom('y', second, (
         Slot('-', start, 0.02 * start, 50.0 * start, True),))), 1e-4)
+
+
+def test_a_formula_too_long_for_the_machine_is_passed_over():
+    fitter = Fitter(problem_of([recorded()], MODEL), 1)
+    searching = _Searching(fitter, fitter.finish(fitter.base()), lambda text: None)
+    film = Atom('film', ' * '.join(8 * ['step(abs(velocity) - 9, 2)']))
+    searching._polish([Screened(Form('torque', (film,)), searching._blocks.without())])
+    assert searching._leading() == []
