@@ -193,8 +193,12 @@ def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
     explain too small a part of what the law explains; or the law must speak of other things than
     they do, and they must add nothing beside it.
     """
-    if law.fitter is not fitter:
+    if law.fitter.load_shape and not fitter.load_shape:
+        # What was said may have its load curve free as well.
         named = _on(law.fitter, named)
+    elif law.fitter.problem is not fitter.problem:
+        named = law.fitter.finish(law.fitter.refine(
+            law.fitter.evaluate(named.hypothesis, named.vector)))
     left = _on_blocks(law.fitter, named)
     if 0.5 * math.log(left / law.after) <= WORTH:
         return False
