@@ -147,10 +147,9 @@ def _bases(fitter: Fitter, plain: Fitter) -> Iterator[tuple[Fitter, Fit]]:
     else:
         return
     freed = free.refine(free.base())
-    left = level(base, plain) - 1.0
-    # By the one measure of noise for both.
-    gain = left - (level(freed, plain) - 1.0)
-    if gain > max(CLEAN_EXCESS, TABLE_WORTH * left):
+    # By the one measure of noise for both. Where the table leaves noise there is nothing to find.
+    left, leaves = level(base, plain) - 1.0, level(freed, plain) - 1.0
+    if leaves > CLEAN_EXCESS and left - leaves > max(CLEAN_EXCESS, TABLE_WORTH * left):
         yield free, free.finish(freed)
 
 
