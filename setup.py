@@ -5,8 +5,19 @@ from glob import glob
 from pathlib import Path
 
 from setuptools import find_packages, setup
+from setuptools.command.build_py import build_py
 
 PACKAGE = 'engb_ros'
+
+
+class WithoutTests(build_py):
+    """Leaves the tests that lie beside what `engb prove` needs out of the installation."""
+
+    def find_package_modules(self, package, package_dir):
+        """Return (package, module, file) of each module that is installed."""
+        return [found for found in super().find_package_modules(package, package_dir)
+                if not found[1].startswith('test_')]
+
 
 setup(
     name=PACKAGE,
@@ -20,7 +31,12 @@ setup(
     author_email='maintainers@engb-ros.invalid',
     maintainer='engb_ros maintainers',
     maintainer_email='maintainers@engb-ros.invalid',
-    packages=find_packages(exclude=['tests', 'tests.*', 'benchmarks', 'benchmarks.*']),
+    # `engb prove` draws and scores its cases with tests/proof, whose plant shares no code with the
+    # packages: installed under a name of its own.
+    packages=[*find_packages(exclude=['tests', 'tests.*', 'benchmarks', 'benchmarks.*']),
+              'engb_proof'],
+    package_dir={'engb_proof': 'tests/proof'},
+    cmdclass={'build_py': WithoutTests},
     package_data={
         'engb_core': ['py.typed', '**/*.yaml', '**/*.json', 'export/c/*'],
         'engb_ros': ['py.typed', 'resource/*', 'launch/*', 'config/*'],

@@ -193,6 +193,10 @@ class Model:
                         for index, entry in enumerate(_list(data.get('cogging'), 'cogging')))
         effects = tuple(_effect(entry, f'effects[{index}]')
                         for index, entry in enumerate(_list(data.get('effects'), 'effects')))
+        if effects:
+            # Here, since effects are made of what a model file is.
+            from engb_core.effects.catalogue import named_as_now
+            effects = tuple(map(named_as_now, effects))
         return cls(motor, _load_torque(data.get('load_torque')), friction, cogging, controller,
                    effects, joint)
 

@@ -8,13 +8,18 @@ refused with the remedy. Recordings are made by other programs too: one is repla
 and only what is a recording and nothing else.
 
 What is being made lies in a hidden folder, inside the target where that exists (the one place
-that is sure to be writable and on the same disk), else beside it, and appears by renaming.
+that is sure to be writable and on the same disk), else beside it, and appears by renaming. A run
+that is killed outright (SIGKILL, a power cut) leaves that folder; the next one that writes to the
+same place clears it away. What is cleared has to prove whose it was: it holds this program's mark,
+and nobody holds the mark's lock any more, which ends with the process that took it. A folder in
+which something lies that was to be replaced is left for its owner to look at.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 import contextlib
+import fcntl
 import hashlib
 import json
 import os
@@ -37,6 +42,10 @@ __all__ = ['LIST', 'claimed_folder', 'file_output', 'folder_output', 'recording_
 LIST = '.engb-outputs.json'
 _FORMAT = 'engb-outputs/1'
 _SCRATCH = '.engb-'         # hidden: neither a survey nor a bag's reader takes it for a recording
+# What a hidden folder holds: the mark, and what is being made.
+_MARK, _MADE = 'made-by-engb', 'made'
+_MARKED = b'A run of engb works here. The next one clears this folder away if that was killed.\n'
+_REPLACED = '.replaced'
 _LIST_LIMIT = 16 << 20
 _SIGNED = b'# Written by engb; sha256 of the rest: '
 _ARCHIVE = b'engb-prediction/1'
@@ -85,7 +94,7 @@ def folder_output(folder: str | os.PathLike, names: Sequence[str],
             for name in names:
                 if (target / name).is_dir() and not (target / name).is_symlink():
                     # A folder can't be replaced by another where it holds something.
-                    os.replace(target / name, scratch / f'.replaced-{name}')
+                    os.replace(target / name, scratch / f'{_REPLACED}-{name}')
                 if (scratch / name).exists():
                     os.replace(scratch / name, target / name)
                 else:
@@ -190,12 +199,12 @@ def recording_output(path: str | os.PathLike, replace: bool = False,
         _refuse_replacing(told, target, replace)
         with undisturbed():
             if target.is_dir():
-                os.replace(target, scratch / '.replaced')
+                os.replace(target, scratch / _REPLACED)
             try:
                 os.replace(made, target)
             except OSError:
                 with contextlib.suppress(OSError):
-                    os.replace(scratch / '.replaced', target)
+                    os.replace(scratch / _REPLACED, target)
                 raise
 
 
@@ -308,7 +317,11 @@ def _scratch(told: str, target: Path, inside: bool = True) -> Iterator[Path]:
     made = [parent for parent in (place, *place.parents) if not parent.exists()]
     try:
         place.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(dir=place, prefix=_SCRATCH))
+        _clear_left(place)
+        folder = Path(tempfile.mkdtemp(dir=place, prefix=_SCRATCH))
+        lock = _marked(folder)
+        scratch = folder / _MADE
+        scratch.mkdir(mode=0o700)
     except OSError as error:
         _remove_empty(made)
         raise InputError(f'{told}: cannot be written to ({error.strerror}); name another '
@@ -319,8 +332,37 @@ def _scratch(told: str, target: Path, inside: bool = True) -> Iterator[Path]:
         raise InputError(f'{told}: cannot be written to '
                          f'({error.strerror or error}); nothing was changed') from error
     finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
+        os.close(lock)
         _remove_empty(made)
+
+
+def _marked(folder: Path) -> int:
+    """Put the mark into a hidden folder; return the descriptor that holds its lock."""
+    # The mark appears with its lock held: another run never sees it free while this one lives.
+    new = folder / f'{_MARK}.new'
+    lock = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    os.write(lock, _MARKED)
+    with contextlib.suppress(OSError):      # some network drives know no locks
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.replace(new, folder / _MARK)
+    return lock
+
+
+def _clear_left(place: Path) -> None:
+    """Remove the hidden folders in `place` that killed runs of this program left there."""
+    for folder in place.glob(f'{_SCRATCH}*'):
+        with contextlib.suppress(OSError):
+            if folder.is_symlink() or {entry.name for entry in folder.iterdir()} - {_MARK, _MADE}:
+                continue
+            lock = os.open(folder / _MARK, os.O_RDWR | os.O_NOFOLLOW)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)    # OSError: its run goes on
+                if os.read(lock, len(_MARKED) + 1) == _MARKED and not any(
+                        folder.glob(f'{_MADE}/{_REPLACED}*')):
+                    shutil.rmtree(folder, ignore_errors=True)
+            finally:
+                os.close(lock)
 
 
 def _remove_empty(folders: Sequence[Path]) -> None:

@@ -4,7 +4,8 @@
 No effect of the library stands for a whole load that is missing: each takes a little of it, and
 would be given a name for that. A first model, identified from the same recordings alone, says
 whether they determine a load at all (by prediction of blocks that it has not seen), and how much
-of the mismatch that load is.
+of the mismatch that load is. Friction that grows with the load is part of that: without the load
+no number of the file stands for it, and no fit that has none can find it.
 """
 
 from __future__ import annotations
@@ -20,11 +21,13 @@ from engb_core.diagnose.diagnosis import Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import zones
+from engb_core.diagnose.nominal import CURVATURE
 from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.problem import holding
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.model import Model
-from engb_core.physics.plant import load_torques, nominal_vector, physics_of
+from engb_core.physics.plant import load_torques, nominal_vector
 
 __all__ = ['AbsentLoad', 'absent_load']
 
@@ -40,9 +43,9 @@ class AbsentLoad:
     Attributes:
         share: of the mismatch's mean square that the load is.
         form: the load's, in words.
-        left: mean square [(N·m)²], weighted as in fits, that a first model leaves.
+        left: mean square [(N·m)²], weighted as in fits, that the load leaves.
         residual: (m,) mismatch that the load takes away [N·m].
-        model: the file with the numbers and the load of the first model.
+        model: the file with the load, and its numbers refitted beside it.
     """
 
     share: float
@@ -106,23 +109,27 @@ def absent_load(fitter: Fitter, nominal: Fit) -> AbsentLoad | None:
             first.model.friction, saturation_velocity=model.friction.saturation_velocity),
         motor=replace(model.motor, inertia=first.model.motor.inertia,
                       viscous_friction=first.model.motor.viscous_friction))
-    residuals = [run.measured - run.predicted(physics_of(with_load)) for run in problem.runs]
-    left = _weighted(fitter, np.concatenate(residuals))
+    beside = Fitter(holding(problem, with_load), fitter.threads)
+    found = beside.base(tuple(number for number in beside.numbers if number.name != CURVATURE))
+    left = _weighted(fitter, found.residual)
     # Its numbers refitted, with no effect and so without a load.
     without = _weighted(fitter, fitter.base().residual)
     mismatch = _weighted(fitter, nominal.residual)
     share = (without - left) / mismatch if mismatch > 0.0 else 0.0
     if share < LARGER_PART:
         return None
-    return AbsentLoad(share, form, left, nominal.residual, with_load)
+    return AbsentLoad(share, form, left, nominal.residual,
+                      found.hypothesis.corrected(found.vector))
 
 
 def _values(model: Model) -> int:
-    """Return how many values of a model's load were fitted."""
-    load = model.load_torque
+    """Return how many values of a model's load, and of friction that grows with it, were fitted.
+    """
+    load, loaded = model.load_torque, model.friction.load_gain != 0.0
     if load.form == 'sinusoid':
-        return 2
-    return sum(value != 0.0 for value in load.coefficients) + (load.contact_angle is not None)
+        return 2 + loaded
+    return loaded + (sum(value != 0.0 for value in load.coefficients)
+                     + (load.contact_angle is not None))
 
 
 def _weighted(fitter: Fitter, residual: NDArray[np.float64]) -> float:

@@ -32,7 +32,7 @@ from engb_core.signals.motion_band import COMPARED, told_up_to
 from engb_core.signals.position_error import effort_of_recording
 from engb_core.signals.sharp_motion import sharp_motion_of
 
-__all__ = ['Problem', 'Run', 'problem_of', 'sharper']
+__all__ = ['Problem', 'holding', 'Run', 'problem_of', 'sharper']
 
 Array = NDArray[np.float64]
 
@@ -239,6 +239,12 @@ def sharper(problem: Problem) -> Problem:
                     False, counts, physics_of(problem.model))
 
     return replace(problem, runs=tuple(map(ready, problem.runs, motions)), held_out=())
+
+
+def holding(problem: Problem, model: Model) -> Problem:
+    """Return the problem with the recordings held against another model."""
+    return replace(problem, model=model, scene=_scene(
+        [run.recording for run in problem.runs], [run.motion for run in problem.runs], model))
 
 
 def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Model) -> Scene:

@@ -67,6 +67,7 @@ class Parameter:
         form_steps: uncertainty in sampling intervals, of a number that is a time: when within
             an interval position and effort were taken is not recorded.
         default: what stands for it where a setting leaves it out (None: the middle start).
+        formerly: names that it had in older versions; model files with them are read.
     """
 
     name: str
@@ -80,6 +81,7 @@ class Parameter:
     form: float = 0.01
     form_steps: float = 0.0
     default: float | None = None
+    formerly: tuple[str, ...] = ()
 
     @property
     def kind(self) -> str:
@@ -166,6 +168,7 @@ class Effect:
         made_of: (setting) → the effect and its values, where the setting itself says what it is
             (a law's formula).
         written: (values) → the setting of the model file, where it is more than numbers.
+        formerly: ids that it had in older versions; model files with them are read.
     """
 
     id: str
@@ -200,6 +203,7 @@ class Effect:
     late_position: bool = False
     made_of: Callable[[EffectSetting], tuple[Effect, list[float]]] | None = None
     written: Callable[[Mapping[str, float]], EffectSetting] | None = None
+    formerly: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 import contextlib
+from dataclasses import replace
 from functools import lru_cache
 import importlib
 from importlib.metadata import entry_points, EntryPoint
@@ -21,9 +22,10 @@ import sys
 
 from engb_core.effects.base import Effect
 from engb_core.errors import InputError
+from engb_core.model import EffectSetting
 
-__all__ = ['GROUP', 'catalogue', 'effect_of_file', 'get_effect', 'own_effects_folder',
-           'read_effects_of', 'register', 'registered']
+__all__ = ['GROUP', 'catalogue', 'effect_of_file', 'get_effect', 'named_as_now',
+           'own_effects_folder', 'read_effects_of', 'register', 'registered']
 
 GROUP = 'engb.effects'
 
@@ -40,8 +42,8 @@ def catalogue() -> dict[str, Effect]:
             'engb_core.effects').__path__), key=lambda entry: entry.name):
         if module.name in _NOT_EFFECTS:
             continue
-        effect = importlib.import_module(f'engb_core.effects.{module.name}').EFFECT
-        found[effect.id] = effect
+        _add(found, importlib.import_module(f'engb_core.effects.{module.name}').EFFECT,
+             module.name)
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
         _add(found, _installed(entry), f'entry point {entry.value}')
     for path in _files(own_effects_folder()):
@@ -52,7 +54,12 @@ def catalogue() -> dict[str, Effect]:
 
 
 def _add(found: dict[str, Effect], effect: Effect, origin: str) -> None:
-    if effect.id in found:
+    taken = {name for entry in found.values() for name in (entry.id, *entry.formerly)}
+    for name in effect.formerly:
+        if name in taken:
+            raise InputError(f'{origin}: {name}, a former id of {effect.id}, is that of another '
+                             'effect; leave it out of formerly')
+    if effect.id in taken:
         raise InputError(f'{origin}: there is an effect {effect.id} already; remove the file or '
                          'give it another id')
     found[effect.id] = effect
@@ -73,6 +80,7 @@ def register(effect: Effect) -> Effect:
         raise InputError(f'{effect!r} is no engb_core.effects.base.Effect')
     if effect.id in catalogue():
         raise InputError(f'there is an effect {effect.id} already; give yours another id')
+    _add(dict(catalogue()), effect, 'registered')
     _REGISTERED[effect.id] = effect
     catalogue.cache_clear()
     return effect
@@ -169,3 +177,24 @@ def get_effect(effect_id: str) -> Effect:
     if effect_id not in effects:
         raise InputError(f'unknown effect {effect_id!r}; known: {", ".join(effects)}')
     return effects[effect_id]
+
+
+def named_as_now(setting: EffectSetting) -> EffectSetting:
+    """Return a model file's setting with the names of this version (docs/versions.md).
+
+    A name that no effect has or had stays as it is: who needs the effect says that it is unknown.
+
+    Raises:
+        InputError: a parameter stands there by its old name and by its new one.
+    """
+    effect = next((entry for entry in catalogue().values()
+                   if setting.effect in (entry.id, *entry.formerly)), None)
+    if effect is None:
+        return setting
+    now = {old: parameter.name for parameter in effect.parameters for old in parameter.formerly}
+    twice = [old for old in setting.parameters if now.get(old) in setting.parameters]
+    if twice:
+        raise InputError(f'{setting.effect}: {twice[0]} is the former name of {now[twice[0]]}, '
+                         'which is there as well; remove one of the two')
+    parameters = {now.get(name, name): value for name, value in setting.parameters.items()}
+    return replace(setting, effect=effect.id, parameters=parameters)

@@ -72,6 +72,13 @@ class IdentifiedModel:
         """Whether a load torque stood out of the strokes; without one the model has none."""
         return all(estimate.remark != NO_LOAD for estimate in self.estimates.values())
 
+    @property
+    def pulls_both_ways(self) -> bool:
+        """Whether the load pushes one way at some angles and the other way at others, by more
+        than the fit misses: a weight or a spring does, a clamp presses back alone."""
+        loads = np.concatenate([self.load_torque(piece.position) for piece in self.pieces])
+        return bool(min(-loads.min(), loads.max()) > self.regression.rms)
+
     def load_torque(self, theta: Array) -> Array:
         """Return T_L [N·m] at motor angle `theta` [rad], any shape."""
         load = self.model.load_torque
@@ -99,12 +106,7 @@ class IdentifiedModel:
         lines = [f'{len(paper.strokes)} clamp and release strokes; residual '
                  f'{1e3 * self.regression.rms:.2f} mN·m below '
                  f'{self.pieces[0].bandwidth:.0f} Hz',
-                 *(['no load torque stands out of what moves there and back: these are no clamp '
-                    'strokes, or they reach',
-                    'no contact; the model has no load, and no friction that grows with it. A '
-                    'first model of any motion',
-                    'is made by: engb model RECORDING --out model.yaml']
-                   if not self.load_seen else []),
+                 *self._no_strokes(),
                  f'{"number":<20} {"identified":>12} {"95 % interval":>27}  {"unit":<10} '
                  f'{"paper way":>11}']
         for name, estimate in self.estimates.items():
@@ -124,6 +126,22 @@ class IdentifiedModel:
             lines.append(f'cogging: order {wave.order:g} per revolution, '
                          f'{1e3 * wave.amplitude:.2f} mN·m, phase {wave.phase:.2f} rad')
         return '\n'.join(lines)
+
+    def _no_strokes(self) -> list[str]:
+        """Return what is to be said where the recording holds no clamp strokes, in lines."""
+        if not self.load_seen:
+            return ['no load torque stands out of what moves there and back: these are no clamp '
+                    'strokes, or they reach',
+                    'no contact; the model has no load, and no friction that grows with it. A '
+                    'first model of any motion',
+                    'is made by: engb model RECORDING --out model.yaml']
+        if self.pulls_both_ways:
+            return ['the load pushes one way at some angles and the other way at others: these '
+                    'are no clamp strokes, whose',
+                    'load presses back alone, or the current sensor has an offset. A first model '
+                    'of any motion, which chooses',
+                    'the form of the load, is made by: engb model RECORDING --out model.yaml']
+        return []
 
 
 def identify(recordings: Sequence[Recording], model: Model | None = None,

@@ -46,12 +46,14 @@ class Page:
 
     Args:
         title: what the browser shows.
-        backend: 'plotly', 'matplotlib' or 'table'; None takes the best that is installed.
+        backend: 'plotly', 'matplotlib' or 'table'; None takes the best that is installed, and the
+            page says what a better one would need.
     """
 
     def __init__(self, title: str, *, backend: str | None = None) -> None:
         self.title = title
         self.backend = best_backend() if backend is None else backend
+        self._chosen = backend is not None
         if self.backend not in BACKENDS:
             raise ValueError(f'backend is {backend!r}; it must be one of {", ".join(BACKENDS)}')
         self._parts: list[Html] = []
@@ -198,7 +200,7 @@ class Page:
         if self.backend == 'plotly':
             return ('<noscript><p class="call">The figures of this page need JavaScript, which is '
                     'switched off here. Nothing is loaded from the network.</p></noscript>\n')
-        if self.backend == 'matplotlib':
+        if self.backend == 'matplotlib' and not self._chosen:
             return ('<p class="caption">Figures that can be zoomed need plotly: '
                     '<code>pip install plotly</code>, then run the command again.</p>\n')
         return ''

@@ -111,8 +111,8 @@ details.minor summary{font-weight:400;font-size:.88rem;color:var(--muted)}
 details[open]>summary{margin-bottom:.3rem}
 .code{position:relative;margin:.6rem 0 1rem}
 pre{margin:0;background:var(--panel);border-radius:6px;padding:.85rem 1rem;overflow:auto;
-  max-height:32rem;font:.82rem/1.5 ui-monospace,"Cascadia Mono",Menlo,Consolas,
-  "Liberation Mono",monospace}
+  max-height:32rem;white-space:pre-wrap;overflow-wrap:anywhere;
+  font:.82rem/1.5 ui-monospace,"Cascadia Mono",Menlo,Consolas,"Liberation Mono",monospace}
 button.copy{position:absolute;top:.5rem;right:.5rem;font:inherit;font-size:.78rem;
   color:var(--ink);background:var(--paper);border:1px solid var(--rule);border-radius:4px;
   padding:.15rem .6rem;cursor:pointer}
@@ -158,7 +158,7 @@ html[data-print] main{width:650px;max-width:none;margin:0;padding:0}
   td.bars{min-width:5rem;width:18%}
   dl.key{grid-template-columns:repeat(4,1fr);gap:1rem}
   dl.key dd{font-size:1.05rem}
-  pre{max-height:none;white-space:pre-wrap}
+  pre{max-height:none}
   .bar,.bar i,.call,pre{-webkit-print-color-adjust:exact;print-color-adjust:exact}
   @page{margin:13mm 16mm}
 }
@@ -204,7 +204,7 @@ function draw(id) {
     layout.margin.t += 24;   // else the toolbar would lie on the first panel's title
     layout.height += 24;
   }
-  if (root.hasAttribute('data-print')) layout.height = Math.round(layout.height * 0.64);
+  if (root.hasAttribute('data-print')) layout.height = Math.round(layout.height * 0.8);
   plot.box.style.height = `${layout.height}px`;
   // On a touch screen a drag scrolls the page; zooming stays in the toolbar.
   layout.dragmode = matchMedia('(pointer: coarse)').matches ? false : 'zoom';

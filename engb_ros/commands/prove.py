@@ -26,7 +26,6 @@ to see whether the tool names just that term; index.html also holds the held-out
 With --table nothing is run: what earlier proofs left in these folders is printed side by side as
 Markdown, a column per folder (column.md in each holds its own).
 
-It needs the source tree, whose tests/proof make and score the cases; --open does not.
 """
 
 from __future__ import annotations
@@ -208,16 +207,19 @@ def _real(arguments: argparse.Namespace) -> None:
 
 
 def _proof(name: str) -> ModuleType:
-    """Import a module of tests/proof of the source tree that this file lies in."""
-    root = Path(__file__).resolve().parents[2]
-    if not (root / 'tests' / 'proof' / 'prove.py').exists():
-        raise InputError('engb prove needs the source tree (its tests/proof draw and score the '
-                         'cases), which an installation does not hold; run it from a checkout')
+    """Import a module of tests/proof: of the source tree that this file lies in, else as it was
+    installed with the package."""
     if importlib.util.find_spec('numba') is None:
         raise InputError('engb prove needs numba: pip install numba')
-    if str(root) not in sys.path:
-        sys.path.insert(0, str(root))
-    return importlib.import_module(f'tests.proof.{name}')
+    root = Path(__file__).resolve().parents[2]
+    if (root / 'tests' / 'proof' / 'prove.py').exists():
+        if str(root) not in sys.path:
+            sys.path.insert(0, str(root))
+        return importlib.import_module(f'tests.proof.{name}')
+    if importlib.util.find_spec('engb_proof') is None:
+        raise InputError('engb prove needs the package engb_proof (tests/proof of the source '
+                         'tree), which draws and scores the cases; install engb_ros anew')
+    return importlib.import_module(f'engb_proof.{name}')
 
 
 def _baseline(one: dict) -> str:

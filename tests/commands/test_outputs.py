@@ -243,6 +243,34 @@ def test_a_killed_command_leaves_nothing_that_looks_like_a_result(tmp_path, numb
         find_recordings([str(tmp_path)])
 
 
+def test_what_a_killed_command_left_is_cleared_by_the_next_and_by_no_other(tmp_path):
+    process = subprocess.Popen([sys.executable, '-c', SLOW], cwd=tmp_path, text=True,
+                               stdout=subprocess.PIPE, env={'PYTHONPATH': str(ROOT)})
+    assert process.stdout.readline() == 'ready\n'
+    at_work = set(tmp_path.glob('.engb-*'))
+    assert len(at_work) == 2
+    with outputs.file_output(tmp_path / 'a.yaml', '.yaml') as made:
+        made.write_text('a: 1')
+    # What another run works in stays while it runs.
+    assert set(tmp_path.glob('.engb-*')) == at_work
+    process.kill()
+    process.communicate(timeout=30)
+    assert set(tmp_path.glob('.engb-*')) == at_work
+    # Somebody's folder of such a name, one with something beside what the program makes, and one
+    # that holds what was to be replaced.
+    (tmp_path / '.engb-notes').mkdir()
+    (tmp_path / '.engb-notes' / 'thesis.txt').write_text('mine')
+    for name in ('used', 'held'):
+        shutil.copytree(min(at_work), tmp_path / f'.engb-{name}')
+    (tmp_path / '.engb-used' / 'thesis.txt').write_text('mine')
+    (tmp_path / '.engb-held' / 'made' / '.replaced').mkdir()
+    with outputs.folder_output(tmp_path / 'out', ['a']) as folder:
+        (folder / 'a').write_text('whole')
+    assert {path.name for path in tmp_path.glob('.engb-*')} == {
+        '.engb-notes', '.engb-used', '.engb-held'}
+    assert (tmp_path / 'out' / 'a').read_text() == 'whole'
+
+
 def test_signals_wait_while_files_take_their_places(tmp_path):
     came = []
     before = signal.signal(signal.SIGTERM, lambda number, frame: came.append(number))

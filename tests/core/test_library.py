@@ -101,7 +101,7 @@ def test_an_effect_is_registered_once():
         catalogue.cache_clear()
 
 
-def test_the_page_example_names_the_bump(tmp_path, monkeypatch):
+def test_the_page_example_names_the_cogging(tmp_path, monkeypatch):
     code, = re.findall(r'^```python\n(.*?)^```', PAGE.read_text(encoding='utf-8'),
                        re.MULTILINE | re.DOTALL)
     ast.parse(code)

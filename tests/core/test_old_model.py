@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 import yaml
 
+from engb_core.effects.catalogue import catalogue, get_effect, register
 from engb_core.errors import InputError
 from engb_core.model import (
     Cogging,
@@ -61,3 +64,38 @@ def test_what_a_newer_version_would_say_is_refused_by_name():
         Model.from_mapping({**newer, 'temperature': {'reference': 20.0}})
     with pytest.raises(InputError, match='engb-model/2'):
         Model.from_mapping({**newer, 'format': 'engb-model/2'})
+
+
+def renamed():
+    """The effect of FIRST, as a version would have it that calls it and a parameter otherwise."""
+    old = get_effect('stribeck_friction')
+    breakaway, *others = old.parameters
+    return replace(
+        old, id='velocity_weakening', formerly=('stribeck_friction',),
+        parameters=(replace(breakaway, name='static_ratio', formerly=('breakaway_ratio',)),
+                    *others))
+
+
+def test_an_effect_and_a_parameter_that_were_renamed_are_read_by_their_old_names(
+        monkeypatch, tmp_path):
+    now = {name: entry for name, entry in catalogue().items() if name != 'stribeck_friction'}
+    now['velocity_weakening'] = renamed()
+    monkeypatch.setattr('engb_core.effects.catalogue.catalogue', lambda: now)
+    (tmp_path / 'old.yaml').write_text(FIRST)
+    model = Model.read(tmp_path / 'old.yaml')
+    assert model.effects == (EffectSetting(
+        'velocity_weakening', {'static_ratio': 1.8, 'stribeck_velocity': 2.5}),)
+    # What is written has the new names, and they are read as well.
+    model.save(tmp_path / 'new.yaml')
+    assert 'breakaway_ratio' not in (tmp_path / 'new.yaml').read_text()
+    assert Model.read(tmp_path / 'new.yaml') == model
+    both = yaml.safe_load(FIRST)
+    both['effects'][0]['parameters']['static_ratio'] = 1.9
+    with pytest.raises(InputError, match='breakaway_ratio is the former name of static_ratio'):
+        Model.from_mapping(both)
+
+
+def test_a_former_id_is_no_other_effects_id():
+    with pytest.raises(InputError, match='stribeck_friction'):
+        register(renamed())
+    assert 'velocity_weakening' not in catalogue()

@@ -11,6 +11,7 @@ from pathlib import Path
 import signal
 import socket
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -65,7 +66,7 @@ class ForkedReader:
     """Stands in for the process of `engb_ros.tables.apart.start_process`, forked from this one:
     it has the readers imported already, which would take most of the time."""
 
-    def __init__(self, there: socket.socket) -> None:
+    def __init__(self, there: socket.socket, scratch: str) -> None:
         self._code: int | None = None
         self._child = os.fork()
         if self._child:
@@ -80,6 +81,7 @@ class ForkedReader:
             os.closerange(there.fileno() + 1, 256)
             os.closerange(3, there.fileno())
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
+            tempfile.tempdir = scratch
             serve(there.fileno())
             status = 0
         finally:

@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Callable
+import faulthandler
 import json
 import multiprocessing
 from multiprocessing.connection import Connection, wait
@@ -224,6 +225,8 @@ def _forked(action: Callable[[], dict], seconds: float) -> dict:
         # Making the case's files is no part of what the case may take.
         resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 30, int(seconds) + 31))
         _peak()
+        # What only waits is given up after ten times as long: by then it has said where.
+        faulthandler.dump_traceback_later(9.0 * seconds)
         try:
             text = json.dumps(action())
         except BaseException as error:      # a fault of the fuzzing itself

@@ -7,12 +7,16 @@ through `diagnose` and `identify`.
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.io import savemat
 
 from engb_ros.fleet import processes
+from engb_ros.tables import apart
+from engb_ros.tables.open import open_table
 
 from .cases import Case, COMMANDS, make_case
-from .oracle import in_this_process, judge
+from .oracle import ForkedReader, in_this_process, judge
 from .tables import make_table
 
 
@@ -45,6 +49,16 @@ def test_tables(tmp_path, seed):
         if wrong:
             findings.append((number, about, wrong))
     assert not findings
+
+
+def test_the_forked_reader_stands_in_for_the_real_one(tmp_path, monkeypatch):
+    """It is what `run.py` reads tables with; no other test does."""
+    monkeypatch.setattr(apart, 'start_process', ForkedReader)
+    arrays = {'t': np.arange(50) / 100, 'position': np.arange(50.0), 'effort': np.ones(50)}
+    savemat(tmp_path / 'bench.mat', arrays)
+    table = open_table(tmp_path / 'bench.mat')
+    names = [channel.name for channel in table.channels]
+    assert np.array_equal(table.read([names.index('t')])[names.index('t')].value, arrays['t'])
 
 
 @pytest.mark.parametrize('seed', range(1000, 1010))

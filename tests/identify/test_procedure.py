@@ -148,6 +148,23 @@ def test_strokes_that_meet_no_load_are_told():
     assert 'no load torque stands out' in told and 'engb model' in told
 
 
+def test_a_load_that_pulls_both_ways_is_told():
+    """A weight on an arm that swings: a cubic fits it, and nothing said that this is no clamp."""
+    time = np.arange(6000) * 1e-3
+    position = 3.0 * np.sin(2 * np.pi * 0.7 * time) + np.sin(2 * np.pi * 2.3 * time)
+    velocity = np.gradient(position, time)
+    load = 0.03 * np.sin(position)
+    effort = (6.8e-5 * np.gradient(velocity, time) + 1.1e-3 * velocity + load
+              + (0.012 + 0.1 * np.abs(load)) * np.clip(velocity / 0.5, -1.0, 1.0)
+              + np.random.default_rng(1).normal(0.0, 1e-3, time.size))
+    found = identify([Recording.from_samples('arm', time, position, effort)])
+    assert found.load_seen and found.pulls_both_ways
+    assert 'no clamp strokes' in found.summary() and 'engb model' in found.summary()
+    clamp = identify([simulate(stroke_reference(count=2))])
+    assert not clamp.pulls_both_ways
+    assert 'no clamp strokes' not in clamp.summary()
+
+
 def test_no_recording_is_refused():
     with pytest.raises(InputError):
         identify([])

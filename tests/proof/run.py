@@ -11,17 +11,23 @@ import sys
 import tempfile
 import time
 
+import engb_ros
+
 from .score import CaseScore, CaseTruth, score
 
 __all__ = ['call', 'commit', 'commits_in', 'recordings_of', 'run_tool', 'score_all', 'TOOL']
 
 TOOL = [sys.executable, '-m', 'engb_ros.commands.main']
 _TIMEOUT = 600.0
-_ROOT = Path(__file__).resolve().parents[2]
+# The folder of the program that is judged, in a source tree or as it is installed.
+_ROOT = Path(engb_ros.__file__).resolve().parents[1]
 
 
 def commit() -> str | None:
     """The commit of the source tree, with a + where files were changed; None outside of git."""
+    if not (_ROOT / 'setup.py').exists():
+        return None     # installed, maybe below somebody else's repository
+
     def git(*arguments: str) -> str:
         return subprocess.run(['git', '-C', str(_ROOT), *arguments], capture_output=True,
                               text=True, check=True).stdout.strip()
