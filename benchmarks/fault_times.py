@@ -22,7 +22,7 @@ import sys
 
 import numpy as np
 
-from benchmarks.faults import Fault, FAULTS, KEPT_ANGLE, UNTIMED
+from benchmarks.faults import Fault, FAULTS, KEPT_ANGLE, LET_GO, UNTIMED
 from benchmarks.page import write_table
 from benchmarks.watched_loop import closed_loop, recover, wake, WatchedLoop
 from engb_ros.runner import RunnerError
@@ -75,6 +75,8 @@ def in_time(fault: Fault, found: dict[str, list[float]]) -> str:
     for values in rest:
         kept = [so_far and time <= fault.limit + RAMP
                 for so_far, time in zip(kept, values, strict=True)]
+    if LET_GO in found:
+        kept = [so_far and time == 0.0 for so_far, time in zip(kept, found[LET_GO], strict=True)]
     return f'{sum(kept)} of {len(kept)}'
 
 

@@ -18,7 +18,7 @@ from engb_ros.nodes.messages import message_class, subscription_qos
 from engb_ros.probe import Probe
 from engb_ros.runner import reserved_domain, Runner
 
-__all__ = ['SPOILT', 'WatchedLoop', 'answer_of', 'closed_loop', 'nanoseconds', 'recover',
+__all__ = ['RATE', 'SPOILT', 'WatchedLoop', 'answer_of', 'closed_loop', 'nanoseconds', 'recover',
            'wake']
 
 # The drive that goes wrong on request.

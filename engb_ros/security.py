@@ -20,17 +20,19 @@ from engb_ros.interface import DEFAULT_NAMESPACE, SERVICES, Topic, TOPICS
 __all__ = ['ENCLAVES', 'main', 'may_publish', 'policy']
 
 DRIVES = ('plant', 'can_bridge')
-NODES = (*DRIVES, 'drive_emulator', 'controller', 'disturbance_observer', 'identifier', 'recorder',
+CONTROLLERS = ('controller', 'standby')
+NODES = (*DRIVES, 'drive_emulator', *CONTROLLERS, 'disturbance_observer', 'identifier', 'recorder',
          'monitor', 'excitation')
 
-# Who speaks for the vehicle, who services a brake, and ros2_control's hardware interface.
-STACK, SERVICE, ROS2_CONTROL = 'stack', 'service', 'ros2_control'
-ENCLAVES = (*NODES, STACK, SERVICE, ROS2_CONTROL)
+# Who speaks for the vehicle, who services a brake, who starts and ends its nodes, and
+# ros2_control's hardware interface.
+STACK, SERVICE, MANAGER, ROS2_CONTROL = 'stack', 'service', 'lifecycle_manager', 'ros2_control'
+ENCLAVES = (*NODES, STACK, SERVICE, MANAGER, ROS2_CONTROL)
 
 _SPEAKERS: dict[str, tuple[str, ...]] = {
     interface.JOINT_STATES.name: DRIVES, interface.DISC_SPEED.name: DRIVES,
     interface.PAD_TEMPERATURE.name: DRIVES, interface.DRIVE_STATE.name: DRIVES,
-    interface.EFFORT_COMMAND.name: ('controller', 'excitation'),
+    interface.EFFORT_COMMAND.name: (*CONTROLLERS, 'excitation'),
     interface.JOINT_COMMAND.name: (ROS2_CONTROL,),
     interface.DISTURBANCE.name: ('disturbance_observer',),
     interface.LOAD_TORQUE.name: ('identifier',), interface.FRICTION_TORQUE.name: ('identifier',),
@@ -45,8 +47,8 @@ _PARAMETERS = ('describe_parameters', 'get_parameter_types', 'get_parameters', '
 
 def may_publish(topic: Topic) -> tuple[str, ...]:
     """Return the enclaves that may publish a topic: a command is the stack's, unless it is said
-    otherwise, and everything else the controller's."""
-    return _SPEAKERS.get(topic.name, (STACK,) if topic.kind == 'command' else ('controller',))
+    otherwise, and everything else the controllers'."""
+    return _SPEAKERS.get(topic.name, (STACK,) if topic.kind == 'command' else CONTROLLERS)
 
 
 def policy(namespace: str = DEFAULT_NAMESPACE) -> ElementTree.Element:
@@ -63,23 +65,24 @@ def policy(namespace: str = DEFAULT_NAMESPACE) -> ElementTree.Element:
         _rule(profile, 'topics', 'topic', 'publish',
               [topic.name for topic in every if name in may_publish(topic)]
               + ['/parameter_events', '/rosout', '~/transition_event'])
-        own = [service.name for service in SERVICES if _node_of(service.meaning) == name]
+        own = [service.name for service in SERVICES if name in _nodes_of(service.meaning)]
         _rule(profile, 'services', 'service', 'reply',
               own + [f'~/{each}' for each in (*_LIFECYCLE, *_PARAMETERS)])
-        if name in (STACK, SERVICE):
-            of_nodes = [service.name.replace('~', _node_of(service.meaning))
-                        for service in SERVICES]
-            if name == SERVICE:
-                of_nodes += [f'{node}/{each}' for node in NODES
-                             for each in (*_LIFECYCLE, *_PARAMETERS)]
+        asked = {STACK: (), SERVICE: (*_LIFECYCLE, *_PARAMETERS), MANAGER: _LIFECYCLE}
+        if name in asked:
+            of_nodes = [f'{node}/{each}' for node in NODES for each in asked[name]]
+            if name != MANAGER:
+                of_nodes += [service.name.replace('~', node) for service in SERVICES
+                             for node in _nodes_of(service.meaning)]
             _rule(profile, 'services', 'service', 'request', of_nodes)
     ElementTree.indent(root)
     return root
 
 
-def _node_of(meaning: str) -> str:
-    """Return the node that serves: a service's meaning begins with its name."""
-    return meaning.partition(':')[0]
+def _nodes_of(meaning: str) -> tuple[str, ...]:
+    """Return the nodes that serve: a service's meaning begins with their name."""
+    node = meaning.partition(':')[0]
+    return CONTROLLERS if node in CONTROLLERS else (node,)
 
 
 def _rule(profile: ElementTree.Element, kind: str, entry: str, what: str,

@@ -84,6 +84,11 @@ class ControllerClaims:
         """Whether a healthy standby has just said that it is there."""
         return STANDBY_CLAIM in self.rivals(now, False)
 
+    def claimed_since(self, since: float) -> bool:
+        """Whether a healthy controller that speaks has said so after `since` [s]."""
+        return any(claim != STANDBY_CLAIM and last > since
+                   for claim, (_, last, _) in self._heard.items())
+
     def unclear(self, now: float) -> bool:
         """Whether somebody publishes torque who has had no time yet to say who it is; for
         one who does not speak yet that is no time to begin."""

@@ -25,7 +25,7 @@ from engb_core.effects.base import (
     VISCOUS,
 )
 from engb_core.errors import InputError
-from engb_core.laws.grammar import coordinates_of, has_memory, parameters_of, parse
+from engb_core.laws.grammar import coordinates_of, is_followed, parameters_of, parse
 from engb_core.laws.machine import ACTS_AS, LONGEST, MODE, MOST_PARAMETERS, program_of, value_of
 from engb_core.model import EffectSetting
 from engb_core.physics.compiled import compiled, effect_function
@@ -153,10 +153,10 @@ def law_effect(formula: str, acts_as: str, parameters: tuple[Parameter, ...],
     expression = parse(formula)
     program = program_of(expression, acts_as, within)
     used = coordinates_of(expression)
-    if acts_as == 'inertia' and (set(used) - {'position'} or has_memory(expression)):
+    if acts_as == 'inertia' and (set(used) - {'position'} or is_followed(expression)):
         raise InputError('law: an inertia takes a formula of position alone')
-    if acts_as in ('delay', 'position_delay') and has_memory(expression):
-        raise InputError('law: a delay takes a formula without memory')
+    if acts_as in ('delay', 'position_delay') and is_followed(expression):
+        raise InputError('law: a delay takes a formula without memory or rate')
     hidden = [name for name in used if name in _NOT_THERE.get(acts_as, ())]
     if hidden:
         raise InputError(f'law: a formula that acts as {acts_as} cannot depend on {hidden[0]}')

@@ -15,7 +15,7 @@ from dataclasses import replace
 import math
 
 from engb_core.laws.forms import Atom, BASE_UNITS, Form, Scales, Slot
-from engb_core.laws.grammar import Call, parse, printed
+from engb_core.laws.grammar import Call, parse
 
 __all__ = ['LONGEST_DELAY', 'factors_for', 'first_forms', 'limits_of', 'mirrors_of',
            'onset_forms']
@@ -122,7 +122,9 @@ def _loads(s: Scales) -> list[Atom]:
     u = (('N·m', 1),)
     found = [Atom('load', 'load', (), u), Atom('load', 'abs(load)', (), u),
              Atom('load2', 'load**2', (), (('N·m', 2),)),
-             Atom('load root', 'sqrt(abs(load))', (), (('N·m', 0.5),))]
+             Atom('load root', 'sqrt(abs(load))', (), (('N·m', 0.5),)),
+             # What is pressed together and let go is damped, too.
+             Atom('load rate', 'rate(load)', (), (('N·m/s', 1),))]
     for part in (0.1, 0.3, 0.6):
         level = Slot('N·m', part * s.load, -0.2 * s.load, 1.2 * s.load)
         found += [Atom('load hinge', 'positive(load - {0})', (level,), u),
@@ -137,7 +139,7 @@ def _loads(s: Scales) -> list[Atom]:
 
 def _efforts(s: Scales) -> list[Atom]:
     """Electronics: gains that depend on sign and size of the model's own effort."""
-    u = (('N·m', 1),)
+    u, lost = (('N·m', 1),), (('N·m', -1),)
     found = [Atom('effort', 'abs(effort)', (), u), Atom('effort', 'effort', (), u),
              Atom('effort2', 'effort**2', (), (('N·m', 2),))]
     found.append(Atom('power', 'positive(effort * velocity)', (),
@@ -148,8 +150,12 @@ def _efforts(s: Scales) -> list[Atom]:
         level = Slot('N·m', part * s.effort, 0.0, s.effort)
         found.append(Atom('effort hinge', 'positive(abs(effort) - {0})', (level,), u))
     for part in (0.05, 0.2):
-        found.append(Atom('small effort', 'bell(effort, {0})',
-                          (replace(width, start=part * s.effort),)))
+        wide = replace(width, start=part * s.effort)
+        found += [Atom('small effort', 'bell(effort, {0})', (wide,)),
+                  # What is lost or added whatever the size: a dead band, dry friction before the
+                  # gear; and with another sign on the way back: magnets, bent flanks.
+                  Atom('effort offset', 'tanh(effort / {0}) / effort', (wide,), lost),
+                  Atom('effort stop', 'stop(effort, {0}) / effort', (wide,), lost)]
     return found
 
 
@@ -170,6 +176,8 @@ def _memories(s: Scales) -> list[Atom]:
                ('velocity**2', ((speed, 2),)), ('direction', ())]
     if s.load > 0.0:
         sources += [('load', (('N·m', 1),)), ('abs(load * velocity)', (('N·m', 1), (speed, 1)))]
+        if s.pulls_both_ways:
+            sources.append(('abs(load)', (('N·m', 1),)))
         if s.disc:
             sources.append(('abs(load * disc_speed)', (('N·m', 1), ('rad/s', 1))))
     for source, unit in sources:
@@ -194,9 +202,19 @@ def _memories(s: Scales) -> list[Atom]:
             width = Slot('N·m', part * s.load, 1e-3 * s.load, s.load, True)
             found += [Atom('load stop', 'stop(load, {0})', (width,)),
                       Atom('load drag', 'drag(load, {0})', (width,))]
-    found.append(Atom('rested', 'rested({0}, {1})',
-                      (Slot('s', 0.3, 1e-3, 100.0, True),
-                       Slot(u, 0.03 * s.stroke, 1e-3 * s.stroke, s.stroke, True))))
+    for part in (0.15, 0.4):
+        # A film needs time to build up, once it is fast enough, and to break down.
+        found.append(Atom('film in time', 'lag(step(abs(velocity) - {0}, {1}), {2})', (
+            Slot(speed, part * s.speed, 0.0, s.speed),
+            Slot(speed, 0.03 * s.speed, 0.003 * s.speed, 0.5 * s.speed, True),
+            Slot('s', max(0.008 * s.duration, 3.0 * s.sampling), 2.0 * s.sampling,
+                 3.0 * s.duration, True))))
+    # Contacts age within a fraction of a second or of minutes, and are renewed within a grain's
+    # way or a seal's.
+    found += [Atom('rested', 'rested({0}, {1})',
+                   (Slot('s', first, 1e-3, 100.0, True),
+                    Slot(u, part * s.stroke, 1e-3 * s.stroke, s.stroke, True)))
+              for first in (0.05, 0.5) for part in (0.004, 0.03, 0.12)]
     found.append(Atom('distance', 'distance', (), ((u, 1),)))
     for part in (2.0, 20.0):
         found.append(Atom('run in', 'exp(-distance / {0})',
@@ -260,7 +278,8 @@ def _shapes(s: Scales, acts_as: str) -> list[Atom]:
         size = Slot('N·m', 0.3 * s.load, 0.0, 20.0 * s.load)
         more = [Atom('load and more', '(abs(load) + {0})', (size,), (('N·m', 1),))]
         plain = [atom for atom in (*_speeds(s), *_positions(s)) if atom.kind in ('speed', 'line')]
-        return [*(more if s.load > 0.0 else []), *_loads(s),
+        loads = [atom for atom in _loads(s) if atom.kind != 'load rate']
+        return [*(more if s.load > 0.0 else []), *loads,
                 *(_efforts(s) if acts_as == 'delay' else []), *plain, *_times(s),
                 *_discs(s)]
     found = _positions(s) + _speeds(s) + _loads(s) + _times(s) + _memories(s) + _discs(s)
@@ -310,8 +329,10 @@ def limits_of(form: Form) -> Iterator[Form]:
         call = parse(atom.filled())
         around = (*form.factors[:place], *form.factors[place + 1:])
         if isinstance(call, Call) and call.function in ('lag', 'travel_lag', 'highest'):
-            source = printed(call.arguments[0])
-            yield replace(form, factors=(*around, Atom(source, source, (), atom.unit)))
+            # Its time or way is the last parameter.
+            source = atom.text[len(call.function) + 1:atom.text.rindex(', {')]
+            yield replace(form, factors=(*around, Atom(source, source, atom.slots[:-1],
+                                                       atom.unit)))
         elif isinstance(call, Call) and call.function in ('stop', 'drag'):
             yield replace(form, factors=(*around, _DIRECTION))
         elif around:

@@ -8,14 +8,14 @@ each with all free numbers fitted anew without the block, cost little more than 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 
-__all__ = ['Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'numbers_and_sizes',
+__all__ = ['HEARD', 'Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'numbers_and_sizes',
            'stretches_of_time']
 
 Array = NDArray[np.float64]
@@ -25,16 +25,22 @@ Labels = NDArray[np.int64]
 PARTS = 6
 # A stretch that has one kind of motion [s].
 STRETCH = 2.0
-_RELATIVE_RIDGE = 1e-9
+_RELATIVE_RIDGE, _LEAST = 1e-9, 1e-10
+# Weight with which a block that is left out still tells the model's own numbers where a law is
+# judged. A number that all other blocks tell ten times less well than this one alone is not
+# tested by them: without the block it runs away (a cubic load curve at the end of the stroke), and
+# what it then misses would outweigh all that a law explains.
+HEARD = 0.1
 
 
 @dataclass(frozen=True)
 class Score:
-    """Squared errors of what was left out, by block (k,), in units of the noise's, and the sizes
-    of the columns fitted to everything."""
+    """Squared errors of what was left out, by block (k,), in units of the noise's; the sizes of
+    the columns fitted to everything, and by how much the free numbers move along (count,)."""
 
     by_block: Array
     sizes: Array
+    moved: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def level(self) -> float:
@@ -50,24 +56,33 @@ class Blocks:
         fit: finished; its residual is to be explained.
         labels: (m,) block of each value.
         free: entries of the fit's vector that stay free (None: all).
+        sizes: entries that stay free, of which a left-out block says nothing in any case.
+        heard: weight with which it still tells the others (`HEARD`, or 0: not at all).
     """
 
     def __init__(self, fitter: Fitter, fit: Fit, labels: Labels,
-                 free: Sequence[int] | None = None) -> None:
-        entries = list(range(fit.hypothesis.size) if free is None else free)
-        nuisance = derivatives_of(fit)[:, entries]
+                 free: Sequence[int] | None = None, sizes: Sequence[int] = (),
+                 heard: float = 0.0) -> None:
+        numbers = [entry for entry in (range(fit.hypothesis.size) if free is None else free)
+                   if entry not in sizes]
+        entries = [*numbers, *sizes]
+        self._count, self._heard = len(numbers), heard
+        columns = derivatives_of(fit)[:, entries]
         weight = fitter.weight
         self._rows = [np.flatnonzero((labels == label) & (weight > 0.0))
                       for label in np.unique(labels)]
         self._rows = [rows for rows in self._rows if rows.size]
         self._weight = weight
         self._noise = float(np.sum((fitter.sigma * weight) ** 2))
-        norm = np.sqrt(np.sum((nuisance * weight[:, None]) ** 2, axis=0))
+        norm = np.sqrt(np.sum((columns * weight[:, None]) ** 2, axis=0))
         norm[norm == 0.0] = 1.0
-        self._nuisance = nuisance * weight[:, None] / norm
+        columns = columns * weight[:, None] / norm
+        self._norm = norm[:self._count]
+        self._nuisance, self._sizes = np.split(columns, [self._count], axis=1)
         self._target = fit.residual * weight
         spread = fit.hypothesis.prior[1][entries]
-        self._ridge = np.diag(1.0 / (spread * norm) ** 2 + _RELATIVE_RIDGE)
+        ridge = 1.0 / (spread * norm) ** 2 + _RELATIVE_RIDGE
+        self._ridge, self._ridge_of_sizes = ridge[:self._count], ridge[self._count:]
         self._gram = [self._nuisance[rows].T @ self._nuisance[rows] for rows in self._rows]
         self._right = [self._nuisance[rows].T @ self._target[rows] for rows in self._rows]
         self._squares = [float(self._target[rows] @ self._target[rows]) for rows in self._rows]
@@ -75,12 +90,9 @@ class Blocks:
         self._whole_right = np.sum(self._right, axis=0)
 
     def without(self) -> Score:
-        """Return the score of the free numbers alone."""
-        errors = []
-        for gram, right, squares in zip(self._gram, self._right, self._squares, strict=True):
-            found = np.linalg.solve(self._whole - gram + self._ridge, self._whole_right - right)
-            errors.append(squares - 2.0 * found @ right + found @ gram @ found)
-        return Score(np.array(errors) / self._noise, np.zeros(0))
+        """Return the score of the free numbers and sizes alone."""
+        errors, _, _ = self._left_out(self._sizes[:, None, :], self._ridge_of_sizes)
+        return Score(errors[:, 0] / self._noise, np.zeros(0))
 
     def scores(self, columns: list[Array]) -> list[Score]:
         """Return the score of each candidate (m, 1) or (m, 2), fitted without each block."""
@@ -99,33 +111,45 @@ class Blocks:
         norm = np.sqrt(np.sum(columns ** 2, axis=(0, 2)))
         good = np.isfinite(norm) & (norm > 0.0)
         columns = np.where(good[:, None], columns, 0.0) / np.where(good, norm, 1.0)[:, None]
+        errors, sizes, moved = self._left_out(columns, np.full(columns.shape[2], _LEAST))
+        return [Score(errors[:, place] / self._noise if good[place]
+                      else np.full(len(self._rows), np.inf),
+                      sizes[place] / (norm[place] or 1.0), moved[:, place] / self._norm)
+                for place in range(good.size)]
+
+    def _left_out(self, columns: Array, ridge: Array) -> tuple[Array, Array, Array]:
+        """Return the squared errors (blocks, k) of k candidates (m, k, q), weighted; their sizes
+        (k, q), and the numbers (count, k) beside each, where nothing is left out."""
         _, count, width = columns.shape
         flat = columns.reshape(columns.shape[0], -1)
         sums = []
         for rows in self._rows:
             part = flat[rows]
-            cross = (self._nuisance[rows].T @ part).reshape(-1, count, width)
+            cross = (self._nuisance[rows].T @ part).reshape(self._count, count, width)
             own = np.einsum('mkp,mkq->kpq', columns[rows], columns[rows])
             right = (self._target[rows] @ part).reshape(count, width)
             sums.append((cross, own, right))
         cross, own, right = (np.sum([entry[place] for entry in sums], axis=0)
                              for place in range(3))
+        own = own + np.diag(ridge)
+        whole = self._whole + np.diag(self._ridge)
         errors = np.empty((len(self._rows), count))
         for place, (cross_out, own_out, right_out) in enumerate(sums):
             gram_out, number_right = self._gram[place], self._right[place]
-            sizes, numbers = _solved(self._whole - gram_out + self._ridge,
-                                     self._whole_right - number_right, cross - cross_out,
-                                     own - own_out, right - right_out)
+            sizes, numbers = _solved(whole - gram_out, self._whole_right - number_right,
+                                     cross - cross_out, own - own_out, right - right_out)
+            if self._heard:
+                unheard = 1.0 - self._heard
+                told = (self._whole_right - unheard * number_right)[:, None] - np.einsum(
+                    'pkq,kq->pk', cross - unheard * cross_out, sizes)
+                numbers = np.linalg.solve(whole - unheard * gram_out, told)
             fitted = np.einsum('pk,pq,qk->k', numbers, gram_out, numbers)
             mixed = np.einsum('pk,pkq,kq->k', numbers, cross_out, sizes)
             squares = np.einsum('kp,kpq,kq->k', sizes, own_out, sizes)
             errors[place] = (self._squares[place] - 2.0 * (number_right @ numbers)
                              - 2.0 * np.sum(sizes * right_out, axis=1)
                              + fitted + 2.0 * mixed + squares)
-        sizes, _ = _solved(self._whole + self._ridge, self._whole_right, cross, own, right)
-        return [Score(errors[:, place] / self._noise if good[place]
-                      else np.full(len(self._rows), np.inf),
-                      sizes[place] / (norm[place] or 1.0)) for place in range(count)]
+        return errors, *_solved(whole, self._whole_right, cross, own, right)
 
 
 def _solved(gram: Array, number_right: Array, cross: Array, own: Array, right: Array,
@@ -134,9 +158,8 @@ def _solved(gram: Array, number_right: Array, cross: Array, own: Array, right: A
     count, width = right.shape
     both = np.linalg.solve(gram, np.concatenate(
         [cross.reshape(gram.shape[0], -1), number_right[:, None]], axis=1))
-    through, alone = both[:, :-1].reshape(-1, count, width), both[:, -1]
+    through, alone = both[:, :-1].reshape(*cross.shape), both[:, -1]
     left = own - np.einsum('pkq,pkr->kqr', cross, through)
-    left += 1e-10 * np.eye(width)
     target = right - np.einsum('pkq,p->kq', cross, alone)
     sizes = np.linalg.solve(left, target[:, :, None])[:, :, 0]
     return sizes, alone[:, None] - np.einsum('pkq,kq->pk', through, sizes)

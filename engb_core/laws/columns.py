@@ -44,6 +44,8 @@ _QUARTER = 0.5 * np.pi
 _OF_THE_SENSOR = ('position_shift', 'position_delay')
 # Share of the stroke over which slopes along the angle are taken.
 _SLOPE = 1e-4
+# Part of its largest size from which on a load pulls to the other side as well.
+BOTH_WAYS = 0.05
 # Samples for each value that is compared, at which factors are screened.
 SAMPLES_OF_VALUE = 4
 
@@ -54,13 +56,16 @@ def scales_of(fitter: Fitter) -> Scales:
     scene, runs = problem.scene, problem.runs
     acceleration = max(float(np.quantile(np.abs(run.motion.acceleration), 0.99)) for run in runs)
     disc = scene.disc_speed_range
+    # The load as the last prediction left it in the samples.
+    loads = np.concatenate([run.samples[:, LOAD] for run in runs])
     return Scales(
         low=scene.position_range[0], high=scene.position_range[1], speed=scene.speed,
         load=scene.largest_load, effort=scene.largest_effort, acceleration=acceleration,
         duration=scene.duration, sampling=scene.sampling,
         disc=None if disc is None else max(abs(disc[0]), abs(disc[1])) or None,
         temperature=scene.temperature_range,
-        angle='rad' if scene.joint_type == 'revolute' else 'm')
+        angle='rad' if scene.joint_type == 'revolute' else 'm',
+        pulls_both_ways=bool(min(loads.max(), -loads.min()) > BOTH_WAYS * np.abs(loads).max()))
 
 
 def _stride(comparison: Comparison) -> int:

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, NAMED_PART
+from engb_core.diagnose.constants import CLEAN_EXCESS, NAMED_PART, TABLE_WORTH
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
@@ -21,13 +21,15 @@ from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.sharpened import Sharpened, sharpened
 from engb_core.diagnose.uncertainty import estimates
-from engb_core.laws.blocks import Blocks, numbers_and_sizes, stretches_of_time
+from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
+from engb_core.laws.blocks import Blocks, HEARD, numbers_and_sizes, stretches_of_time
 from engb_core.laws.judgement import (
     contribution_of_last,
     depends_on,
     excess_removed,
     EXPLAINED,
     find_law,
+    fits_elsewhere,
     Found,
     Nearest,
     WORTH,
@@ -106,19 +108,49 @@ def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str],
                                                         fitter.earlier)
     if left <= CLEAN_EXCESS and plain is fitter:
         return None
-    base = plain.finish(plain.refine(plain.base()))
     said = bool(named.hypothesis.variants) or plain is not fitter
-    law = find_law(plain, base, tell, approximately=not likely and left > CLEAN_EXCESS)
-    if isinstance(law, Found) and (not said or _beats(fitter, law, named, likely)):
-        won = _won(plain, law, told, named)
-        if won is not None:
-            return won
+    nearest, roughly = None, []
+    for own, base in _bases(fitter, plain):
+        law = find_law(own, base, tell, approximately=not likely and left > CLEAN_EXCESS)
+        if isinstance(law, Nearest):
+            nearest = law if nearest is None or law.explained > nearest.explained else nearest
+        elif law is not None and law.approximate:
+            roughly.append((own, law))
+        elif law is not None and (not said or _beats(fitter, law, named, likely)):
+            won = _won(own, law, told, named)
+            if won is not None:
+                return won
+    for own, law in sorted(roughly, key=lambda entry: entry[1].after):
+        if not said or _beats(fitter, law, named, likely):
+            won = _won(own, law, told, named)
+            if won is not None:
+                return won
     if left <= CLEAN_EXCESS:
         return None
     if not likely or not named.hypothesis.variants:
-        return law if isinstance(law, Nearest) else None
+        return nearest
     law = find_law(fitter, named, tell)
     return _won(fitter, _without_idle_names(law), told, named) if isinstance(law, Found) else law
+
+
+def _bases(fitter: Fitter, plain: Fitter) -> Iterator[tuple[Fitter, Fit]]:
+    """Yield the fits that a law without names is looked for beside, the plainest first: refitted
+    numbers; and where the file's load curve cannot have the right form, a free one along with
+    them: what a wrong form leaves lies along the stroke, and any law is bent to take it up."""
+    base = plain.finish(plain.refine(plain.base()))
+    yield plain, base
+    scene = fitter.problem.scene
+    if fitter.load_shape:
+        free = fitter
+    elif LOAD_CURVE_SHAPE.applies is not None and LOAD_CURVE_SHAPE.applies(scene):
+        free = Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter, load_shape=True)
+    else:
+        return
+    freed = free.refine(free.base())
+    # By the one measure of noise for both. Where the table leaves noise there is nothing to find.
+    left, leaves = level(base, plain) - 1.0, level(freed, plain) - 1.0
+    if leaves > CLEAN_EXCESS and left - leaves > max(CLEAN_EXCESS, TABLE_WORTH * left):
+        yield free, free.finish(freed)
 
 
 def nearest_told(fitter: Fitter, told: Sharpened, nearest: Nearest, unexplained: Unexplained,
@@ -160,7 +192,10 @@ def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
     explain too small a part of what the law explains; or the law must speak of other things than
     they do, and they must add nothing beside it.
     """
-    if law.fitter.problem is not fitter.problem:
+    if law.fitter.load_shape and not fitter.load_shape:
+        # What was said may have its load curve free as well.
+        named = _on(law.fitter, named)
+    elif law.fitter.problem is not fitter.problem:
         named = law.fitter.finish(law.fitter.refine(
             law.fitter.evaluate(named.hypothesis, named.vector)))
     left = _on_blocks(law.fitter, named)
@@ -170,6 +205,16 @@ def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
         return True
     return _speaks_of_else(law, named) and not _without_idle_names(
         _beside(law, named)).candidate.fit.hypothesis.variants[:-1]
+
+
+def _on(fitter: Fitter, fit: Fit) -> Fit:
+    """Return the same effects fitted by another fitter, with all numbers that it has."""
+    kept = dict(zip((number.name for number in fit.hypothesis.numbers), fit.vector, strict=False))
+    hypothesis = fitter.hypothesis(fit.hypothesis.variants)
+    begun = [kept.get(number.name, start) for number, start in zip(
+        hypothesis.numbers, hypothesis.start_of_numbers(), strict=True)]
+    vector = np.concatenate([begun, fit.vector[len(fit.hypothesis.numbers):]])
+    return fitter.finish(fitter.refine(fitter.evaluate(hypothesis, vector)))
 
 
 def _speaks_of_else(law: Found, named: Fit) -> bool:
@@ -217,8 +262,9 @@ def _without_idle_names(found: Found) -> Found:
 
 def _on_blocks(fitter: Fitter, fit: Fit) -> float:
     """Return the mean squared error of a finished fit on blocks left out (noise = 1)."""
-    return Blocks(fitter, fit, stretches_of_time(fitter),
-                  numbers_and_sizes(fit)).without().level
+    count = len(fit.hypothesis.numbers)
+    return Blocks(fitter, fit, stretches_of_time(fitter), range(count),
+                  numbers_and_sizes(fit)[count:], HEARD).without().level
 
 
 def _won(fitter: Fitter, found: Found, told: Sharpened, named: Fit) -> Won | None:
@@ -234,7 +280,8 @@ def _won(fitter: Fitter, found: Found, told: Sharpened, named: Fit) -> Won | Non
     if min(*told.unseen, file) < CLEARLY * min(errors):
         return None
     # Of an approximation nothing else says that it is good for anything.
-    if found.approximate and min(errors) > CLEARLY * file:
+    if found.approximate and not (min(errors) <= CLEARLY * file
+                                  and fits_elsewhere(found.fitter, found.candidate.fit)):
         return None
     bare_model = replace(model, effects=model.effects[:-1])
     contribution = np.concatenate([

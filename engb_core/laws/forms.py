@@ -140,7 +140,8 @@ class Form:
 class Scales:
     """How far the coordinates went in the recordings, for starts and bounds.
 
-    `disc`, `temperature` are None where nothing was recorded of them; `angle` is 'rad' or 'm'.
+    `disc`, `temperature` are None where nothing was recorded of them; `angle` is 'rad' or 'm';
+    `pulls_both_ways` tells that the load has either sign.
     """
 
     low: float
@@ -154,6 +155,7 @@ class Scales:
     disc: float | None
     temperature: tuple[float, float] | None
     angle: str = 'rad'
+    pulls_both_ways: bool = False
 
     @property
     def stroke(self) -> float:

@@ -30,8 +30,8 @@ from engb_core.effects.base import (
 from engb_core.errors import InputError
 
 __all__ = ['Call', 'COORDINATES', 'Coordinate', 'Expression', 'FUNCTIONS', 'Function', 'Name',
-           'Number', 'coordinates_of', 'has_memory', 'parameters_of', 'parse', 'printed',
-           'walk', 'with_names', 'with_values']
+           'Number', 'coordinates_of', 'has_memory', 'is_followed', 'parameters_of', 'parse',
+           'printed', 'walk', 'with_names', 'with_values']
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,13 @@ COORDINATES: Mapping[str, Coordinate] = {
 
 @dataclass(frozen=True)
 class Function:
-    """A function of the grammar: how many arguments, what it is, whether it has memory."""
+    """A function of the grammar: how many arguments, what it is, whether it has memory; a rate
+    has none, but is followed from sample to sample."""
 
     arguments: int
     meaning: str
     memory: bool = False
+    followed: bool = False
 
 
 FUNCTIONS: Mapping[str, Function] = {
@@ -85,6 +87,7 @@ FUNCTIONS: Mapping[str, Function] = {
     'positive': Function(1, 'x where it is positive, else 0'),
     'max': Function(2, 'the larger one'),
     'min': Function(2, 'the smaller one'),
+    'rate': Function(1, 'how fast x changes, per second', followed=True),
     'step': Function(2, 'step(x, w): from 0 to 1 where x passes 0, within about ±2 w'),
     'bell': Function(2, 'bell(x, w): exp(−½ (x/w)²)'),
     'peak': Function(1, '2 x / (1 + x²): rises to 1 at x = 1 and falls again, odd'),
@@ -225,6 +228,13 @@ def has_memory(expression: Expression) -> bool:
                 and FUNCTIONS[entry.function].memory)
                or (isinstance(entry, Name) and entry.name in COORDINATES
                    and COORDINATES[entry.name].memory) for entry in walk(expression))
+
+
+def is_followed(expression: Expression) -> bool:
+    """Whether something in it is carried from sample to sample: memory, or a rate of change."""
+    return has_memory(expression) or any(
+        isinstance(entry, Call) and entry.function in FUNCTIONS
+        and FUNCTIONS[entry.function].followed for entry in walk(expression))
 
 
 def with_values(expression: Expression, values: Mapping[str, float]) -> Expression:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 import math
 
@@ -23,12 +24,13 @@ from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
 from engb_core.effects.law import law_value
 from engb_core.errors import InputError
-from engb_core.laws.blocks import Blocks, kinds_of_motion
+from engb_core.laws.blocks import Blocks, HEARD, kinds_of_motion
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
 from engb_core.laws.search import Candidate, Search, search_laws
 from engb_core.physics.inverse_dynamics import effort_of_motion
 
-__all__ = ['Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_removed', 'find_law']
+__all__ = ['Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_removed',
+           'find_law', 'fits_elsewhere']
 
 Array = NDArray[np.float64]
 
@@ -46,12 +48,21 @@ WORTH, ALIKE = 0.05, 0.005
 PRIOR_ODDS = math.log(20.0)
 FORMS = 4000
 MOST_ALTERNATIVES = 3
+# Steps downhill of a fit to a part of what was recorded.
+ROUNDS = 6
 # How long before a stop nothing can be judged, as a multiple of the longest delay.
 LATE = 1.5
 # What a place to act brings with it, whatever the formula.
 _BRINGS = {'torque': (), 'friction_gain': ('direction',), 'load_gain': ('load',),
            'effort_gain': ('effort',), 'inertia': ('acceleration',),
-           'position_shift': (), 'delay': ('velocity',), 'position_delay': ('velocity',)}
+           # A reading that is off acts through the load curve, where that is steep.
+           'position_shift': ('position',), 'delay': ('velocity',),
+           'position_delay': ('velocity',)}
+# What a function depends on beside its argument: bristles, play and a late direction on how long
+# ago the motion turned, the rate of a load on the speed.
+_TELLS = {'heat(': 'heat', 'rested(': 'time_at_rest', 'rate(load': 'velocity',
+          'stop(position': 'since_reversal',
+          'drag(position': 'since_reversal', 'lag(direction': 'since_reversal'}
 _DELAYS = ('delay', 'position_delay')
 
 
@@ -92,10 +103,10 @@ def depends_on(candidate: Candidate) -> tuple[str, ...]:
     """Return the coordinates that a law depends on, by its formula and by where it acts."""
     own = coordinates_of(parse(candidate.form.formula))
     names = list(own) + list(_BRINGS[candidate.form.acts_as])
-    if any('heat(' in atom.text for atom in candidate.form.factors):
-        names.append('heat')
-    if any('rested(' in atom.text for atom in candidate.form.factors):
-        names.append('time_at_rest')
+    texts = [atom.text for atom in candidate.form.factors]
+    for function, name in _TELLS.items():
+        if any(function in text for text in texts):
+            names.append(name)
     return tuple(dict.fromkeys(names))
 
 
@@ -280,6 +291,35 @@ def _same_size(search: Search, law: Candidate, labels: NDArray[np.int64]) -> boo
                 and (missed - leaves).sum() > ELSEWHERE * max(missed.sum() - 1.0, 0.0))
 
 
+def fits_elsewhere(fitter: Fitter, fit: Fit) -> bool:
+    """Whether a fit, fitted anew with all its numbers to one kind of motion alone, or without one
+    of several recordings, explains more of what the file misses of the rest than it leaves.
+
+    This is what becomes of a corrected model: it meets motions that it was not fitted to. The
+    shape's numbers are found anew as well, since an approximation's are those of its motion.
+    """
+    weighted = (fitter.nominal().residual / fitter.spread) ** 2
+    noise = (fitter.sigma / fitter.spread) ** 2
+    runs = [np.full(run.measured.size, index) for index, run in enumerate(fitter.problem.runs)]
+    for labels in (*kinds_of_motion(fitter), np.concatenate(runs)):
+        told = np.unique(labels[fitter.fitted])
+        if told.size < 2:
+            continue
+        left = missed = 0.0
+        for label in told:
+            out = labels == label
+            rows = fitter.fitted & out
+            part = copy(fitter)
+            part.fitted = fitter.fitted & ~out
+            again = part.refine(part.evaluate(fit.hypothesis, fit.vector), ROUNDS)
+            left += float(np.sum((again.residual[rows] / fitter.spread[rows]) ** 2))
+            left -= float(noise[rows].sum())
+            missed += float(weighted[rows].sum() - noise[rows].sum())
+        if left > ELSEWHERE * missed:
+            return False
+    return True
+
+
 def _independent(search: Search, law: Candidate) -> float:
     """Return how many independent values the residual holds, by its colour."""
     fitter = search.fitter
@@ -303,8 +343,9 @@ def _holds(search: Search, law: Candidate, labels: NDArray[np.int64]) -> bool:
         return True
     # The law's own numbers are held: what one kind of motion can't determine is no fault of it.
     # Its amplitude is the first of them.
-    with_law = Blocks(fitter, fit, labels, range(base.hypothesis.size + 1)).without()
-    return with_law.level < Blocks(fitter, base, labels).without().level
+    with_law = Blocks(fitter, fit, labels, range(base.hypothesis.size + 1),
+                      heard=HEARD).without()
+    return with_law.level < Blocks(fitter, base, labels, heard=HEARD).without().level
 
 
 def _explained(search: Search, law: Candidate) -> float:

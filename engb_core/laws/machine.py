@@ -52,13 +52,14 @@ _FOLLOWED = {'motor_angle': _MOTOR_ANGLE, 'since_reversal': _SINCE, 'time_at_res
              'distance': _DISTANCE}
 (_NUMBER, _PARAMETER, _AXIS, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _POWER, _NEGATIVE, _ABS, _SIGN,
  _SQRT, _EXP, _SIN, _COS, _TANH, _POSITIVE, _MAX, _MIN, _STEP, _BELL, _PEAK, _LAG, _HEAT,
- _TRAVEL_LAG, _STOP, _DRAG, _RESTED, _HIGHEST) = range(29)
+ _TRAVEL_LAG, _STOP, _DRAG, _RESTED, _HIGHEST, _RATE) = range(30)
 _CODES = {'+': _ADD, '-': _SUBTRACT, '*': _MULTIPLY, '/': _DIVIDE, '**': _POWER, 'neg': _NEGATIVE,
           'abs': _ABS, 'sign': _SIGN, 'sqrt': _SQRT, 'exp': _EXP, 'sin': _SIN, 'cos': _COS,
           'tanh': _TANH, 'positive': _POSITIVE, 'max': _MAX, 'min': _MIN, 'step': _STEP,
           'bell': _BELL, 'peak': _PEAK, 'lag': _LAG, 'heat': _HEAT, 'travel_lag': _TRAVEL_LAG,
-          'stop': _STOP, 'drag': _DRAG, 'rested': _RESTED, 'highest': _HIGHEST}
-_REMEMBERS = {_LAG: 1, _HEAT: 1, _TRAVEL_LAG: 1, _STOP: 2, _DRAG: 2, _RESTED: 1, _HIGHEST: 1}
+          'stop': _STOP, 'drag': _DRAG, 'rested': _RESTED, 'highest': _HIGHEST, 'rate': _RATE}
+_REMEMBERS = {_LAG: 1, _HEAT: 1, _TRAVEL_LAG: 1, _STOP: 2, _DRAG: 2, _RESTED: 1,
+              _HIGHEST: 1, _RATE: 1}
 _TINY = 1e-12
 
 
@@ -280,6 +281,12 @@ def value_of(parameters, state, sample, position):
                 state[top] = 1.0 / (1.0 + _bounded_exp(-left / max(abs(right), 1e-9)))
             else:
                 state[top] = _bounded_exp(-0.5 * (left / max(abs(right), 1e-9)) ** 2)
+        elif code == 29:
+            slot = int(argument)
+            value = state[top]
+            begun = sample[TIME] > 0.0 and sample[TIME_STEP] > 0.0
+            state[top] = (value - state[slot]) / sample[TIME_STEP] if begun else 0.0
+            state[slot] = value
         elif code >= 22:
             right = state[top]
             top -= 1
@@ -311,4 +318,4 @@ def value_of(parameters, state, sample, position):
     return state[top]
 
 
-assert _HIGHEST == 28 and _STACK == 56 and DIRECTION < SAMPLE_SIZE
+assert _HIGHEST == 28 and _RATE == 29 and _STACK == 56 and DIRECTION < SAMPLE_SIZE

@@ -20,6 +20,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.law import law_effect
+from engb_core.errors import InputError
 from engb_core.laws.atoms import (
     factors_for,
     first_forms,
@@ -28,7 +29,7 @@ from engb_core.laws.atoms import (
     mirrors_of,
     onset_forms,
 )
-from engb_core.laws.blocks import Blocks, Score, stretches_of_time
+from engb_core.laws.blocks import Blocks, HEARD, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
@@ -38,12 +39,15 @@ Array = NDArray[np.float64]
 
 # How many forms are polished at first and after each mutation, how many are mutated.
 POLISHED, POLISHED_AFTER, MUTATED, GENERATIONS = 16, 8, 4, 2
+# Of so many times that, which are fitted with the base's derivatives by its numbers: where a shape
+# starts a form may be far from what it can do.
+TRIED = 4
 # Of forms that differ in the side or the sign of a shape only, so many.
 ALIKE = 2
 MOST_FACTORS = 3
 # Leading laws whose memory is tried against its limit.
 LIMITED = 6
-ROUNDS, ROUNDS_AGAIN = 8, 4
+ROUNDS, ROUNDS_AGAIN = 8, 8
 # Part of the excess that the best form must explain for more of its kind to be fitted: half of
 # what a law must.
 PROMISING = 0.4
@@ -112,7 +116,7 @@ class _Searching:
         self._scales = scales_of(fitter)
         self._columns = Columns(fitter, base)
         self._labels = stretches_of_time(fitter)
-        self._blocks = Blocks(fitter, base, self._labels)
+        self._blocks = Blocks(fitter, base, self._labels, heard=HEARD)
         self._within = _ranges(fitter)
         self._seen: dict[tuple, Candidate] = {}
 
@@ -123,7 +127,7 @@ class _Searching:
         waves = tuple(dict.fromkeys(
             atom.slots[0].start for entry in first[:60] for atom in entry.form.factors
             if 'wave' in atom.kind))[:4]
-        self._polish(_of_each_kind(first, POLISHED))
+        self._polish(_of_each_kind(first, TRIED * POLISHED), POLISHED)
         for generation in range(GENERATIONS):
             leading = self._leading()[:MUTATED]
             if not leading or leading[0].score.level < NOTHING_LEFT:
@@ -134,7 +138,7 @@ class _Searching:
                      and entry.score.level < leading[-1].score.level]
             if not worth or not self._promising(worth[0], before):
                 break
-            self._polish(_of_each_kind(worth, POLISHED_AFTER))
+            self._polish(_of_each_kind(worth, TRIED * POLISHED_AFTER), POLISHED_AFTER)
         leading = self._leading()
         if not leading or not self._promising(leading[0], before):
             return Search(self._fitter, self._base, before, tuple(leading), None)
@@ -170,8 +174,14 @@ class _Searching:
         return sorted((entry for entry in found if np.isfinite(entry.score.level)),
                       key=lambda entry: entry.score.level)
 
-    def _polish(self, screened: list[Screened]) -> None:
-        fitted = side_by_side(self._polished, screened, self._fitter.threads)
+    def _polish(self, screened: list[Screened], most: int | None = None) -> None:
+        """Fit forms with all their parameters; of many only the best so many to the end."""
+        short = [entry for entry in screened if self._can_be_run(entry.form)]
+        tried: list[tuple[Form, Fit]] = list(
+            side_by_side(self._tried, short, self._fitter.threads))
+        begun = sorted((entry for entry in tried if entry[1].cost < self._base.cost),
+                       key=lambda entry: entry[1].cost)[:most]
+        fitted = side_by_side(self._polished_from, begun, self._fitter.threads)
         for candidate in fitted:
             if candidate is None:
                 continue
@@ -179,27 +189,46 @@ class _Searching:
             if known is None or candidate.score.level < known.score.level:
                 self._seen[candidate.form.kinds] = candidate
 
+    def _can_be_run(self, form: Form) -> bool:
+        """Whether the formula is short enough for the stack machine."""
+        try:
+            self._variant(form)
+        except InputError:
+            return False
+        return True
+
     def _polished(self, screened: Screened) -> Candidate | None:
+        return self._polished_from(self._tried(screened))
+
+    def _tried(self, screened: Screened) -> tuple[Form, Fit]:
+        """Return a form fitted from what linear least squares say: with its whole size, else with
+        part of it; where that leads nowhere, with all numbers moving along from the start."""
         fitter, base, form = self._fitter, self._base, screened.form
         begun = self._begun(form)
         if begun.cost >= base.cost:
             begun = min(begun, self._begun(replace(form, size=NEARER * form.size)),
                         key=lambda entry: entry.cost)
         fit = fitter.iterate(begun, ROUNDS)
+        if fit.cost >= base.cost and screened.score.moved.size:
+            fit = fitter.iterate(self._begun(form, screened.score.moved), ROUNDS)
+        return form, fit
+
+    def _polished_from(self, tried: tuple[Form, Fit]) -> Candidate | None:
+        fitter, base, (form, fit) = self._fitter, self._base, tried
         if not np.isfinite(fit.cost) or fit.cost >= base.cost:
             return None
         # The numbers' derivatives are not those of the base where a law moves the load curve.
         fit = fitter.finish(fitter.refine(fit, ROUNDS_AGAIN))
-        linear = [*range(base.hypothesis.size),
-                  *(base.hypothesis.size + place for place in form.linear)]
+        own = [base.hypothesis.size + place for place in form.linear]
         # What leaves a block out finds size and phase anew; the shape's numbers are few, and
         # beyond the linear where a block alone tells them.
-        score = Blocks(fitter, fit, self._labels, linear).without()
+        score = Blocks(fitter, fit, self._labels, range(base.hypothesis.size), own,
+                       HEARD).without()
         values = tuple(float(value) for value in _values(fit, len(base.hypothesis.variants)))
         return Candidate(form.started(values), fit, score)
 
-    def _begun(self, form: Form) -> Fit:
-        """Return the base with the form at its starts."""
+    def _begun(self, form: Form, moved: Array | float = 0.0) -> Fit:
+        """Return the base, its numbers moved so far, with the form at its starts."""
         fitter, base, variant = self._fitter, self._base, self._variant(form)
         hypothesis = fitter.hypothesis((*base.hypothesis.variants, variant),
                                        base.hypothesis.numbers)
@@ -207,7 +236,7 @@ class _Searching:
                    for value, parameter in zip(form.starts(), variant.effect.parameters,
                                                strict=True)]
         return fitter.evaluate(hypothesis, np.clip(
-            np.concatenate([base.vector, entries]), *hypothesis.bounds))
+            np.concatenate([base.vector + moved, entries]), *hypothesis.bounds))
 
     def _variant(self, form: Form) -> Variant:
         within = dict(self._within)

@@ -40,6 +40,11 @@ _CAUSES = {
     'detent': 'a detent or a dent of one place, which pulls towards it or away',
     'band': 'a part that shakes or a film that breaks down at one speed',
     'film': 'a lubricant film that carries by speed over pressure',
+    'film in time': 'a lubricant film that takes time to build up and to break down',
+    'load rate': 'a part that damps while it is pressed together or let go',
+    'effort offset': 'a dead band of the amplifier, or dry friction before the gear',
+    'effort stop': 'a current sensor or motor that keeps some of its magnetism, or a gear that '
+                   'bends before it turns',
     'power': 'a supply that sags under power',
     'picked up': 'a part with play that is picked up after some way',
     'load stop': 'a joint that bends under load before it slips',

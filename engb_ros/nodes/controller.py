@@ -49,6 +49,12 @@ _PROBATION = 0.5
 # too: an announcement that is lost comes again within 3 s [s].
 _FIRST_TAKEOVER = 5.0
 
+# Faults of a standby that its primary has as well.
+_OF_INPUTS = (Cause.STATE_STALE | Cause.COMMAND_STALE).value
+
+# Primary and standby find the same commands stale within so long, looks at the clock included [s].
+_BOTH_LATCH = 3.0 * CLAIM_PERIOD
+
 # The source of stamped commands that name none.
 UNNAMED = '(unnamed)'
 
@@ -90,6 +96,7 @@ class ControllerNode(ManagedNode):
         self._standby = values['standby']
         self._heard_torque, self._heard_at = 0.0, inf
         self._looked_at_clock = 0
+        self._well_at = inf
         self._hears_primary = False
         self._effort_publisher = self.advertise(interface.EFFORT_COMMAND)
         self._publish_effort = self._effort_publisher.publish
@@ -157,6 +164,7 @@ class ControllerNode(ManagedNode):
         self._speak_at, self._spoke = inf, False
         self._controller.silent = self._standby
         self._heard_at, self._hears_primary = now, False
+        self._well_at = now
         if not self._standby:
             self._claim()
         if self._controller.supervisor.holds(Cause.NOT_WATCHED):
@@ -303,8 +311,14 @@ class ControllerNode(ManagedNode):
                                                        for topic in self._command_topics])
         supervisor.set(Cause.OTHER_DRIVE, count(self._joint_topic) > 1, now)
         if controller.silent and self._standby:
-            if supervisor.faults == Cause.STATE_STALE:
-                # It gives no torque that could come back: where the drive is back, it is ready.
+            if not supervisor.faults:
+                self._well_at = now
+            if supervisor.faults == Cause.STATE_STALE or (
+                    supervisor.faults and not supervisor.faults & ~_OF_INPUTS
+                    and self._claims.claimed_since(self._well_at + _BOTH_LATCH)):
+                # It gives no torque that could come back: where the drive is back it is ready.
+                # Stale commands have latched the primary, too: whoever clears that one, which is
+                # then healthy and says so, means both.
                 controller.clear(now, speak=False)
             supervisor.set(Cause.STANDBY_NOT_READY, not self._could_take_over(now), now)
             if not supervisor.faults:

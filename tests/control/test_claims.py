@@ -154,3 +154,15 @@ def test_a_standby_is_there_while_it_says_so():
     claims.hear(0.3, STANDBY_CLAIM)
     assert claims.standby(0.4)
     assert not claims.standby(1.0)
+
+
+def test_a_claim_counts_as_made_since_when_it_was_heard():
+    claims = ControllerClaims()
+    claims.start(0.0, 5)
+    claims.hear(1.0, STANDBY_CLAIM)
+    assert not claims.claimed_since(0.0)
+    claims.hear(1.0, 3)
+    assert claims.claimed_since(0.9)
+    assert not claims.claimed_since(1.0)
+    claims.hear(1.1, 3)
+    assert claims.claimed_since(1.0)

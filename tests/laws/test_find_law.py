@@ -13,11 +13,11 @@ from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
-from engb_core.laws.blocks import Blocks, stretches_of_time
+from engb_core.laws.blocks import Blocks, HEARD, stretches_of_time
 from engb_core.laws.competition import _beats, _without_idle_names
-from engb_core.laws.forms import Form
+from engb_core.laws.forms import Atom, Form, Slot
 from engb_core.laws.grammar import parse
-from engb_core.laws.judgement import depends_on, find_law, Found
+from engb_core.laws.judgement import depends_on, find_law, fits_elsewhere, Found
 from engb_core.laws.search import _Searching, Screened
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
@@ -212,3 +212,89 @@ def test_blocks_left_out_are_those_of_plain_least_squares():
             np.concatenate([target[seen], np.zeros(spread.size)]), rcond=None)[0]
         error = np.sum((target[out] - design[out] @ numbers) ** 2) / noise
         assert score.by_block[place] == pytest.approx(error, rel=1e-3)
+
+
+def end_of_stroke(*effects: EffectSetting, seed: int = 1) -> Recording:
+    """Return a recording of 15 s that comes to the end of the stroke in its last stretch alone."""
+    time = np.arange(0.0, 15.0, STEP)
+    phase = np.cumsum(2.5 + 2.0 * np.sin(0.9 * time)) * STEP
+    far = 1.0 / (1.0 + np.exp(-(time - 13.2) / 0.15))
+    position = 9.0 + 4.0 * np.sin(phase) + 0.8 * np.sin(2.9 * phase) + 14.0 * far
+    velocity = np.gradient(position, STEP)
+    samples = sample_table(STEP, time, position, velocity, np.gradient(velocity, STEP))
+    effort = effort_of_motion(samples, STEP, physics_of(replace(MODEL, effects=effects)))
+    noise = np.random.default_rng(seed).normal(0.0, 2e-3, time.size)
+    return Recording('run', time, np.round(position / QUANTUM) * QUANTUM, effort + noise)
+
+
+def test_numbers_that_one_block_alone_tells_do_not_outweigh_the_law():
+    """Without the only stretch at the end of the stroke the load curve runs away there: what that
+    misses says nothing of a law."""
+    hidden = law('a * direction * abs(acceleration)', 'torque', a=4e-5)
+    fitter = Fitter(problem_of([end_of_stroke(hidden)], MODEL), 1)
+    base = fitter.finish(fitter.refine(fitter.base()))
+    labels = stretches_of_time(fitter)
+    alone = Blocks(fitter, base, labels, heard=HEARD).without().level
+    assert Blocks(fitter, base, labels).without().level > 2.0 * alone
+    found = find_law(fitter, base, lambda text: None)
+    assert isinstance(found, Found) and not found.approximate
+    assert set(depends_on(found.candidate)) == {'direction', 'acceleration'}
+    assert found.after < 1.5
+
+
+def test_what_a_block_alone_tells_of_a_law_does_not_count():
+    """The numbers are heard, the law's own size is not: what acts in one block only is no law."""
+    fitter = Fitter(problem_of([recorded()], MODEL), 1)
+    base = fitter.finish(fitter.base())
+    labels = stretches_of_time(fitter)
+    once = np.where(labels == labels[0], np.sign(np.sin(np.arange(labels.size))), 0.0)
+    shifted = replace(base, residual=base.residual + 9.0 * fitter.sigma * once)
+    column = once[:, None] + 1e-3 * np.random.default_rng(2).normal(size=(labels.size, 1))
+    blocks = Blocks(fitter, shifted, labels, heard=HEARD)
+    score, = blocks.scores([column])
+    assert score.level > 0.9 * blocks.without().level
+
+
+def test_a_dead_band_is_a_law_of_the_effort():
+    hidden = law('a * tanh(effort / b) / effort', 'effort_gain', a=-0.012, b=0.02)
+    found = found_in(recorded(hidden))
+    assert found is not None
+    assert found.candidate.form.acts_as == 'effort_gain'
+    assert depends_on(found.candidate) == ('effort',)
+    assert found.parameters['a'].unit == 'N·m'
+    assert found.parameters['a'].value == pytest.approx(-0.012, rel=0.1)
+
+
+def test_a_law_beside_a_load_curve_of_another_form():
+    """What a wrong form leaves lies along the stroke, and would bend any law to take it up."""
+    bent = law('a * sin(0.31 * position + 0.4)', 'torque', a=0.02)
+    hidden = law('a * direction * abs(acceleration)', 'torque', a=1.2e-4)
+    diagnosis = diagnose([recorded(bent, hidden)], MODEL, threads=1)
+    assert diagnosis.unexplained is not None and diagnosis.unexplained.law is not None
+    assert {'direction', 'acceleration'} <= set(diagnosis.unexplained.depends_on)
+
+
+def test_an_approximation_has_to_fit_other_motions():
+    """A table-like product fitted to slow motion says nothing of fast motion."""
+    hidden = law('a * velocity * exp(-distance / b)', 'torque', a=4e-3, b=60.0)
+    fitter = Fitter(problem_of([recorded(hidden)], MODEL), 1)
+    base = fitter.finish(fitter.refine(fitter.base()))
+    searching = _Searching(fitter, base, lambda text: None)
+    true, false = (searching._polished(Screened(form, searching._blocks.without()))
+                   for form in (_form('velocity', 'exp(-distance / {0})', 50.0),
+                                _form('abs(velocity)', 'exp(-time / {0})', 4.0)))
+    assert true is not None and fits_elsewhere(fitter, true.fit)
+    assert false is None or not fits_elsewhere(fitter, false.fit)
+
+
+def _form(first: str, second: str, start: float) -> Form:
+    return Form('torque', (Atom('x', first), Atom('y', second, (
+        Slot('-', start, 0.02 * start, 50.0 * start, True),))), 1e-4)
+
+
+def test_a_formula_too_long_for_the_machine_is_passed_over():
+    fitter = Fitter(problem_of([recorded()], MODEL), 1)
+    searching = _Searching(fitter, fitter.finish(fitter.base()), lambda text: None)
+    film = Atom('film', ' * '.join(8 * ['step(abs(velocity) - 9, 2)']))
+    searching._polish([Screened(Form('torque', (film,)), searching._blocks.without())])
+    assert searching._leading() == []

@@ -1,6 +1,9 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """No single message or service call ends a controller that holds the brake."""
 
+import contextlib
+import random
+
 from builtin_interfaces.msg import Time
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
@@ -14,6 +17,7 @@ from rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header, String, UInt64
 
@@ -30,6 +34,7 @@ from engb_ros.interface import (
     POSITION_COMMAND_STAMPED,
     Service,
 )
+from engb_ros.nodes.messages import publisher_qos
 from ros.loops import closed_loop
 
 CHANGE_STATE = Service('~/change_state', 'lifecycle_msgs/srv/ChangeState', '')
@@ -68,6 +73,31 @@ def messages():
         yield DRIVE_STATE, String(data=text)
     for claim in (0, 2**64 - 1):
         yield CONTROLLER_ACTIVATION, UInt64(data=claim)
+
+
+def damaged():
+    """Yield (topic, its class, bytes that are no message of it)."""
+    chance = random.Random(1)
+    state = JointState(name=['motor', 'clamp'], position=[1.0, 2.0], velocity=[1.0, 2.0],
+                       effort=[1.0, 2.0])
+    for topic, message in (
+            (JOINT_STATES, state), (POSITION_COMMAND_STAMPED, state),
+            (CLAMP_FORCE_COMMAND_STAMPED, state), (POSITION_COMMAND, Float64(data=20.0)),
+            (DISC_SPEED, Float64(data=1.0)), (DRIVE_STATE, String(data='obeys')),
+            (CONTROLLER_ACTIVATION, UInt64(data=1))):
+        good = bytes(serialize_message(message))
+        yield topic, type(message), b''
+        for end in (3, 4, 6, len(good) - 3):
+            yield topic, type(message), good[:end]
+        for head in (b'\x00\x07\x00\x00', b'\xff' * 4):
+            yield topic, type(message), head + good[4:]
+        yield topic, type(message), good[:4] + b'\xff' * (len(good) - 4)
+        yield topic, type(message), good + b'\xff' * 50
+        for _ in range(20):
+            spoilt = bytearray(good)
+            for _ in range(3):
+                spoilt[chance.randrange(4, len(good))] = chance.randrange(256)
+            yield topic, type(message), bytes(spoilt)
 
 
 def requests():
@@ -120,6 +150,20 @@ def test_no_request_of_parameters_ends_the_controller(loop, probe):
     for kind, request in requests():
         probe.call('controller', service_of(kind), request=request)
         loop.pump()
+
+
+def test_no_damaged_bytes_end_the_controller(loop, probe):
+    publishers = {}
+    for topic, kind, data in damaged():
+        if topic not in publishers:
+            publishers[topic] = probe.node.create_publisher(kind, topic.name, publisher_qos(topic))
+            loop.during(0.3)
+        with contextlib.suppress(RuntimeError):   # some are too few for the own side to send
+            publishers[topic].publish(data)
+        loop.during(0.02)
+        loop.runner.check()
+    for publisher in publishers.values():
+        probe.node.destroy_publisher(publisher)
 
 
 def test_no_message_ends_the_controller(loop, probe):

@@ -1,6 +1,10 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whatever the running nodes publish, hear and serve is in the policy, and no more may speak."""
 
+import shutil
+import subprocess
+import xml.etree.ElementTree as ElementTree
+
 import pytest
 
 from engb_ros.files import TRUE_BRAKE
@@ -12,6 +16,7 @@ from engb_ros.interface import (
     SERVICES,
     TOPICS,
 )
+from engb_ros.runner import node_command
 from engb_ros.security import ENCLAVES, main, may_publish, policy
 
 
@@ -33,11 +38,13 @@ def names(found):
 
 
 def test_every_endpoint_of_the_nodes_is_in_the_policy(runner, probe, bus, tmp_path):
-    nodes = {'plant': {}, 'controller': {}, 'disturbance_observer': {}, 'identifier': {},
+    nodes = {'plant': {}, 'controller': {}, 'standby': {'standby': True},
+             'disturbance_observer': {}, 'identifier': {},
              'recorder': {'bag': str(tmp_path / 'bag')}, 'monitor': {'model': str(TRUE_BRAKE)},
              'can_bridge': bus, 'drive_emulator': bus}
     for name, parameters in nodes.items():
-        runner.start(name, parameters=parameters)
+        runner.start_command(name, node_command(
+            'controller' if name == 'standby' else name, name=name, parameters=parameters))
     graph = probe.node
     for name in nodes:
         def endpoints(name=name):
@@ -61,18 +68,57 @@ def test_every_endpoint_of_the_nodes_is_in_the_policy(runner, probe, bus, tmp_pa
 
 def test_who_may_command():
     assert may_publish(POSITION_COMMAND) == ('stack',)
-    assert set(may_publish(EFFORT_COMMAND)) == {'controller', 'excitation'}
+    assert set(may_publish(EFFORT_COMMAND)) == {'controller', 'standby', 'excitation'}
     assert set(may_publish(JOINT_STATES)) == {'plant', 'can_bridge'}
     for topic in TOPICS:
         assert set(may_publish(topic)) <= set(ENCLAVES)
     for name in ENCLAVES:
         asked = allowed(name).get('request', set())
         assert any('set_parameters' in each for each in asked) == (name == 'service')
+        assert any('change_state' in each for each in asked) == (
+            name in ('service', 'lifecycle_manager'))
+        # Of a primary and its standby whoever may ask the one may ask the other.
+        assert {each.replace('/standby/', '/controller/') for each in asked
+                if '/standby/' in each} == {each for each in asked if '/controller/' in each}
 
 
 def test_every_service_has_a_node():
     for service in SERVICES:
         assert service.meaning.partition(':')[0] in ENCLAVES
+
+
+def tool():
+    """Return `ros2 security` as a command; None where it is not installed."""
+    program = shutil.which('ros2')
+    if program is None or subprocess.run(
+            [program, 'security', '--help'], capture_output=True, check=False).returncode:
+        return None
+    return [program, 'security']
+
+
+def test_sros2_makes_the_keys_of_every_enclave(tmp_path):
+    security = tool()
+    if security is None:
+        pytest.skip('ros2 security is not installed')
+    path, keys = tmp_path / 'policy.xml', tmp_path / 'keys'
+    assert main(['--out', str(path)]) == 0
+    for words in (['create_keystore', str(keys)],
+                  ['generate_artifacts', '-k', str(keys), '-p', str(path)]):
+        ran = subprocess.run([*security, *words], capture_output=True, text=True, check=False)
+        assert ran.returncode == 0, ran.stderr
+
+    def may_send(name, topic):
+        root = ElementTree.parse(
+            keys / f'enclaves{DEFAULT_NAMESPACE}' / name / 'permissions.xml').getroot()
+        return any((entry.text or '').endswith(topic)
+                   for rule in root.iter('publish') for entry in rule.iter('topic'))
+
+    for topic, names in (('effort_command', {'controller', 'standby', 'excitation'}),
+                         ('position_command', {'stack'}),
+                         ('clear_faultsRequest', {'stack', 'service'}),
+                         ('change_stateRequest', {'service', 'lifecycle_manager'}),
+                         ('set_parametersRequest', {'service'})):
+        assert {name for name in ENCLAVES if may_send(name, topic)} == names, topic
 
 
 def test_it_overwrites_nothing(tmp_path, capsys):

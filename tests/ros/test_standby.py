@@ -159,6 +159,27 @@ def test_a_pause_of_the_drive_leaves_a_standby_ready(runner, probe, diagnosed):
     runner.stop()
 
 
+def test_a_pause_of_the_stack_leaves_a_standby_ready_once_the_primary_is_cleared(runner, probe,
+                                                                                  diagnosed):
+    """Its own latched fault had been told, and kept it from taking over, until it was cleared too;
+    without a healthy primary it stays latched."""
+    loop = closed_loop(runner, probe)
+    loop.go(20.0)
+    runner.start('controller', name='standby', parameters={
+        **loop.controller, 'standby': True, 'takeover_time': STATE_TIMEOUT})
+    loop.until(lambda: state(diagnosed, 'standby') == 'enabled', 'the standby')
+    loop.target = None
+    loop.until(lambda: {state(diagnosed, name) for name in diagnosed} == {'fault'},
+               'both to miss the stack')
+    loop.target = 20.0
+    loop.during(1.0)
+    assert {state(diagnosed, name) for name in diagnosed} == {'fault'}
+    loop.until(lambda: loop.clear().success, 'the fault to be cleared')
+    loop.until(lambda: state(diagnosed, 'standby') == 'enabled'
+               and state(diagnosed, 'controller') != 'fault', 'both to be well')
+    runner.stop()
+
+
 def test_a_standby_without_a_primary_tells_that_it_is_not_ready(runner, probe, diagnosed):
     for name, drive in plant():
         runner.start(name, parameters=drive)
