@@ -118,6 +118,8 @@ def run(arguments: argparse.Namespace) -> None:
         with computing(', '.join(arguments.recordings)):
             if simulator:
                 found = simulator_of(arguments, recordings, inputs.joint, request, progress)
+                for told in found.told:
+                    print(told)
                 model, notes = found.model, (*notes, *found.told)
                 model.write(scratch / SURROGATE)
             if model is None:
