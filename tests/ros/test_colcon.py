@@ -14,7 +14,8 @@ from engb_ros.interface import EFFORT_COMMAND
 
 ROOT = Path(__file__).resolve().parents[2]
 COLCON = Path(sys.executable).parent / 'colcon'
-CARRIED = ('engb_core', 'engb_ros', 'package.xml', 'setup.py', 'README.md', 'LICENSE')
+CARRIED = ('engb_core', 'engb_ros', 'tests/proof', 'package.xml', 'setup.py', 'README.md',
+           'LICENSE')
 
 pytestmark = pytest.mark.skipif(not COLCON.exists(), reason='colcon is not installed')
 
