@@ -193,7 +193,7 @@ def _without_stops(search: Search, law: Candidate, tell: Callable[[str], None]) 
     except InputError:
         return search
     other = Fitter(replace(shorter, settled=problem.settled), search.fitter.threads,
-                   search.fitter)
+                   search.fitter, load_shape=search.fitter.load_shape)
     base = other.finish(other.refine(other.evaluate(search.base.hypothesis, search.base.vector)))
     return search_laws(other, base, tell)
 

@@ -85,11 +85,15 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
         velocity=None if recording.velocity is None else recording.velocity[keep]), faults
 
 
-def _away_and_back(values: Array, count: int) -> tuple[Array, Array]:
+def _away_and_back(values: Array, count: int, when: Array | None = None) -> tuple[Array, Array]:
     """Return how far each block of `count` values stands off the line between its neighbours, the
-    least of the block with its sign, and the step between those neighbours: (n − count − 1,)."""
+    least of the block with its sign, and the step between those neighbours: (n − count − 1,).
+    The line is drawn over `when` (n,) [s], or over the samples, as many to each."""
     before, after = values[:-count - 1], values[count + 1:]
-    shares = (np.arange(1, count + 1) / (count + 1))[:, None]
+    when = np.arange(values.size, dtype=float) if when is None else when
+    first, last = when[:-count - 1], when[count + 1:]
+    shares = np.stack([(when[1 + place:values.size - count + place] - first) / (last - first)
+                       for place in range(count)])
     inner = np.stack([values[1 + place:values.size - count + place] for place in range(count)])
     off = inner - (before + shares * (after - before))
     least = np.where((off > 0).all(axis=0), off.min(axis=0),
@@ -111,6 +115,9 @@ def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
         if position.size < count + 4:
             break
         off, between = _away_and_back(position, count)
+        # Stamps that jitter may be those of the samples, or of a queue behind even ones.
+        by_stamps, _ = _away_and_back(position, count, recording.time)
+        off = np.where(np.abs(by_stamps) < np.abs(off), by_stamps, off)
         reach = 0.125 * most * ((count + 1) * interval) ** 2 + 2.0 * quantum
         # Beside it the motion goes on as if nothing were: a step that stays is no glitch.
         stays = _beyond_motion(position, between, count)
