@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 # Fewer recordings than this say nothing of how they scatter.
 LEAST_RECORDINGS = 4
-# Part of the best told direction's information below which a direction is not told at all: rounding
+# Part of the best told information below which a direction is not told at all: what rounding makes
 # of sums of products of thousands of values.
 _LEAST_TOLD = 1e-9
 # Chance of taking scatter among the recordings for a gain.
