@@ -73,7 +73,8 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
         text += (f' {" and ".join(explanation.dropped)} would come nearest, but {why}: no name is '
                  'given.')
     memory = any(_remembers(fit, index) for index in unnamed) or (
-        table is None and not unnamed and left > 0.3)
+        table is None and not unnamed and left > 0.3
+        and not (where and where[0].variable == 'time'))
     return Unexplained(share=left, depends_on=tuple(dict.fromkeys(names)),
                        parity_in_velocity=_parity(what, np.sign(velocity)), memory=memory,
                        where=tuple(where), statement=text)
