@@ -10,7 +10,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, NAMED_PART, TABLE_WORTH
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    FORMULA_ERROR,
+    NAMED_PART,
+    TABLE_WORTH,
+    TEMPER,
+    UNNAMED,
+)
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
@@ -38,7 +45,7 @@ from engb_core.laws.statement import formula_of, said_line, said_names, statemen
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
 
-__all__ = ['Won', 'law_for', 'nearest_told']
+__all__ = ['Won', 'law_for', 'law_instead', 'nearest_told']
 
 Array = NDArray[np.float64]
 
@@ -125,12 +132,44 @@ def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str],
             won = _won(own, law, told, named)
             if won is not None:
                 return won
+        # What does not carry over is not in the model, but says what the rest depends on.
+        if nearest is None or law.explained > nearest.explained:
+            nearest = Nearest(law.candidate, law.explained)
     if left <= CLEAN_EXCESS:
         return None
     if not likely or not named.hypothesis.variants:
         return nearest
     law = find_law(fitter, named, tell)
     return _won(fitter, _without_idle_names(law), told, named) if isinstance(law, Found) else law
+
+
+def law_instead(fitter: Fitter, told: Sharpened, likely: float, tell: Callable[[str], None],
+                ) -> Won | None:
+    """Return the law that is likelier than names which leave no more than noise, None if none is.
+
+    Several names, each with numbers of its own, can be bent to what one law says. Both are held
+    against the same blocks left out; beforehand the law is the rarer, as each further cause is.
+
+    Args:
+        fitter: of the problem.
+        told: what the library says.
+        likely: probability of its names.
+        tell: is told what is being done.
+    """
+    named = _named(fitter, told.explanation.fit)
+    plain = fitter if not fitter.load_shape else Fitter(fitter.problem, fitter.threads,
+                                                        fitter.earlier)
+    base = plain.finish(plain.refine(plain.base()))
+    law = find_law(plain, base, tell, only_if_promising=True)
+    if not isinstance(law, Found):
+        return None
+    left = _on_blocks(plain, _on(plain, named) if plain is not fitter else named)
+    if 0.5 * math.log(left / law.after) <= WORTH:
+        return None
+    noise = min(law.after, 1.0)
+    floor = FORMULA_ERROR + 0.01 * (law.before - noise)
+    weight = ((law.after - noise + floor) / (left - noise + floor)) ** TEMPER
+    return _won(plain, law, told, named) if likely * weight < UNNAMED else None
 
 
 def _bases(fitter: Fitter, plain: Fitter) -> Iterator[tuple[Fitter, Fit]]:
