@@ -14,7 +14,7 @@ from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.discrepancy import discrepancy_deviations, state_cells
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
-from engb_core.diagnose.numbers import level
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
 __all__ = ['estimates', 'stands_out', 'vector_deviations']
 
@@ -47,7 +47,7 @@ def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
     deviations[free] = _beside_bounds(gram / inflation, width, loose) if loose.any() else alone
     if by_noise_alone:
         return deviations
-    unseen = max(level(fit, fitter) - 1.0, CLEAN_EXCESS)
+    unseen = max(reduced_chi_square(fit, fitter) - 1.0, CLEAN_EXCESS)
     inverse, norm = _inverse(gram + np.diag(np.where(loose, width, np.inf) ** -2.0))
     found = np.zeros(free.size)
     found[free] = discrepancy_deviations(
@@ -106,7 +106,7 @@ def stands_out(fit: Fit, fitter: Fitter, variant: int, name: str = '') -> bool:
     nothing of that where the cost goes by jumps: a gap that is never crossed to its end has no
     size, and is there.
     """
-    if fit.hypothesis.variants[variant].effect.rugged:
+    if fit.hypothesis.variants[variant].effect.multimodal:
         return True
     deviations = vector_deviations(fit, fitter, by_noise_alone=True)
     offset = len(fit.hypothesis.numbers)
