@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 __all__ = ['OwnSamples', 'parallel_map', 'processors']
 
-Item, Result = TypeVar('Item'), TypeVar('Result')
+Item = TypeVar('Item')
+Result = TypeVar('Result')
 
 
 # More threads than that wait for the interpreter more than they compute.
