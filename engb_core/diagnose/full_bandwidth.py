@@ -22,6 +22,7 @@ from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.multistart import is_multimodal
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
+from engb_core.diagnose.spike_and_slab import with_kept_numbers
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 from engb_core.signals.motion import MOTION_BANDWIDTH
@@ -65,11 +66,13 @@ class CorrectedModels:
 def at_full_bandwidth(fitter: Fitter, explanation: Explanation) -> CorrectedModels:
     """Return the explanation with numbers, effects' parameters and table as a sharper motion tells
     them; as it is, where the cost has too many minima for a few steps downhill, and where slow
-    samples or coarse counts tell no sharper motion."""
+    samples or coarse counts tell no sharper motion. The models keep the file's numbers where these
+    may stand."""
     fit = explanation.fit
     corner = MOST_OF_RATE / fitter.problem.scene.sampling
     if is_multimodal(fit) or fitter.problem.coarse or corner < SHARPER * MOTION_BANDWIDTH:
-        return CorrectedModels(explanation, explanation.models(), explained_problem(fitter, fit))
+        return CorrectedModels(explanation, _models(fitter, explanation),
+                               explained_problem(fitter, fit))
     other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier,
                    fitter.load_shape)
     moved = other.finish(_best_form(other, other.refine(
@@ -77,8 +80,15 @@ def at_full_bandwidth(fitter: Fitter, explanation: Explanation) -> CorrectedMode
     table = None if explanation.table is None else best_table(other, moved)
     here = fitter.finish(fitter.evaluate(moved.hypothesis, moved.vector))
     return CorrectedModels(replace(explanation, fit=here),
-                     replace(explanation, fit=moved, table=table).models(),
-                     explained_problem(other, moved))
+                           _models(other, replace(explanation, fit=moved, table=table)),
+                           explained_problem(other, moved))
+
+
+def _models(fitter: Fitter, explanation: Explanation) -> tuple[Model, ...]:
+    """Return the corrected models; in the one with a table all numbers are free, as the table was
+    fitted beside them."""
+    plain = replace(explanation, fit=with_kept_numbers(fitter, explanation.fit), table=None)
+    return (*explanation.models()[:-1], plain.model())
 
 
 def explained_problem(fitter: Fitter, fit: Fit) -> Problem:

@@ -16,8 +16,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
-__all__ = ['estimates', 'stands_out', 'vector_deviations']
-
+__all__ = ['covariance', 'estimates', 'stands_out', 'vector_deviations']
 
 
 def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
@@ -54,6 +53,16 @@ def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
         fit.jacobian[:, free] / norm, inverse, fitter.weight, fitter.sigma, state_cells(fitter),
         float(np.sqrt(unseen))) / norm
     return np.hypot(deviations, found)
+
+
+def covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return the covariance (size, size) of a finished fit's vector: the deviations with the
+    formula's discrepancy, correlated as the Fisher information says."""
+    gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
+    inverse, _ = _inverse(gram)
+    own = np.sqrt(np.maximum(np.diag(inverse), 1e-300))
+    deviations = vector_deviations(fit, fitter)
+    return inverse / np.outer(own, own) * np.outer(deviations, deviations)
 
 
 def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],
