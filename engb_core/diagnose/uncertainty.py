@@ -18,6 +18,9 @@ from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
 __all__ = ['covariance', 'estimates', 'stands_out', 'vector_deviations']
 
+# A deviation beyond this is none, whatever the unit.
+UNTOLD = 1e6
+
 
 def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
                       ) -> NDArray[np.float64]:
@@ -60,9 +63,13 @@ def covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     formula's discrepancy, correlated as the Fisher information says."""
     gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
     inverse, _ = _inverse(gram)
-    own = np.sqrt(np.maximum(np.diag(inverse), 1e-300))
-    deviations = vector_deviations(fit, fitter)
-    return inverse / np.outer(own, own) * np.outer(deviations, deviations)
+    own = np.sqrt(np.maximum(np.diag(inverse), 0.0))
+    # What does nothing at all goes with nothing.
+    told = own > 0.0
+    correlation = np.eye(own.size)
+    correlation[np.ix_(told, told)] = inverse[np.ix_(told, told)] / np.outer(own[told], own[told])
+    deviations = np.minimum(vector_deviations(fit, fitter), UNTOLD)
+    return correlation * np.outer(deviations, deviations)
 
 
 def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],
