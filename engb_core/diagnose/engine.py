@@ -31,6 +31,7 @@ from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
     load_shape_finding,
+    nameless_curve,
     with_free_load_curve,
 )
 from engb_core.diagnose.locate import intervals, zones
@@ -126,7 +127,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     proposal, loops = parallel_map(lambda work: work(), (
         partial(next_experiment, outcome.fitter, explanation.fit, findings, selection.rivals),
         partial(simulated_loops, problem, outcome.corrected)), threads)
-    unexplained = outcome.unexplained
+    unexplained = outcome.unexplained or nameless_curve(findings)
     if model.joint.type == 'prismatic':
         findings = [finding_of_slider(finding) for finding in findings]
         unexplained = unexplained_of_slider(unexplained)

@@ -8,9 +8,12 @@ the file's form, and where a table is worth having, all effects are asked for ag
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, INSISTED
+from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
@@ -20,7 +23,7 @@ from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.load_curve_shape import EFFECT
 
-__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'with_free_load_curve']
+__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'nameless_curve', 'with_free_load_curve']
 
 LOAD_SHAPE = EFFECT.id
 # So often a wave must repeat along the stroke to be told from what stands in some places once.
@@ -97,3 +100,14 @@ def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
     if rise < INSISTED:
         return None
     return NumberFinding(LOAD_SHAPE, explained, rise, float(max(values, key=abs)))
+
+
+def nameless_curve(findings: Sequence[EffectFinding]) -> Unexplained | None:
+    """Return what has no name where a table beside the load curve explains all that there is: a
+    table says that the curve is another one and what it depends on, but not why."""
+    if not any(entry.effect == LOAD_SHAPE and entry.probability >= 0.5 for entry in findings):
+        return None
+    return Unexplained(
+        share=0.0, depends_on=('position',), parity_in_velocity='even', memory=False, where=(),
+        statement='Why the load curve has this form has no name: it follows from the position '
+                  'alone, and the table holds it.')

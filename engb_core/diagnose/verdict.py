@@ -54,7 +54,7 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
         what = what + fit.predicted - fitter.predict(*without_effects(fit, {index}))
     where = zones(runs, fitter.problem.split(what), fitter.problem.model)
     velocity = np.concatenate([run.motion.velocity[run.comparison.grid] for run in runs])
-    names = [fit.hypothesis.variants[index].effect.reveals for index in unnamed]
+    names = [name for index in unnamed for name in _told_by(fit, index)]
     names += list(table.table.names) if table else []
     if not names:
         names = [zone.variable for zone in where[:2]]
@@ -72,11 +72,24 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
                'what was kept out of the fit is no better with it')
         text += (f' {" and ".join(explanation.dropped)} would come nearest, but {why}: no name is '
                  'given.')
-    memory = any(fit.hypothesis.variants[index].effect.id == 'unexplained_rest'
-                 for index in unnamed) or (table is None and not unnamed and left > 0.3)
+    memory = any(_remembers(fit, index) for index in unnamed) or (
+        table is None and not unnamed and left > 0.3
+        and not (where and where[0].variable == 'time'))
     return Unexplained(share=left, depends_on=tuple(dict.fromkeys(names)),
                        parity_in_velocity=_parity(what, np.sign(velocity)), memory=memory,
                        where=tuple(where), statement=text)
+
+
+def _told_by(fit: Fit, index: int) -> tuple[str, ...]:
+    effect = fit.hypothesis.variants[index].effect
+    return (effect.reveals,) if effect.tells is None else effect.tells(
+        fit.hypothesis.named(fit.vector, index))
+
+
+def _remembers(fit: Fit, index: int) -> bool:
+    effect = fit.hypothesis.variants[index].effect
+    return effect.remembers is not None and effect.remembers(
+        fit.hypothesis.named(fit.vector, index))
 
 
 def _described(fit: Fit, index: int) -> str:

@@ -135,6 +135,9 @@ class Effect:
         equation: the physics in one line.
         reference: where it is described.
         reveals: coordinate over which the residual shows it best.
+        tells: (values) → all coordinates that it depends on, of one without a name (None: the one
+            that reveals it).
+        remembers: (values) → whether it depends on what went before, of one without a name.
         picture: how an engineer draws it: names of report/effect_pictures.py, by spaces.
         seen, confused, measure: for the gallery: what it looks like in a recording, what it is
             confused with, and what to measure to tell it.
@@ -179,6 +182,8 @@ class Effect:
     reference: str
     statement: Callable[[Mapping[str, float]], str]
     reveals: str = 'velocity'
+    tells: Callable[[Mapping[str, float]], tuple[str, ...]] | None = None
+    remembers: Callable[[Mapping[str, float]], bool] | None = None
     picture: str = ''
     seen: str = ''
     confused: str = ''
