@@ -48,7 +48,9 @@ def costs_left_out(fitter: Fitter, fit: Fit) -> Array:
         columns = jacobian[rows] * weight[rows, None]
         residual = fit.residual[rows] * weight[rows]
         others = gram - columns.T @ columns + np.diag(prior)
-        norm = np.sqrt(np.diag(others))
+        # By all recordings together: what the others tell of a number that this one alone tells
+        # is a difference of like sums, and may come out below nothing.
+        norm = np.sqrt(np.diag(gram) + prior)
         norm[norm == 0.0] = 1.0
         # What the others do not tell, or only together with something else, stays as it is.
         moved = np.linalg.lstsq(others / np.outer(norm, norm), columns.T @ residual / norm,

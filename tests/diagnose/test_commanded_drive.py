@@ -118,6 +118,9 @@ def test_what_one_recording_alone_tells_stays_as_it_is_for_the_others():
     jacobian = base.jacobian.copy()
     rows = np.arange(jacobian.shape[0]) >= begin(fitter, 1)
     jacobian[rows, 1] = jacobian[rows, 0]
+    # And one that the others say nothing of; of it rounding leaves less than nothing.
+    jacobian[rows, 2] = 0.0
+    jacobian[:, 2] *= 1e6
     hypothesis = SimpleNamespace(
         bounds=base.hypothesis.bounds,
         prior=(base.hypothesis.prior[0], np.full(base.hypothesis.size, np.inf)))
