@@ -132,18 +132,28 @@ class Plausibility:
         found = max(fits, key=lambda fit: fit.log_odds)
         if stands and found.log_odds < stands[0] + math.log(LOSS):
             return ''
-        position = self._position_unit(found, fits)
-        effort = self._effort_unit(found.factor, usual)
-        told, remedy = [], []
-        for name, unit in (('position', position), ('effort', effort),
-                           ('time', found.reading.time)):
-            if unit.name:
-                told.append(f'{name} looks like {unit.name}, not {self._si(name)}')
-                remedy.append(f'--scale {name}={unit.factor:.7g}')
-        if not told:
+        units = self._units_of(found, fits)
+        if not units:
             return ''
-        return (f'{" and ".join(told)}: scaled so, {_why(found, fits)}; record in SI units, '
-                f'or import the table with {" ".join(remedy)}')
+        told = ' and '.join(f'{name} looks like {unit.name}, not {self._si(name)}'
+                            for name, unit in units.items())
+        remedy = ' '.join(f'--scale {name}={unit.factor:.7g}' for name, unit in units.items())
+        # Of one machine's readings the data may leave two alike: both are said.
+        others = [self._units_of(fit, fits) for fit in fits if not _plain(fit)
+                  and found.log_odds > fit.log_odds > found.log_odds - math.log(LOSS)]
+        others = [other for other in others
+                  if {name: _quantity(unit) for name, unit in other.items()}
+                  != {name: _quantity(unit) for name, unit in units.items()}]
+        also = f' (or {_listed(others[0])})' if others else ''
+        return (f'{told}{also}: scaled so, {_why(found, fits)}; record in SI units, '
+                f'or import the table with {remedy}')
+
+    def _units_of(self, fit: Fit, fits: list[Fit]) -> dict[str, Unit]:
+        """Return what is in another unit, by what it is."""
+        units = {'position': self._position_unit(fit, fits),
+                 'effort': self._effort_unit(fit.factor, self._efforts()),
+                 'time': fit.reading.time}
+        return {name: unit for name, unit in units.items() if unit.name}
 
     def _efforts(self) -> list[Unit]:
         constant = self.model.motor.torque_constant
@@ -235,6 +245,14 @@ def _plain(fit: Fit) -> bool:
 
 def _counts_of(position: Unit) -> int | None:
     return round(2.0 * math.pi / position.factor) if position.name.startswith('counts') else None
+
+
+def _quantity(unit: Unit) -> str:
+    return unit.name.partition(' ')[0]
+
+
+def _listed(units: dict[str, Unit]) -> str:
+    return ' and '.join(f'{name} like {unit.name}' for name, unit in units.items())
 
 
 def _why(found: Fit, fits: list[Fit]) -> str:
