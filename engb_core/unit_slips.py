@@ -301,7 +301,8 @@ class Weigher:
             if effort:
                 middle = float(np.median(logs))
                 starts.append(np.append(logs - middle, -middle))
-        return np.clip(np.array(starts), -_FAR, _FAR)
+        clipped: Array = np.clip(np.array(starts), -_FAR, _FAR)
+        return clipped
 
     def _unit_price(self, log: Array) -> tuple[Array, Array]:
         """Return the cost of factors of effort (m,), and its slopes."""
@@ -330,4 +331,5 @@ def _price(logs: Array) -> tuple[Array, Array]:
 def _positive(gram: Array, along: Array) -> Array:
     """Return the amounts, none negative, that fit best, from the normal equations."""
     root = np.linalg.cholesky(gram + 1e-12 * np.eye(along.size))
-    return nnls(root.T, np.linalg.solve(root, along))[0]
+    amounts: Array = nnls(root.T, np.linalg.solve(root, along))[0]
+    return amounts
