@@ -8,6 +8,7 @@ import math
 import yaml
 
 from engb_core.diagnose.diagnosis import Diagnosis, NominalChange, ParameterEstimate
+from engb_core.report.alike import alike_together
 from engb_core.report.layout import Column, Page
 from engb_core.report.pictures import Units
 from engb_core.report.text import clean
@@ -53,7 +54,7 @@ def add_details(page: Page, diagnosis: Diagnosis, units: Units) -> None:
         page.end_details()
     if evidence.notes:
         page.begin_details(f'Notes on the input ({len(evidence.notes)})')
-        page.notes(evidence.notes[:ROWS])
+        page.notes(alike_together(evidence.notes)[:ROWS])
         page.end_details()
     page.begin_details('Corrected model (model.yaml)' if units.corrected else
                        'Model (model.yaml), numbers refitted')

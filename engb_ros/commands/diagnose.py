@@ -168,6 +168,7 @@ def write_experiment(path: Path, proposal: NextExperiment) -> None:
 
 def summary(diagnosis: Diagnosis, said: Sequence[str] = ()) -> str:
     """Return the diagnosis in a few lines of text, without notes that were `said` before."""
+    from engb_core.report.alike import alike_together
     lines = [VERDICTS.get(diagnosis.verdict, diagnosis.verdict) + _of_the_floor(diagnosis)]
     for number, finding in enumerate(diagnosis.effects, 1):
         doubt = ', rather not' if finding.probability < EVEN else ''
@@ -187,9 +188,7 @@ def summary(diagnosis: Diagnosis, said: Sequence[str] = ()) -> str:
         floor = '' if entry.noise_floor is None else f', noise floor {entry.noise_floor:.3g}'
         lines.append(f'   {entry.recording} {entry.quantity}: {entry.rms_before:.3g} → '
                      f'{entry.rms_after:.3g} {entry.unit}{floor}')
-    for note in diagnosis.evidence.notes:
-        if note in said:
-            continue
+    for note in alike_together([note for note in diagnosis.evidence.notes if note not in said]):
         lines.extend(_wrapped(f'note: {note}', ''))
     if diagnosis.next_experiment is not None:
         lines.extend(_wrapped(f'next: {diagnosis.next_experiment.reason}', ''))

@@ -125,8 +125,10 @@ class ManagedNode(LifecycleNode):
         self._owned.append((self.destroy_lifecycle_publisher, publisher))
         return publisher
 
-    def listen(self, topic: Topic, callback: Callable[[Any], None], every: bool = False) -> Any:
-        """Return a subscription to `topic`: to its newest message, or to `every` one.
+    def listen(self, topic: Topic, callback: Callable[[Any], None], every: bool = False,
+               raw: bool = False) -> Any:
+        """Return a subscription to `topic`: to its newest message, or to `every` one; `raw`: to
+        its serialised bytes.
 
         To hear every message it asks for reliable ones; once somebody offers less, it says so
         and takes what there is.
@@ -137,7 +139,7 @@ class ManagedNode(LifecycleNode):
             events = SubscriptionEventCallbacks(
                 incompatible_qos=lambda event: self._less_is_offered.append((topic, callback)))
         subscription = self.create_subscription(kind, topic.name, callback, qos,
-                                                event_callbacks=events)
+                                                event_callbacks=events, raw=raw)
         self._owned.append((self.destroy_subscription, subscription))
         return subscription
 
@@ -165,7 +167,7 @@ class ManagedNode(LifecycleNode):
             subscription = self.create_subscription(
                 message_class(topic.type), topic.name, callback, QoSProfile(
                     history=HistoryPolicy.KEEP_LAST, depth=mine[0][1].qos_profile.depth,
-                    reliability=ReliabilityPolicy.BEST_EFFORT))
+                    reliability=ReliabilityPolicy.BEST_EFFORT), raw=mine[0][1].raw)
             self._owned.remove(mine[0])
             self.destroy_subscription(mine[0][1])
             self._owned.append((self.destroy_subscription, subscription))

@@ -20,7 +20,7 @@ from engb_ros.can.link import ControllerEnd
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.diagnostics import DiagnosticMessage, ERROR, OK, WARN
 from engb_ros.nodes.joint import EFFORT_SOURCE, HARDWARE_ID, JOINT, listen_for_effort, with_joint
-from engb_ros.nodes.messages import JointMessage, Scalar
+from engb_ros.nodes.messages import JointMessage, scalar
 from engb_ros.nodes.parameters import ParameterSpec
 from engb_ros.nodes.realtime import REALTIME
 
@@ -92,7 +92,6 @@ class CanBridgeNode(ManagedNode):
         self._limit, self._largest = values['effort_limit'], codec.largest_torque
         self._modes = codec.mode_names
         self._joint = JointMessage(model.joint.name)
-        self._scalar = Scalar()
         self._flags: tuple[str, ...] = ()
         self._samples = self._withheld = self._limited = self._rejected = 0
         self._counted = (0, 0)
@@ -170,9 +169,9 @@ class CanBridgeNode(ManagedNode):
             stamp, status.angle, status.speed, self._torque_constant * status.current))
         self._samples += 1
         if self._samples % 10 == 0:
-            self._publish_disc(self._scalar.fill(status.disc_speed))
+            self._publish_disc(scalar(status.disc_speed))
         if self._samples % 100 == 0:
-            self._publish_temperature(self._scalar.fill(status.temperature))
+            self._publish_temperature(scalar(status.temperature))
 
     def _on_tick(self) -> None:
         if not self.active:

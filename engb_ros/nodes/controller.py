@@ -28,11 +28,11 @@ from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.controller_parameters import controller_settings, PARAMETERS
 from engb_ros.nodes.diagnostics import controller_status, DiagnosticMessage
 from engb_ros.nodes.joint import with_joint
+from engb_ros.nodes.joint_reader import JointReader
 from engb_ros.nodes.messages import (
     CLAMP,
-    joint_sample,
     JointMessage,
-    Scalar,
+    scalar,
     StampClock,
     stamped_command,
 )
@@ -77,8 +77,8 @@ class ControllerNode(ManagedNode):
         self._mechanism = (read_mechanism(values['mechanism']) if values['mechanism'] else None)
         self._controller = BrakeController(model, self._settings(values))
         self._joint = model.joint.name
+        self._read = JointReader(self._joint).read
         self._stamps = StampClock()
-        self._scalar = Scalar()
         self._reference = JointMessage(self._joint)
         self._report = JointState(name=['input', 'command', 'output'],
                                   position=array('d', [0.0] * 3), effort=array('d', [0.0] * 3))
@@ -122,7 +122,7 @@ class ControllerNode(ManagedNode):
         self.listen(interface.DISC_SPEED, self._on_disc_speed)
         if values['observer_timeout'] > 0.0:
             self.listen(interface.DISTURBANCE, self._on_disturbance)
-        joint_states = self.listen(interface.JOINT_STATES, self._on_joint_states)
+        joint_states = self.listen(interface.JOINT_STATES, self._on_joint_states, raw=True)
         # Names as they are after remapping: the graph knows no others.
         self._effort_topic = self._effort_publisher.topic_name
         self._joint_topic = joint_states.topic_name
@@ -179,7 +179,7 @@ class ControllerNode(ManagedNode):
         hands_over = (self._claims.standby(monotonic())
                       and not self._controller.supervisor.faults)
         if not self._controller.silent and not hands_over:
-            self._publish_effort(self._scalar.fill(0.0))
+            self._publish_effort(scalar(0.0))
             # A publisher that is destroyed takes along what is still under way.
             self._effort_publisher.wait_for_all_acked(Duration(seconds=_LAST_WORD))
 
@@ -242,7 +242,7 @@ class ControllerNode(ManagedNode):
     def _on_disturbance(self, message: Float64) -> None:
         self._controller.on_disturbance(monotonic(), message.data)
 
-    def _on_joint_states(self, message: JointState) -> None:
+    def _on_joint_states(self, message: bytes) -> None:
         now = monotonic()
         if now < self._speak_at or not self.active:
             if self._speak_at == inf and self.active:
@@ -253,27 +253,28 @@ class ControllerNode(ManagedNode):
             self._speak_at = now + CLAIM_PERIOD
             return
         controller = self._controller
-        sample = joint_sample(message, self._joint)
+        sample = self._read(message)
         if sample is None:
             controller.on_wrong_joint(now)
             return
-        stamp = message.header.stamp
-        torque = controller.on_state(now, self._stamps.seconds(stamp), *sample)
+        sec, nanosec, position, velocity, effort = sample
+        torque = controller.on_state(now, self._stamps.seconds_of(sec, nanosec), position,
+                                     velocity, effort)
         if torque is None:
             if self._standby and controller.silent:
                 self._maybe_take_over(now)
             return
         self._spoke = True
-        self._publish_effort(self._scalar.fill(torque))
+        self._publish_effort(scalar(torque))
         self._count = count = self._count + 1
         if self._reference_every and count % self._reference_every == 0:
             setpoint = controller.setpoint
             self._publish_reference(self._reference.fill_at(
-                stamp, setpoint.position, setpoint.velocity, controller.feedforward))
+                sec, nanosec, setpoint.position, setpoint.velocity, controller.feedforward))
         elif self._publish_force is not None and count % self._force_every == 1:
-            self._publish_force(self._scalar.fill(controller.estimator.force))
+            self._publish_force(scalar(controller.estimator.force))
         if self._report_every and count % self._report_every == 0:
-            self._send_report(stamp)
+            self._send_report(sec, nanosec)
 
     def _door_look(self) -> None:
         door = self.__dict__.get('_door')
@@ -289,7 +290,7 @@ class ControllerNode(ManagedNode):
         self._look_at = now + self.poll_period
         torque = self._controller.on_tick(now)
         if torque is not None:
-            self._publish_effort(self._scalar.fill(torque))
+            self._publish_effort(scalar(torque))
         supervisor = self._controller.supervisor
         if self._told != (supervisor.state, supervisor.faults):
             self._tell()
@@ -374,15 +375,15 @@ class ControllerNode(ManagedNode):
         self._spoke = True
         self._controller.take_over(now, self._heard_torque)
         # The torque that was there, at once; the next sample's comes a cycle later.
-        self._publish_effort(self._scalar.fill(self._controller.clamp.output))
+        self._publish_effort(scalar(self._controller.clamp.output))
         self._claim()
         self.get_logger().warning('the other controller fell silent: this one takes over')
 
     # Telling.
 
-    def _send_report(self, stamp: Any) -> None:
+    def _send_report(self, sec: int, nanosec: int) -> None:
         values, message = self._controller.report, self._report
-        message.header.stamp.sec, message.header.stamp.nanosec = stamp.sec, stamp.nanosec
+        message.header.stamp.sec, message.header.stamp.nanosec = sec, nanosec
         position, effort = message.position, message.effort
         position[0], position[1], position[2] = (
             values.position_input, values.position_command, values.position_output)

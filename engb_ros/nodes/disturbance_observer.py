@@ -7,8 +7,6 @@ from collections.abc import Sequence
 import sys
 from typing import Any
 
-from sensor_msgs.msg import JointState
-
 from engb_core.bench.sensors import VelocityFromPosition
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.control.loop import VELOCITY_CUTOFF
@@ -16,7 +14,8 @@ from engb_core.model import Model
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.joint import JOINT, with_joint
-from engb_ros.nodes.messages import joint_sample, Scalar, StampClock
+from engb_ros.nodes.joint_reader import JointReader
+from engb_ros.nodes.messages import scalar, StampClock
 from engb_ros.nodes.parameters import ParameterSpec
 from engb_ros.nodes.realtime import REALTIME
 
@@ -39,34 +38,33 @@ class DisturbanceObserverNode(ManagedNode):
     def configure(self, values: dict[str, Any]) -> None:
         """Build the observer."""
         model = with_joint(Model.read(values['model']) if values['model'] else Model(), values)
-        self._joint = model.joint.name
+        self._read = JointReader(model.joint.name).read
         self._observer = DisturbanceObserver(model.motor, values['cutoff'], values['order'])
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
         self._stamps = StampClock()
-        self._estimate = Scalar()
         self._every = values['publish_every']
         self._count = 0
         self._publish = self.advertise(interface.DISTURBANCE).publish
-        self.listen(interface.JOINT_STATES, self._on_joint_states, every=True)
+        self.listen(interface.JOINT_STATES, self._on_joint_states, every=True, raw=True)
 
     def start(self) -> None:
         """Begin without a past."""
         self._observer.reset()
 
-    def _on_joint_states(self, message: JointState) -> None:
+    def _on_joint_states(self, message: bytes) -> None:
         if not self.active:
             return
-        sample = joint_sample(message, self._joint)
+        sample = self._read(message)
         if sample is None:
             return
-        position, velocity, effort = sample
-        time = self._stamps.seconds(message.header.stamp)
+        sec, nanosec, position, velocity, effort = sample
+        time = self._stamps.seconds_of(sec, nanosec)
         if velocity != velocity:
             velocity = self._derived.step(time, position)
         estimate = self._observer.step(time, velocity, effort)
         self._count += 1
         if self._count % self._every == 0:
-            self._publish(self._estimate.fill(estimate))
+            self._publish(scalar(estimate))
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 from engb_core.control.excitation import Excitation, EXCITATIONS, ExcitationSettings
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
-from engb_ros.nodes.messages import Scalar, StampClock
+from engb_ros.nodes.messages import scalar, StampClock
 from engb_ros.nodes.parameters import ParameterSpec
 
 __all__ = ['ExcitationNode', 'main']
@@ -51,7 +51,6 @@ class ExcitationNode(ManagedNode):
         self._stamps = StampClock()
         self._begin: float | None = None
         self._fast = False
-        self._effort = Scalar()
         self._publish = self.advertise(interface.EFFORT_COMMAND).publish
         self.listen(interface.JOINT_STATES, self._on_joint_states)
 
@@ -62,7 +61,7 @@ class ExcitationNode(ManagedNode):
 
     def stop(self) -> None:
         """Send a last command: no torque."""
-        self._publish(self._effort.fill(0.0))
+        self._publish(scalar(0.0))
 
     def _on_joint_states(self, message: JointState) -> None:
         if not self.active:
@@ -75,7 +74,7 @@ class ExcitationNode(ManagedNode):
             self._fast = True
             self.get_logger().error(f'{speed:.0f} rad/s is too fast; the motor is let go')
         torque = 0.0 if self._fast else self._excitation.torque(time - self._begin)
-        self._publish(self._effort.fill(torque))
+        self._publish(scalar(torque))
 
 
 def main(args: Sequence[str] | None = None) -> int:

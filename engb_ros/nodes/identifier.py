@@ -22,7 +22,7 @@ from engb_core.recording import Recording
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.joint import JOINT, with_joint
-from engb_ros.nodes.messages import joint_sample, Scalar, StampClock
+from engb_ros.nodes.messages import joint_sample, scalar, StampClock
 from engb_ros.nodes.parameters import ParameterSpec
 
 __all__ = ['IdentifierNode', 'main']
@@ -58,7 +58,6 @@ class IdentifierNode(ManagedNode):
         self._identified: Model | None = None
         self._torques: Feedforward | None = None
         self._worker: threading.Thread | None = None
-        self._load, self._friction = Scalar(), Scalar()
         self._count = 0
         self._every = values['publish_every']
         self._publish_load = self.advertise(interface.LOAD_TORQUE).publish
@@ -93,8 +92,8 @@ class IdentifierNode(ManagedNode):
         if torques is not None and self._count % self._every == 0:
             load = torques.load_torque(sample.position)
             velocity = sample.velocity if math.isfinite(sample.velocity) else 0.0
-            self._publish_load(self._load.fill(load))
-            self._publish_friction(self._friction.fill(torques.friction_torque(load, velocity)))
+            self._publish_load(scalar(load))
+            self._publish_friction(scalar(torques.friction_torque(load, velocity)))
 
     def _identify(self) -> str:
         if self._worker is not None and self._worker.is_alive():

@@ -16,7 +16,7 @@ from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.brake_parameters import BRAKE_PARAMETERS, make_brake
 from engb_ros.nodes.joint import EFFORT_SOURCE, listen_for_effort
-from engb_ros.nodes.messages import JointMessage, Scalar
+from engb_ros.nodes.messages import JointMessage, scalar
 from engb_ros.nodes.parameters import ParameterSpec
 
 __all__ = ['PlantNode', 'main']
@@ -55,7 +55,6 @@ class PlantNode(ManagedNode):
         self._patience = values['answer_timeout']
         self._speed = values['speed'] if values['speed'] > 0.0 else float('inf')
         self._joint = JointMessage(self._brake.model.joint.name)
-        self._scalar = Scalar()
         self._publish_joint = self.advertise(interface.JOINT_STATES).publish
         self._publish_disc = self.advertise(interface.DISC_SPEED).publish
         self._publish_temperature = self.advertise(interface.PAD_TEMPERATURE).publish
@@ -126,11 +125,11 @@ class PlantNode(ManagedNode):
             seconds, nanoseconds = divmod(stamp, 1_000_000_000)
             self._publish_clock(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
         if brake.samples % self._disc_every == 0:
-            self._publish_disc(self._scalar.fill(measured.disc_speed))
+            self._publish_disc(scalar(measured.disc_speed))
             if self._publish_cell is not None:
-                self._publish_cell(self._scalar.fill(measured.clamp_force))
+                self._publish_cell(scalar(measured.clamp_force))
         if brake.samples % self._temperature_every == 0:
-            self._publish_temperature(self._scalar.fill(measured.pad_temperature))
+            self._publish_temperature(scalar(measured.pad_temperature))
         self._publish_joint(self._joint.fill(
             stamp, measured.position, measured.velocity, measured.effort))
 

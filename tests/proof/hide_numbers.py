@@ -83,11 +83,10 @@ def _contact(rng: np.random.Generator, base: Nominal, motion: str) -> Hidden:
         if model.turn:
             wave = complex(model.load[1], -model.load[0]) * np.exp(1j * model.turn * shift)
             return replace(model, load=(-wave.imag, wave.real, 0.0, 0.0))
-        p = np.polynomial.Polynomial(model.load)
-        moved = p(np.polynomial.Polynomial([shift, 1.0])).coef
-        # numpy leaves out the highest powers that are zero.
-        a, b, c, d = np.append(moved, np.zeros(4 - moved.size))
-        return replace(model, load=(float(a), float(b), float(c), float(d)))
+        # Of a curve of lower order numpy leaves the highest coefficients out.
+        found = np.polynomial.Polynomial(model.load)(np.polynomial.Polynomial([shift, 1.0])).coef
+        a, b, c, d = (*map(float, found), 0.0, 0.0, 0.0)[:4]
+        return replace(model, load=(a, b, c, d))
 
     return Hidden('contact_shift', 'number', _nothing, (0.02, 4.0),
                   lambda c: {'shift': sign * c.magnitude}, lack, LOAD_NUMBERS)

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import datetime, UTC
+from functools import partial
 import json
 from pathlib import Path
 import shutil
@@ -25,7 +26,14 @@ import yaml
 from engb_core.errors import InputError
 
 from .readme_table import as_markdown, column_of
-from .real_ladder import CORRECTED, force_error, plain_rungs, position_error, Prediction
+from .real_ladder import (
+    CORRECTED,
+    force_error,
+    moving_error,
+    plain_rungs,
+    position_error,
+    Prediction,
+)
 from .real_page import real_page
 from .real_sets import RealSet, sets_in, with_loop
 from .real_terms import hidden_by_refit, Term, terms_of, without_descriptions
@@ -103,7 +111,7 @@ def _prove_set(one: RealSet, at: Path, jobs: int, progress: Say) -> dict:
     return {'name': one.name, 'train': len(one.train), 'holdout': len(one.holdout),
             'nominal_claims': first.claims, 'best_effects': best['effects'],
             'ladder': _ladder(one, first, jobs), 'rows': rows,
-            'published': [vars(entry) for entry in one.published]}
+            'band': one.band, 'published': [vars(entry) for entry in one.published]}
 
 
 def judged(term: str, claims: list[str], anyway: list[str]) -> str:
@@ -203,23 +211,24 @@ def _ladder(one: RealSet, first: _Diagnosis, jobs: int) -> list[dict]:
               ('named effects only', without_descriptions(first.model)),
               (CORRECTED, first.model)]
     tool = [_rung(label, parts, {part: _predicted(one, model, parts[part], jobs)
-                                 for part in parts}) for label, model in models]
+                                 for part in parts}, one.band) for label, model in models]
     parts['train'] = one.train
     fitted = plain_rungs(one.nominal, one.train)
     plain = {name: _rung(label, parts, {part: [fitted[name](path) for path in parts[part]]
-                                        for part in parts})
+                                        for part in parts}, one.band)
              for name, label in (('refitted', 'nominal refitted'),
                                  ('offset', 'nominal refitted, with an offset'),
                                  ('flexible', 'flexible regressor'))}
     return [tool[0], plain['refitted'], plain['offset'], *tool[1:], plain['flexible']]
 
 
-def _rung(label: str, parts: dict[str, tuple[Path, ...]], said: dict[str, list[Prediction]]
-          ) -> dict:
+def _rung(label: str, parts: dict[str, tuple[Path, ...]], said: dict[str, list[Prediction]],
+          band: float) -> dict:
     def over(measure: Callable) -> dict[str, float | None]:
         return {part: measure(parts[part], said[part]) if part in said else None
                 for part in ('train', 'holdout')}
-    return {'rung': label, 'force': over(force_error), 'position': over(position_error)}
+    return {'rung': label, 'force': over(force_error), 'position': over(position_error),
+            'moving': over(partial(moving_error, band=band))}
 
 
 def as_text(result: dict) -> str:
@@ -227,11 +236,13 @@ def as_text(result: dict) -> str:
     lines = []
     for one in result['sets']:
         lines += [f'{one["name"]}: {one["train"]} recordings to fit, {one["holdout"]} held out',
-                  f'{"relative force error":46s}{"fit":>9s}{"held out":>10s}   position, held out']
+                  f'{"relative force error":46s}{"fit":>9s}{"held out":>10s}{"moving":>10s}'
+                  f'   position, held out (moving: held out, up to {one["band"]:.0f} Hz)']
         for rung in one['ladder']:
             force, place = rung['force'], rung['position']['holdout']
             fit = f'{"–":>9s}' if force['train'] is None else f'{100 * force["train"]:7.2f} %'
             lines.append(f'  {rung["rung"]:44s}{fit}{100 * force["holdout"]:8.2f} %'
+                         f'{100 * rung["moving"]["holdout"]:8.2f} %'
                          + ('' if place is None else f'   {place:.3g} rms'))
         for entry in one['published']:
             numbers = [entry['train'], entry['holdout']]

@@ -59,18 +59,21 @@ def _number(value: float | None) -> str:
 def _ladder(page: Page, one: dict) -> None:
     page.section(f'{one["name"]}: how well each kind of model predicts it')
     rows = [[rung['rung'], _percent(rung['force']['train']), _percent(rung['force']['holdout']),
-             _number(rung['position']['train']), _number(rung['position']['holdout'])]
+             _percent(rung['moving']['holdout']), _number(rung['position']['train']),
+             _number(rung['position']['holdout'])]
             for rung in one['ladder']]
     for entry in one['published']:
         numbers = [entry['train'], entry['holdout']]
-        cells = ([_percent(n) for n in numbers] + ['–', '–'] if entry['measure'] == 'force'
-                 else ['–', '–'] + [_number(n) for n in numbers])
+        cells = ([_percent(n) for n in numbers] + ['–'] * 3 if entry['measure'] == 'force'
+                 else ['–'] * 3 + [_number(n) for n in numbers])
         rows.append([f'published, {entry["who"]}', *cells])
     page.table([Column('model'), Column('force error, fit', number=True),
-                Column('held out', number=True), Column('position rms, fit', number=True),
+                Column('held out', number=True), Column('moving, held out', number=True),
+                Column('position rms, fit', number=True),
                 Column('held out', number=True)], rows, kind='compact',
                caption='Force error: |recorded − predicted| / |recorded| at 100 Hz (the EMPS '
-               'benchmark\'s measure). Position: recorded minus simulated closed loop, m or rad. '
+               'benchmark\'s measure). Moving: the same while the shaft moves, up to '
+               f'{one["band"]:.0f} Hz. Position: recorded minus simulated closed loop, m or rad. '
                f'{one["train"]} recordings to fit, {one["holdout"]} held out.')
 
 

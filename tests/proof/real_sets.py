@@ -28,13 +28,15 @@ class Published:
 
 @dataclass(frozen=True)
 class RealSet:
-    """Recordings of one machine; `nominal` is the mapping of its model file."""
+    """Recordings of one machine; `nominal` is the mapping of its model file, `band` [Hz] that up
+    to which its position tells the torque that its motion needs."""
 
     name: str
     nominal: dict
     train: tuple[Path, ...]
     holdout: tuple[Path, ...]
     published: tuple[Published, ...]
+    band: float
 
 
 # Janot, Gautier and Brunot (2019), as told on nonlinearbenchmark.org; the folder's README.
@@ -48,6 +50,9 @@ _SERVO = (
     Published('recorders: most detailed friction (their subset)', 'position', None, 0.031),
 )
 _PUBLISHED = {'emps': _EMPS, 'servo_sts3215': _SERVO}
+# Coarse counts end it early; of a machine that is not listed nothing is known.
+_BANDS = {'emps': 40.0, 'servo_sts3215': 8.0, 'ak80_pendulum': 8.0}
+_USUAL_BAND = 20.0
 
 
 def sets_in(folder: Path) -> list[RealSet]:
@@ -75,7 +80,8 @@ def _set(home: Path) -> RealSet:
     if not train or not holdout:
         raise InputError(f'{home}: needs recordings named train… and holdout…')
     nominal = yaml.safe_load((home / 'nominal.yaml').read_text('utf8'))
-    return RealSet(home.name, nominal, train, holdout, _PUBLISHED.get(home.name, ()))
+    return RealSet(home.name, nominal, train, holdout, _PUBLISHED.get(home.name, ()),
+                   _BANDS.get(home.name, _USUAL_BAND))
 
 
 def with_loop(one: RealSet, model: dict, recording: Path) -> dict:

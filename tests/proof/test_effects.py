@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from tests.proof.hide_numbers import LOAD_NUMBERS
 from tests.proof.hide_outside import DESCRIBED
 from tests.proof.hide_undescribed import UNDESCRIBED
 from tests.proof.machines import draw_machine
+from tests.proof.nominal import Nominal
 from tests.proof.plant_record import blank_plant
 from tests.proof.references import disc_profile, DiscProfile, Reference, short_test
 from tests.proof.sensors import Sensors
@@ -94,6 +96,13 @@ def test_size_comes_out_as_asked(name: str, scene: tuple) -> None:
     magnitude, ratio = Sizer(plant, base, hidden, bench, held).find(TARGET)
     assert hidden.bounds[0] < magnitude < hidden.bounds[1]
     assert ratio == pytest.approx(TARGET, rel=0.12)
+
+
+def test_a_linear_load_curve_is_shifted_too() -> None:
+    line = Nominal(1.0, 0.0, (0.5, 2.0, 0.0, 0.0), None, 0.0, 0.0, 1.0)
+    hidden = known()['contact_shift'](np.random.default_rng(1), line, 'strokes')
+    shift = hidden.describe(SimpleNamespace(magnitude=0.25))['shift']
+    assert hidden.lack(line, 0.25).load == pytest.approx((0.5 + 2.0 * shift, 2.0, 0.0, 0.0))
 
 
 def test_stribeck_velocity_is_where_the_excess_is_down_to_a_third() -> None:

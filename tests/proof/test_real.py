@@ -14,7 +14,7 @@ from tests.proof.bagfile import Bench, write_recording
 from tests.proof.nominal import Nominal
 from tests.proof.plant_record import blank_plant
 from tests.proof.real import judged
-from tests.proof.real_ladder import force_error, plain_rungs, Prediction
+from tests.proof.real_ladder import force_error, moving_error, plain_rungs, Prediction
 from tests.proof.real_sets import sets_in, with_loop
 from tests.proof.real_terms import hidden_by_refit, terms_of
 from tests.proof.references import short_test
@@ -92,6 +92,9 @@ def test_ladder_of_plain_models_finds_the_offset(tmp_path: Path) -> None:
     samples = read_samples(holdout)
     perfect = Prediction(samples.time, samples.effort, None)
     assert force_error([holdout], [perfect]) == 0.0
+    assert moving_error([holdout], [perfect], 20.0) < 0.02
+    half = Prediction(samples.time, 0.5 * samples.effort, None)
+    assert moving_error([holdout], [half], 20.0) == pytest.approx(0.5, abs=0.02)
     assert error['offset'] < 0.7 * error['refitted']
     assert error['flexible'] < 0.8 * error['refitted']
 
