@@ -1,5 +1,5 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""The middle of a basin whose bottom is multimodal (cross-entropy method).
+"""The middle of a basin that has many minima (cross-entropy method).
 
 Of many narrow minima the deepest is an accident of the noise: another recording of the same brake
 has its deepest elsewhere, and a fit that sits there predicts it badly. So points are drawn around

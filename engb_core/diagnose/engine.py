@@ -226,7 +226,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
     told = CorrectedModels(explanation, explanation.models(),
-                     explained_problem(fitter, explanation.fit))
+                           explained_problem(fitter, explanation.fit))
     numbers: list[NumberFinding] = []
     if not selection.consistent:
         tell('telling wrong numbers from missing physics')

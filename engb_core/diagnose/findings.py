@@ -17,8 +17,7 @@ from engb_core.diagnose.load_shape import LOAD_SHAPE, repeats
 from engb_core.diagnose.numbers import number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import part_left, rival_weights, something_known
-from engb_core.diagnose.ranking import excess
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
 from engb_core.effects.base import NUMBER_OFF
@@ -92,7 +91,7 @@ def _is_number(finding: EffectFinding) -> bool:
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
              ) -> list[tuple[EffectFinding, float]]:
-    """Return the named effects, and by how much the level rises without each."""
+    """Return the named effects, and by how much the reduced chi-square rises without each."""
     chosen = explanation.fit
     variants = chosen.hypothesis.variants
     if not any(not variant.effect.unnamed for variant in variants):
@@ -185,11 +184,12 @@ def _other(rival: Fit, chosen: Fit) -> str:
 
 def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
              numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
-    """Return the wrong numbers, and by how much the level rises with each as the file has it."""
+    """Return the wrong numbers, and by how much the reduced chi-square rises with each as the
+    file has it."""
     chosen = explanation.fit
     before = max(reduced_chi_square(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
-    after = max(reduced_chi_square(chosen, fitter) - 1.0, 0.0)
+    after = excess(chosen, fitter)
     taken = max(0.0, 1.0 - after / before)
     known = something_known(part_left(fitter, nominal, chosen),
                             _rare(chosen.hypothesis.variants))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.hypothesis import Hypothesis
 
-__all__ = ['Fit', 'StartColumns', 'without_effects', 'mean_square']
+__all__ = ['Fit', 'StartColumns', 'mean_square', 'without_effects']
 
 Array = NDArray[np.float64]
 

@@ -28,7 +28,7 @@ from engb_core.model import Model
 from engb_core.signals.motion import MOTION_BANDWIDTH
 from engb_core.signals.sharp_motion import MOST_OF_RATE
 
-__all__ = ['CorrectedModels', 'explained_problem', 'at_full_bandwidth']
+__all__ = ['CorrectedModels', 'at_full_bandwidth', 'explained_problem']
 
 Array = NDArray[np.float64]
 

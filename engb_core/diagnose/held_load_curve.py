@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.multistart import search_around
 from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.search import Search, with_variant
@@ -57,16 +58,17 @@ def best_of_each(fits: list[Fit]) -> list[Fit]:
 
 def _refitted(result: Search, fit: Fit, numbers: tuple[NominalNumber, ...]) -> Fit:
     """Return the fit with other numbers free. One with many narrow minima stays where it is, so
-    that a pair with a multimodal effect is fitted anew, that effect last."""
+    that a pair with a multimodal effect is fitted anew, that effect last, and looked for around
+    where it stands: which of two happened to stop in the lower minimum decides nothing."""
     fitter = result.fitter
     again = fitter.refit(fit, numbers)
     multimodal = [variant for variant in fit.hypothesis.variants if variant.effect.multimodal]
     others = [variant for variant in fit.hypothesis.variants if not variant.effect.multimodal]
     alone = result.alone(others[0]) if len(multimodal) == len(others) == 1 else None
-    if alone is None:
-        return again
-    return min(again, with_variant(fitter, fitter.refit(alone, numbers), multimodal[0]),
-               key=lambda entry: entry.cost)
+    if alone is not None:
+        again = min(again, with_variant(fitter, fitter.refit(alone, numbers), multimodal[0]),
+                    key=lambda entry: entry.cost)
+    return search_around(fitter, again) if multimodal else again
 
 
 def numbers_without_load(fitter: Fitter) -> tuple[NominalNumber, ...]:

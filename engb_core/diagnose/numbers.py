@@ -33,7 +33,7 @@ from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 
 __all__ = ['NumberFinding', 'number_place', 'refitted', 'was_refitted',
            'wrong_numbers']
@@ -146,19 +146,19 @@ def _named_only(fitter: Fitter, explained: Fit) -> Fit:
 def _whole(fitter: Fitter, explained: Fit) -> float:
     """Return the excess that a number's part is measured by: the file's, but beside effects not
     much more than theirs, since a file that was not refitted may miss by any amount."""
-    file = max(reduced_chi_square(fitter.nominal(), fitter) - 1.0, 0.0)
+    file = excess(fitter.nominal(), fitter)
     if not explained.hypothesis.variants:
         return file
-    return min(file, BESIDE_EFFECTS * max(reduced_chi_square(fitter.base(), fitter) - 1.0, 0.0))
+    return min(file, BESIDE_EFFECTS * excess(fitter.base(), fitter))
 
 
 def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
             ) -> list[NumberFinding]:
     """Return the fewest of the numbers that make the file fit; beside effects at most one."""
     floor = reduced_chi_square(explained, fitter)
-    excess = max(reduced_chi_square(fitter.nominal(), fitter) - 1.0, 0.0)
+    whole = excess(fitter.nominal(), fitter)
     if explained.hypothesis.variants:
-        before = max(reduced_chi_square(fitter.base(), fitter) - 1.0, 0.0)
+        before = excess(fitter.base(), fitter)
         if refitted(fitter):
             return []
         alone = [finding.effect for finding in insisted
@@ -167,7 +167,7 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
                  or not _moved_along(fitter, explained, finding)]
         least = SECOND * max((finding.matters for finding in apart), default=0.0)
         return [finding for finding in apart
-                if finding.matters >= least and (finding.matters > BESIDE * (excess - before)
+                if finding.matters >= least and (finding.matters > BESIDE * (whole - before)
                                                  or finding.effect in alone)][:1]
     for finding in insisted:
         if _with_only(fitter, explained, (finding,)) < floor + max(INSISTED,
@@ -240,7 +240,7 @@ def _all_but(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:
 
 
 def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:
-    """Return the level that the file reaches when only these numbers are refitted."""
+    """Return the reduced chi-square of the file with only these numbers refitted."""
     free = {DELAY, *(number for number, effect in _BY_NUMBER.items()
                      if effect in [finding.effect for finding in wrong])}
     if 'load_gain' in free:

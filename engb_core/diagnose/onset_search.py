@@ -20,8 +20,8 @@ from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.multistart import best_promised, is_multimodal, promises, search_around
 from engb_core.diagnose.onset import cost_by_onset, Onset
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.ranking import excess, price
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square_of
+from engb_core.diagnose.ranking import price
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.diagnose.search import physics_effects, variants_and_starts
 from engb_core.diagnose.selection import FURTHER_OF_WHOLE, Selection, worth_a_further_effect
 from engb_core.effects.base import Effect

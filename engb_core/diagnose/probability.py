@@ -29,7 +29,7 @@ from engb_core.diagnose.constants import (
     UNNAMED,
 )
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square, reduced_chi_square_of
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.effects.base import Scene
 from engb_core.effects.catalogue import catalogue
 
@@ -48,8 +48,7 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
     size = chosen.hypothesis.size
 
     def score(fit: Fit) -> float:
-        excess = max(reduced_chi_square(fit, fitter) - 1.0, 0.0)
-        return math.log(excess + floor - 1.0) + 0.02 * (fit.hypothesis.size - size)
+        return math.log(excess(fit, fitter) + floor - 1.0) + 0.02 * (fit.hypothesis.size - size)
 
     best = score(chosen)
     weights = [1.0] + [min(1.0, math.exp(-TEMPER * (score(fit) - best))) * _prior(fit, chosen)

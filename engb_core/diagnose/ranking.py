@@ -15,14 +15,9 @@ from engb_core.diagnose.constants import (
     PARAMETER_PRICE,
 )
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 
-__all__ = ['excess', 'plain_price', 'price', 'simplest']
-
-
-def excess(fit: Fit, fitter: Fitter) -> float:
-    """Return the mean squared residual above the noise's."""
-    return max(reduced_chi_square(fit, fitter) - 1.0, 0.0)
+__all__ = ['plain_price', 'price', 'simplest']
 
 
 def price(fit: Fit, fitter: Fitter) -> float:

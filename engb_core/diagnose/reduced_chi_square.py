@@ -12,12 +12,17 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 
-__all__ = ['reduced_chi_square', 'reduced_chi_square_of']
+__all__ = ['excess', 'reduced_chi_square', 'reduced_chi_square_of']
 
 
 def reduced_chi_square(fit: Fit, fitter: Fitter) -> float:
     """Return the mean squared residual over all that was recorded, in units of the noise's."""
     return _mean_square(fit.residual, fitter.sigma, fitter.spread)
+
+
+def excess(fit: Fit, fitter: Fitter) -> float:
+    """Return the mean squared residual above the noise's."""
+    return max(reduced_chi_square(fit, fitter) - 1.0, 0.0)
 
 
 def reduced_chi_square_of(fit: Fit, fitter: Fitter, rows: NDArray[np.bool_]) -> float:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import SHAPE_NUMBERS
-from engb_core.diagnose.uncertainty import covariance
+from engb_core.diagnose.uncertainty import correlation, vector_deviations
 
 __all__ = ['kept_numbers', 'with_kept_numbers']
 
@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 # Steps downhill for the others, once some numbers are as in the file.
 ROUNDS = 3
+# From this many times the file's spread on a deviation leaves what the file says, to rounding.
+UNTOLD = float(np.finfo(float).eps ** -0.5)
 
 
 def with_kept_numbers(fitter: Fitter, fit: Fit) -> Fit:
@@ -42,13 +44,14 @@ def kept_numbers(fitter: Fitter, fit: Fit) -> list[int]:
     One after another, the likeliest first, as long as all of them together become likelier.
     """
     numbers = fit.hypothesis.numbers
-    moved = fit.vector[:len(numbers)] - fit.hypothesis.start_of_numbers()
+    own = slice(len(numbers))
     # In units of what the file is believed to: the slab's density at the file is that of 0.
     spread = np.array([number.spread for number in numbers])
-    among = covariance(fit, fitter)[:len(numbers), :len(numbers)] / np.outer(spread, spread)
+    moved = (fit.vector[own] - fit.hypothesis.start_of_numbers()) / spread
+    deviations = np.minimum(vector_deviations(fit, fitter)[own] / spread, UNTOLD)
+    among = correlation(fit, fitter)[own, own] * np.outer(deviations, deviations)
     # What the file says of a number counts beside what the recordings do.
     among = among @ np.linalg.inv(among + np.eye(len(numbers)))
-    moved = moved / spread
     candidates = [place for place, number in enumerate(numbers)
                   if number.name not in SHAPE_NUMBERS]
     kept: list[int] = []

@@ -16,10 +16,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
-__all__ = ['covariance', 'estimates', 'stands_out', 'vector_deviations']
-
-# A deviation beyond this is none, whatever the unit.
-UNTOLD = 1e6
+__all__ = ['correlation', 'estimates', 'stands_out', 'vector_deviations']
 
 
 def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
@@ -58,18 +55,17 @@ def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
     return np.hypot(deviations, found)
 
 
-def covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
-    """Return the covariance (size, size) of a finished fit's vector: the deviations with the
-    formula's discrepancy, correlated as the Fisher information says."""
+def correlation(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return how the entries of a finished fit's vector go together, (size, size), as the Fisher
+    information says."""
     gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
     inverse, _ = _inverse(gram)
     own = np.sqrt(np.maximum(np.diag(inverse), 0.0))
     # What does nothing at all goes with nothing.
     told = own > 0.0
-    correlation = np.eye(own.size)
-    correlation[np.ix_(told, told)] = inverse[np.ix_(told, told)] / np.outer(own[told], own[told])
-    deviations = np.minimum(vector_deviations(fit, fitter), UNTOLD)
-    return correlation * np.outer(deviations, deviations)
+    found = np.eye(own.size)
+    found[np.ix_(told, told)] = inverse[np.ix_(told, told)] / np.outer(own[told], own[told])
+    return found
 
 
 def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],

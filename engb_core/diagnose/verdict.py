@@ -12,7 +12,7 @@ from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.locate import zones
 from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.reduced_chi_square import excess
 
 __all__ = ['unless_nothing_helps', 'verdict_of']
 
@@ -21,13 +21,13 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
                findings: list[EffectFinding], mismatch: NDArray[np.float64],
                ) -> tuple[str, Unexplained | None]:
     """Return the verdict and, where structure remains, what can be said of it."""
-    before = max(reduced_chi_square(nominal, fitter) - 1.0, 0.0)
+    before = excess(nominal, fitter)
     if is_noise(fitter, nominal):
         return 'consistent', None
     named = explanation.fit
     described = explanation.table is not None or any(
         variant.effect.unnamed for variant in named.hypothesis.variants)
-    after = max(reduced_chi_square(named, fitter) - 1.0, 0.0)
+    after = excess(named, fitter)
     if not described and (after <= 0.02 * before or is_noise(fitter, named)):
         # Refitted numbers alone, none of which stands out, are an explanation too.
         return 'explained', None
