@@ -33,7 +33,7 @@ RERUNS = 3
 # `make check` leaves them out. Found by `pytest --durations=80`.
 SLOW = (
     *REAL_TIME, 'tests/fleet/test_survey.py', 'tests/fleet/test_dask.py',
-    'tests/core/test_code_cache.py', 'tests/diagnose/test_side_by_side.py',
+    'tests/core/test_code_cache.py', 'tests/diagnose/test_parallel_map.py',
     'tests/diagnose/test_load_cause.py', 'tests/diagnose/test_unseen.py',
     'tests/diagnose/test_beyond_the_search.py', 'tests/diagnose/test_curved_friction.py',
     'tests/diagnose/test_experiment.py::test_the_experiment_settles',

@@ -1,5 +1,5 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""The middle of a basin whose bottom is rugged (cross-entropy method).
+"""The middle of a basin that has many minima (cross-entropy method).
 
 Of many narrow minima the deepest is an accident of the noise: another recording of the same brake
 has its deepest elsewhere, and a fit that sits there predicts it badly. So points are drawn around
@@ -13,7 +13,7 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.multistart import moved_places, Settling
-from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.diagnose.parallel_map import parallel_map
 
 __all__ = ['middle_of_basin']
 
@@ -40,7 +40,7 @@ def middle_of_basin(fitter: Fitter, fit: Fit) -> Fit:
         steps = generator.multivariate_normal(np.zeros(len(moved)), spread, DRAWN)
         drawn = np.repeat(middle.vector[None], DRAWN, axis=0)
         drawn[:, moved] = np.clip(drawn[:, moved] + steps, low, high)
-        costs = [cost for cost, _ in side_by_side(settled, drawn, fitter.threads)]
+        costs = [cost for cost, _ in parallel_map(settled, drawn, fitter.threads)]
         best = drawn[np.argsort(costs)[:BEST]][:, moved]
         spread = KEPT_SPREAD * spread + (1.0 - KEPT_SPREAD) * np.atleast_2d(np.cov(best.T))
         place = middle.vector.copy()

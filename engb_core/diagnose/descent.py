@@ -97,7 +97,7 @@ def _reach(hypothesis: Hypothesis) -> tuple[Array, Array]:
 
 def delay_held(hypothesis: Hypothesis) -> int | None:
     """Return the place of the sampling delay where a lag is looked for: one of both."""
-    if not any(variant.effect.lead for variant in hypothesis.variants):
+    if not any(variant.effect.time_shift for variant in hypothesis.variants):
         return None
     return next((place for place, number in enumerate(hypothesis.numbers)
                  if number.name == DELAY), None)

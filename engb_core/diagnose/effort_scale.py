@@ -17,7 +17,8 @@ from scipy.stats import norm
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import LOAD_NUMBERS
-from engb_core.diagnose.numbers import level, refitted, was_refitted
+from engb_core.diagnose.numbers import refitted, was_refitted
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
@@ -87,10 +88,11 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
     if factors is None or not factors.both_off_alike:
         return selection
     fit = _scaled(fitter, start)
-    if math.log(level(fit, fitter)) > math.log(level(chosen, fitter)) + BETTER:
+    left, before = (reduced_chi_square(entry, fitter) for entry in (fit, chosen))
+    if math.log(left) > math.log(before) + BETTER:
         return selection
     return replace(selection, chosen=fit, rivals=(),
-                   excess_after=max(level(fit, fitter) - 1.0, 0.0),
+                   excess_after=excess(fit, fitter),
                    believed={SCALE: (factors.one_cause(), LOAD)})
 
 

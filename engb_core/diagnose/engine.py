@@ -26,24 +26,26 @@ from engb_core.diagnose.evidence import (
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels, explained_problem
 from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
     load_shape_finding,
+    nameless_curve,
     with_free_load_curve,
 )
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.more_orders import without_idle_orders
-from engb_core.diagnose.multistart import is_rugged, search_around
+from engb_core.diagnose.multistart import is_multimodal, search_around
 from engb_core.diagnose.nameless import that_carries
-from engb_core.diagnose.numbers import level, NumberFinding, wrong_numbers
+from engb_core.diagnose.numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
+from engb_core.diagnose.parallel_map import parallel_map, processors
 from engb_core.diagnose.problem import Problem, problem_of
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select, Selection
-from engb_core.diagnose.sharpened import explained_problem, Sharpened, sharpened
-from engb_core.diagnose.side_by_side import processors, side_by_side
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
@@ -122,10 +124,10 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
                    for entry in intervals(run, part)]
         where = zones(runs, parts, outcome.corrected)
     tell('simulating the loop')
-    proposal, loops = side_by_side(lambda work: work(), (
+    proposal, loops = parallel_map(lambda work: work(), (
         partial(next_experiment, outcome.fitter, explanation.fit, findings, selection.rivals),
         partial(simulated_loops, problem, outcome.corrected)), threads)
-    unexplained = outcome.unexplained
+    unexplained = outcome.unexplained or nameless_curve(findings)
     if model.joint.type == 'prismatic':
         findings = [finding_of_slider(finding) for finding in findings]
         unexplained = unexplained_of_slider(unexplained)
@@ -176,7 +178,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
 def _lateness(model: Model) -> float:
     """Return by how much torque comes late [s], which nothing of a late measurement is."""
     return sum(entry.parameters.get('lag', 0.0) for entry in model.effects
-               if get_effect(entry.effect).lead is not None)
+               if get_effect(entry.effect).time_shift is not None)
 
 
 @dataclass(frozen=True)
@@ -193,7 +195,7 @@ class _Outcome:
     verdict: str
     unexplained: Unexplained | None
     corrected: Model
-    told: Sharpened
+    told: CorrectedModels
     load_is_absent: bool = False
 
     def judged_on(self, problem: Problem) -> Problem:
@@ -218,13 +220,13 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         selection = with_effort_scale(fitter, with_onset(fitter, selection))
     tell('refining')
     chosen = selection.chosen
-    if is_rugged(chosen):
+    if is_multimodal(chosen):
         chosen = middle_of_basin(fitter, search_around(fitter, fitter.refine(chosen)))
     chosen = fitter.finish(without_idle_orders(fitter, fitter.refine(chosen)))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
-    told = Sharpened(explanation, explanation.models(),
-                     explained_problem(fitter, explanation.fit))
+    told = CorrectedModels(explanation, explanation.models(),
+                           explained_problem(fitter, explanation.fit))
     numbers: list[NumberFinding] = []
     if not selection.consistent:
         tell('telling wrong numbers from missing physics')
@@ -235,7 +237,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         shape = load_shape_finding(fitter, explanation.fit)
         numbers += [] if shape is None else [shape]
         tell('taking the numbers from a sharper motion')
-        told = sharpened(fitter, explanation)
+        told = at_full_bandwidth(fitter, explanation)
     findings, mismatch = findings_of(fitter, nominal, told.explanation, numbers, selection)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
@@ -299,7 +301,8 @@ def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
 def _explains_as_much(outcome: _Outcome, other: _Outcome) -> bool:
     """Whether an outcome leaves no more than another one of the same recordings, or no more than
     noise: what takes the place of a gap in the wide band must do as much in the narrow one."""
-    left, best = (level(entry.explanation.fit, other.fitter) for entry in (outcome, other))
+    left, best = (reduced_chi_square(entry.explanation.fit, other.fitter)
+                  for entry in (outcome, other))
     return left - 1.0 <= max(best - 1.0, CLEAN_EXCESS)
 
 
@@ -332,7 +335,7 @@ def _is_physics(finding: EffectFinding, selection: Selection) -> bool:
         finding.effect != LOAD_SHAPE and not get_effect(finding.effect).number_only)
 
 
-def _carries_over(told: Sharpened, file: Model) -> bool:
+def _carries_over(told: CorrectedModels, file: Model) -> bool:
     """Whether a model with what was named is better than the file on what no fit has seen, or much
     better on most of its stretches: a fault that happened once does not come again; but a disc
     may stand in one stretch only, and no fit has seen what the effects do then."""
@@ -345,15 +348,16 @@ def _carries_over(told: Sharpened, file: Model) -> bool:
 
 
 def _without_names(fitter: Fitter, explanation: Explanation, findings: list[EffectFinding],
-                   ) -> Sharpened:
+                   ) -> CorrectedModels:
     """Return refitted numbers alone, with the names that were dropped for them."""
     base = fitter.finish(fitter.base())
     dropped = (*explanation.dropped, *(entry.effect for entry in findings))
-    bare = Explanation(base, None, 0.0, level(base, fitter), dropped, carried_over=False)
-    return Sharpened(bare, bare.models(), fitter.problem)
+    alone = Explanation(base, None, 0.0, reduced_chi_square(base, fitter), dropped,
+                        carried_over=False)
+    return CorrectedModels(alone, alone.models(), fitter.problem)
 
 
-def _that_helps(told: Sharpened, otherwise: tuple[Model, ...]) -> Model:
+def _that_helps(told: CorrectedModels, otherwise: tuple[Model, ...]) -> Model:
     """Return the first of the models that is clearly better than every later, plainer one on what
     no fit has seen.
 

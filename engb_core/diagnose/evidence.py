@@ -19,10 +19,10 @@ from engb_core.diagnose.diagnosis import (
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.nominal import DELAY
-from engb_core.diagnose.numbers import level
 from engb_core.diagnose.pictured import channels_of
 from engb_core.diagnose.probability import rival_weights
 from engb_core.diagnose.problem import Problem, Run
+from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
@@ -188,7 +188,7 @@ def _candidates(fitter: Fitter, chosen: Fit, selection: Selection) -> list[Candi
     rows = ~fitter.fitted if (~fitter.fitted).any() else fitter.fitted
     found = []
     for fit, weight in zip(fits, weights, strict=True):
-        after = max(level(fit, fitter) - 1.0, 0.0)
+        after = excess(fit, fitter)
         share = 0.0 if selection.excess_before <= 0 else \
             float(np.clip(1.0 - after / selection.excess_before, 0.0, 1.0))
         found.append(Candidate(

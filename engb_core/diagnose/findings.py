@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import LOAD_SHAPE, repeats
-from engb_core.diagnose.numbers import level, number_place, NumberFinding
+from engb_core.diagnose.numbers import number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import part_left, rival_weights, something_known
-from engb_core.diagnose.ranking import excess
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
 from engb_core.effects.base import NUMBER_OFF
@@ -58,7 +58,7 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     findings = in_order(findings)
     if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):
         return findings, nominal.residual
-    hypothesis, vector = bare(chosen, set(range(len(chosen.hypothesis.variants))))
+    hypothesis, vector = without_effects(chosen, set(range(len(chosen.hypothesis.variants))))
     for finding in numbers:
         if finding.effect == LOAD_SHAPE:
             # It acts wherever there is load, and would hide where the physics does.
@@ -91,7 +91,7 @@ def _is_number(finding: EffectFinding) -> bool:
 
 def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
              ) -> list[tuple[EffectFinding, float]]:
-    """Return the named effects, and by how much the level rises without each."""
+    """Return the named effects, and by how much the reduced chi-square rises without each."""
     chosen = explanation.fit
     variants = chosen.hypothesis.variants
     if not any(not variant.effect.unnamed for variant in variants):
@@ -107,7 +107,8 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
     for index in range(len(variants)):
         smaller = fitter.base(chosen.hypothesis.numbers) if len(variants) == 1 \
             else fitter.without(chosen, index)
-        matters.append(max(level(smaller, fitter) - level(chosen, fitter), 1e-6))
+        matters.append(max(reduced_chi_square(smaller, fitter)
+                           - reduced_chi_square(chosen, fitter), 1e-6))
     total = sum(matters)
     nameless = sum(part for part, variant in zip(matters, variants, strict=True)
                    if variant.effect.unnamed)
@@ -183,11 +184,12 @@ def _other(rival: Fit, chosen: Fit) -> str:
 
 def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
              numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
-    """Return the wrong numbers, and by how much the level rises with each as the file has it."""
+    """Return the wrong numbers, and by how much the reduced chi-square rises with each as the
+    file has it."""
     chosen = explanation.fit
-    before = max(level(nominal, fitter) - 1.0, 1e-9)
+    before = max(reduced_chi_square(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
-    after = max(level(chosen, fitter) - 1.0, 0.0)
+    after = excess(chosen, fitter)
     taken = max(0.0, 1.0 - after / before)
     known = something_known(part_left(fitter, nominal, chosen),
                             _rare(chosen.hypothesis.variants))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.descent import descended
-from engb_core.diagnose.fitted import bare, Fit, StartColumns
+from engb_core.diagnose.fitted import Fit, StartColumns, without_effects
 from engb_core.diagnose.held_parameters import held_parameters
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
@@ -31,8 +31,8 @@ Array = NDArray[np.float64]
 
 # Part of the refitted model's typical residual that is added to the noise in the weights.
 MISSED_PART = 0.3
-# Starts that are tried where the cost is rugged.
-RUGGED_SCREENED = 16
+# Starts that are tried where the cost is multimodal.
+MULTIMODAL_SCREENED = 16
 # After so many rounds from a further start it must be no worse than this multiple of the best.
 FIRST_ROUNDS, PROMISING = 2, 1.1
 # Parts of what linear least squares say that a fit may begin at.
@@ -120,9 +120,9 @@ class Fitter(Objective):
         return costs, sizes
 
     def promised(self, variant: Variant, start: Fit, starts: list[StartColumns],
-                 most: int = RUGGED_SCREENED) -> list[Promise]:
-        """Return what a rugged effect promises when it is added to `start`, the most first, at so
-        many of its starts."""
+                 most: int = MULTIMODAL_SCREENED) -> list[Promise]:
+        """Return what a multimodal effect promises when it is added to `start`, the most first, at
+        so many of its starts."""
         costs, _ = self.screen(start, starts)
         return promises(self, start, self._one_more(start, variant),
                         [starts[place].setting for place in np.argsort(costs)[:most]])
@@ -138,12 +138,12 @@ class Fitter(Objective):
             starts: where it may start (None: its own starts).
             rounds: iterations of the joint fit.
             keep: how many of the best starts are followed.
-            hopeless: cost above which a fit is given up after its first rounds (a rugged effect's
-                is not).
+            hopeless: cost above which a fit is given up after its first rounds (a multimodal
+                effect's is not).
         """
         start = start or self.base()
         starts = self.starts(variant) if starts is None else starts
-        if variant.effect.rugged:
+        if variant.effect.multimodal:
             return best_promised(self, start, self.promised(variant, start, starts), rounds,
                                  self.iterate)
         costs, sizes = self.screen(start, starts)
@@ -203,7 +203,7 @@ class Fitter(Objective):
 
     def without(self, fit: Fit, variant: int, rounds: int = 5) -> Fit:
         """Return the fit with one effect taken away and all the rest fitted anew."""
-        return self.iterate(self.evaluate(*bare(fit, {variant})), rounds)
+        return self.iterate(self.evaluate(*without_effects(fit, {variant})), rounds)
 
     # -- inside ----------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.hypothesis import Hypothesis
 
-__all__ = ['Fit', 'StartColumns', 'bare', 'mean_square']
+__all__ = ['Fit', 'StartColumns', 'mean_square', 'without_effects']
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def mean_square(fit: Fit) -> float:
     return float(np.mean(fit.residual ** 2))
 
 
-def bare(fit: Fit, gone: set[int]) -> tuple[Hypothesis, Array]:
+def without_effects(fit: Fit, gone: set[int]) -> tuple[Hypothesis, Array]:
     """Return hypothesis and vector of a fit with some effects taken away, all else kept."""
     variants = tuple(variant for index, variant in enumerate(fit.hypothesis.variants)
                      if index not in gone)

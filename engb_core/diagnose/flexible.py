@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.numbers import level
 from engb_core.diagnose.problem import Run
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.effects.base import (
     DIRECTION,
     DISC_SPEED,
@@ -139,7 +139,7 @@ def best_table(fitter: Fitter, fit: Fit) -> Flexible | None:
         found = _fitted(fitter, fit, made)
         if best is None or found.level < best.level:
             best = found
-    if best is None or best.level > level(fit, fitter) - 0.02:
+    if best is None or best.level > reduced_chi_square(fit, fitter) - 0.02:
         return None
     return best
 

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.multistart import search_around
 from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
+from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.search import Search, with_variant
-from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.catalogue import get_effect
 
 __all__ = ['MOVE_THE_LOAD', 'best_of_each', 'both_moved', 'load_held', 'load_moved',
@@ -34,7 +35,7 @@ def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
     if len(numbers) == len(fitter.numbers):
         return []
     fitter.base(numbers)
-    return best_of_each([*side_by_side(
+    return best_of_each([*parallel_map(
         lambda fit: _refitted(result, fit, numbers), result.alike(fits), fitter.threads),
         *load_moved(result, None)])
 
@@ -57,16 +58,17 @@ def best_of_each(fits: list[Fit]) -> list[Fit]:
 
 def _refitted(result: Search, fit: Fit, numbers: tuple[NominalNumber, ...]) -> Fit:
     """Return the fit with other numbers free. One with many narrow minima stays where it is, so
-    that a pair with a rugged effect is fitted anew, that effect last."""
+    that a pair with a multimodal effect is fitted anew, that effect last, and looked for around
+    where it stands: which of two happened to stop in the lower minimum decides nothing."""
     fitter = result.fitter
     again = fitter.refit(fit, numbers)
-    rugged = [variant for variant in fit.hypothesis.variants if variant.effect.rugged]
-    others = [variant for variant in fit.hypothesis.variants if not variant.effect.rugged]
-    alone = result.alone(others[0]) if len(rugged) == len(others) == 1 else None
-    if alone is None:
-        return again
-    return min(again, with_variant(fitter, fitter.refit(alone, numbers), rugged[0]),
-               key=lambda entry: entry.cost)
+    multimodal = [variant for variant in fit.hypothesis.variants if variant.effect.multimodal]
+    others = [variant for variant in fit.hypothesis.variants if not variant.effect.multimodal]
+    alone = result.alone(others[0]) if len(multimodal) == len(others) == 1 else None
+    if alone is not None:
+        again = min(again, with_variant(fitter, fitter.refit(alone, numbers), multimodal[0]),
+                    key=lambda entry: entry.cost)
+    return search_around(fitter, again) if multimodal else again
 
 
 def numbers_without_load(fitter: Fitter) -> tuple[NominalNumber, ...]:
@@ -87,6 +89,6 @@ def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
     variants = [variant for effect in effects
                 for variant in variants_of(effect, fitter.problem.scene)]
     # A contact has a kink: derivatives from elsewhere lead astray.
-    return list(side_by_side(
+    return list(parallel_map(
         lambda variant: fitter.refine(fitter.fit(variant, start, rounds=8, keep=2), 12),
         variants, fitter.threads))

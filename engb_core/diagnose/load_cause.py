@@ -33,10 +33,11 @@ from engb_core.diagnose.held_load_curve import (
     numbers_without_load,
 )
 from engb_core.diagnose.held_parameters import LOAD
-from engb_core.diagnose.numbers import level, refitted, was_refitted
-from engb_core.diagnose.ranking import excess, plain_price, price, simplest
+from engb_core.diagnose.numbers import refitted, was_refitted
+from engb_core.diagnose.parallel_map import parallel_map
+from engb_core.diagnose.ranking import plain_price, price, simplest
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.search import Search
-from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['moved_by', 'standing', 'selected_by_load_curve']
 
@@ -59,7 +60,7 @@ def selected_by_load_curve(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]
         return moved_by(result, excess(fitter.nominal(), fitter))
     near = excess(chosen, fitter) * 1.5 + 0.3
     close = [chosen, *(fit for fit in others if excess(fit, fitter) < near)]
-    limit = level(chosen, fitter) + max(HELD_LOSS, 0.3 * excess(chosen, fitter))
+    limit = reduced_chi_square(chosen, fitter) + max(HELD_LOSS, 0.3 * excess(chosen, fitter))
     held = [fit for fit in load_held(result, close) if len(fit.hypothesis.variants) == size]
     decided, rivals = _decided(fitter, chosen, held, others, limit)
     if decided is chosen:
@@ -77,20 +78,20 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     if not kept and (nominal < REFITTED * before or was_refitted(fitter)) or _made_up(fitter):
         return chosen, rivals
     held = fitter.refit(chosen, numbers_without_load(fitter))
-    rise = level(held, fitter) - level(chosen, fitter)
+    rise = reduced_chi_square(held, fitter) - reduced_chi_square(chosen, fitter)
     moved = load_moved(result, chosen) if rise >= INSISTED else []
     if not moved:
         return chosen, rivals
     best = min(moved, key=lambda fit: price(fit, fitter)
                - NUMBER_BONUS * fit.hypothesis.variants[-1].number_only)
     lost = min(nominal - before, BESIDE_EFFECTS * before)
-    least = HELD_RISE * level(chosen, fitter) if kept else BESIDE_LOAD * lost
+    least = HELD_RISE * reduced_chi_square(chosen, fitter) if kept else BESIDE_LOAD * lost
     if rise < least and not _as_it_stands(best, chosen, fitter, rise):
         return chosen, rivals
-    if level(best, fitter) >= limit + min(0.02 * rise, 0.3):
+    if reduced_chi_square(best, fitter) >= limit + min(0.02 * rise, 0.3):
         return chosen, rivals
-    near = level(best, fitter) + HELD_LOSS
-    others = [fit for fit in rivals if level(fit, fitter) < near
+    near = reduced_chi_square(best, fitter) + HELD_LOSS
+    others = [fit for fit in rivals if reduced_chi_square(fit, fitter) < near
               and len(fit.hypothesis.variants) == len(chosen.hypothesis.variants)]
     alike = best_of_each([*moved, *both_moved(result, others[:LEADING - 1])])
     best = _better(best, alike, fitter)
@@ -103,7 +104,8 @@ def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:
     effects with all numbers free, seen beside the `rise` with the load curve unmoved: no refit
     has moved them."""
     allowed = max(HELD_LOSS, STANDING_PART * rise)
-    return level(fitter.with_file(fit), fitter) < level(chosen, fitter) + allowed
+    with_file = reduced_chi_square(fitter.with_file(fit), fitter)
+    return with_file < reduced_chi_square(chosen, fitter) + allowed
 
 
 def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
@@ -111,10 +113,11 @@ def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     fitter, base = result.fitter, result.base
     if _made_up(fitter) or (was_refitted(fitter) and LOAD not in fitter.held):
         return base, []
-    rise = level(fitter.refit(base, numbers_without_load(fitter)), fitter) - level(base, fitter)
+    with_curve = fitter.refit(base, numbers_without_load(fitter))
+    rise = reduced_chi_square(with_curve, fitter) - reduced_chi_square(base, fitter)
     if rise < max(INSISTED, INSISTED_PART * nominal):
         return base, []
-    limit = level(base, fitter) + max(HELD_LOSS, min(0.1 * rise, 0.3))
+    limit = reduced_chi_square(base, fitter) + max(HELD_LOSS, min(0.1 * rise, 0.3))
     held = load_held(result, result.of_size(1))
     decided, rivals = _decided(fitter, base, held, [], limit)
     if decided is not base:
@@ -132,8 +135,8 @@ def _or_two(result: Search, decided: Fit, rivals: list[Fit], held: list[Fit],
         return decided, rivals
     single = [fitter.refine(fit) for fit in held if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
     free = [fit for fit in result.of_size(1) if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
-    least = min(level(fit, fitter) for fit in (result.base, *free))
-    if math.log(min(level(fit, fitter) for fit in single) / least) < BETTER:
+    least = min(reduced_chi_square(fit, fitter) for fit in (result.base, *free))
+    if math.log(min(reduced_chi_square(fit, fitter) for fit in single) / least) < BETTER:
         # No second one can move it to where it were better.
         return decided, rivals
     pairs = both_moved(result, single)
@@ -160,7 +163,7 @@ def _decided(fitter: Fitter, chosen: Fit, held: list[Fit], others: list[Fit], li
     """Return the best of the fits with the load curve held, and the others of them as rivals;
     what was `chosen` before, and its rivals, where none of those fits as well."""
     ranked = sorted(held, key=lambda fit: price(fit, fitter))
-    if not ranked or level(ranked[0], fitter) > limit:
+    if not ranked or reduced_chi_square(ranked[0], fitter) > limit:
         return chosen, others
     best = simplest(ranked, fitter)
     return best, [fit for fit in ranked if fit is not best]
@@ -171,24 +174,24 @@ def standing(fitter: Fitter, chosen: Fit, rivals: list[Fit]) -> tuple[Fit, list[
     has moved them, and whoever needs them moved is wrong. Such rivals come back as they fit with
     the file's numbers."""
     size = len(chosen.hypothesis.variants)
-    near = level(chosen, fitter) + HELD_LOSS
+    near = reduced_chi_square(chosen, fitter) + HELD_LOSS
     close = [fit for fit in (chosen, *rivals) if len(fit.hypothesis.variants) == size
-             and level(fit, fitter) < near and not any(
+             and reduced_chi_square(fit, fitter) < near and not any(
                  variant.effect.unnamed for variant in fit.hypothesis.variants)][:CLOSE]
     if size == 0 or len(close) < 2 or chosen not in close or refitted(fitter) or _made_up(fitter):
         return chosen, rivals
-    stand = list(side_by_side(lambda fit: fitter.refine(fitter.with_file(fit)), close,
+    stand = list(parallel_map(lambda fit: fitter.refine(fitter.with_file(fit)), close,
                               fitter.threads))
-    least = min(level(fit, fitter) for fit in stand)
-    if least > level(chosen, fitter) + HELD_LOSS:
+    least = min(reduced_chi_square(fit, fitter) for fit in stand)
+    if least > reduced_chi_square(chosen, fitter) + HELD_LOSS:
         return chosen, rivals
-    own = level(stand[0], fitter)
+    own = reduced_chi_square(stand[0], fitter)
     others = [fit for fit in rivals if fit not in close]
     if own < least + max(STANDS_BETTER, STANDS_BETTER_PART * excess(fitter.nominal(), fitter)):
         return chosen, [*stand[1:], *others]
     place = min(range(len(stand)), key=lambda entry: price(stand[entry], fitter))
-    if close[place].hypothesis.size > chosen.hypothesis.size and level(
-            close[place], fitter) >= level(chosen, fitter):
+    if close[place].hypothesis.size > chosen.hypothesis.size and reduced_chi_square(
+            close[place], fitter) >= reduced_chi_square(chosen, fitter):
         # What has more to be fitted by stands more easily.
         return chosen, rivals
     return close[place], [*(fit for entry, fit in enumerate(stand) if entry != place), *others]

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import CURVATURE
-from engb_core.diagnose.numbers import level, NumberFinding
+from engb_core.diagnose.numbers import NumberFinding
 from engb_core.diagnose.recording_folds import better_on_others
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
 __all__ = ['missing_load_friction']
 
@@ -35,4 +36,5 @@ def missing_load_friction(fitter: Fitter, explained: Fit) -> NumberFinding | Non
     if value <= fitter.problem.model.friction.load_gain or not better_on_others(
             fitter, held, fit):
         return None
-    return NumberFinding(EFFECT, fit, level(held, fitter) - level(fit, fitter), value)
+    rise = reduced_chi_square(held, fitter) - reduced_chi_square(fit, fitter)
+    return NumberFinding(EFFECT, fit, rise, value)

@@ -8,18 +8,22 @@ the file's form, and where a table is worth having, all effects are asked for ag
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, INSISTED
+from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
-from engb_core.diagnose.numbers import level, NumberFinding
+from engb_core.diagnose.numbers import NumberFinding
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.load_curve_shape import EFFECT
 
-__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'with_free_load_curve']
+__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'nameless_curve', 'with_free_load_curve']
 
 LOAD_SHAPE = EFFECT.id
 # So often a wave must repeat along the stroke to be told from what stands in some places once.
@@ -48,13 +52,15 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
                                     chosen.hypothesis.named(chosen.vector, index))}
     # By the one measure of noise for both.
     if instead:
-        fewer = fitter.evaluate(*bare(chosen, instead))
-        if not worth_a_further_effect(level(_freed(free, fewer), fitter) - 1.0, after, whole):
+        fewer = fitter.evaluate(*without_effects(chosen, instead))
+        left = reduced_chi_square(_freed(free, fewer), fitter) - 1.0
+        if not worth_a_further_effect(left, after, whole):
             return free
     if after <= CLEAN_EXCESS:
         return None
-    beside = level(_freed(free, chosen), fitter) - 1.0
-    return free if worth_a_further_effect(level(chosen, fitter) - 1.0, beside, whole) else None
+    beside = reduced_chi_square(_freed(free, chosen), fitter) - 1.0
+    left = reduced_chi_square(chosen, fitter) - 1.0
+    return free if worth_a_further_effect(left, beside, whole) else None
 
 
 def _may_be_the_curve(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
@@ -90,7 +96,18 @@ def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
     others += [number for number in nominal_numbers(fitter.problem.model, fitter.problem.scene)
                if number.name not in names]
     held = fitter.refit(explained, tuple(others))
-    rise = level(held, fitter) - level(explained, fitter)
+    rise = reduced_chi_square(held, fitter) - reduced_chi_square(explained, fitter)
     if rise < INSISTED:
         return None
     return NumberFinding(LOAD_SHAPE, explained, rise, float(max(values, key=abs)))
+
+
+def nameless_curve(findings: Sequence[EffectFinding]) -> Unexplained | None:
+    """Return what has no name where a table beside the load curve explains all that there is: a
+    table says that the curve is another one and what it depends on, but not why."""
+    if not any(entry.effect == LOAD_SHAPE and entry.probability >= 0.5 for entry in findings):
+        return None
+    return Unexplained(
+        share=0.0, depends_on=('position',), parity_in_velocity='even', memory=False, where=(),
+        statement='Why the load curve has this form has no name: it follows from the position '
+                  'alone, and the table holds it.')

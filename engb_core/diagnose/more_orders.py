@@ -13,7 +13,7 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import scaled, Variant
-from engb_core.diagnose.numbers import level
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.diagnose.uncertainty import stands_out
 from engb_core.effects.cogging_torque import EFFECT, MORE_ORDERS, with_orders
@@ -33,14 +33,14 @@ def with_more_orders(fitter: Fitter, fit: Fit) -> Fit:
     """Return a fit whose only effect is cogging, with as many orders as each take away a part of
     what the others leave."""
     for count in range(2, 2 + MORE_ORDERS):
-        left = level(fit, fitter) - 1.0
+        left = reduced_chi_square(fit, fitter) - 1.0
         if left <= 0.0:
             break
         found = [_with_order(fitter, fit, count, setting['order'])
                  for setting in settings_from_residual(fitter, fit, EFFECT) or ()
                  if _is_new(fit, setting['order'])]
         best = min(found, key=lambda entry: entry.cost, default=None)
-        if best is None or level(best, fitter) - 1.0 > (1.0 - PART) * left \
+        if best is None or reduced_chi_square(best, fitter) - 1.0 > (1.0 - PART) * left \
                 or not _better_unseen(fitter, fit, best):
             break
         fit = fitter.refine(best)

@@ -20,7 +20,7 @@ from engb_core.diagnose.linear_start import start_vector
 from engb_core.diagnose.normal_equations import normal_equations
 from engb_core.diagnose.objective import Objective
 
-__all__ = ['Promise', 'Settling', 'best_promised', 'followed', 'is_rugged', 'moved_places',
+__all__ = ['Promise', 'Settling', 'best_promised', 'followed', 'is_multimodal', 'moved_places',
            'promises', 'search_around']
 
 Array = NDArray[np.float64]
@@ -42,9 +42,9 @@ MOVES = 100
 HOPE = 0.02
 
 
-def is_rugged(fit: Fit) -> bool:
+def is_multimodal(fit: Fit) -> bool:
     """Whether any effect of a fit is one of those."""
-    return any(variant.effect.rugged for variant in fit.hypothesis.variants)
+    return any(variant.effect.multimodal for variant in fit.hypothesis.variants)
 
 
 @dataclass(frozen=True)
@@ -126,14 +126,14 @@ def best_promised(objective: Objective, start: Fit, promised: list[Promise], rou
 
 
 def moved_places(fit: Fit) -> tuple[list[int], Array]:
-    """Return which entries of the vector are moved at random, those of the rugged effects, or of
-    all where none is, and the standard deviation (count,) of a first move."""
+    """Return which entries of the vector are moved at random, those of the multimodal effects, or
+    of all where none is, and the standard deviation (count,) of a first move."""
     hypothesis = fit.hypothesis
     count = len(hypothesis.numbers)
     low, high = hypothesis.bounds
     owners = [hypothesis.variants[owner].effect for owner, _, _ in hypothesis.places]
     moved = [count + entry for entry, effect in enumerate(owners)
-             if effect.rugged or not is_rugged(fit)]
+             if effect.multimodal or not is_multimodal(fit)]
     scale = np.array([MOVE_OF_LOGARITHM if hypothesis.parameter(place - count).logarithmic
                       else MOVE_OF_RANGE * (high[place] - low[place]) for place in moved])
     return moved, scale
@@ -141,7 +141,7 @@ def moved_places(fit: Fit) -> tuple[list[int], Array]:
 
 def search_around(objective: Objective, fit: Fit, moves: int = MOVES) -> Fit:
     """Return the best fit found around `fit` by so many random moves (always the same ones) of the
-    rugged effects, or of all where none is."""
+    multimodal effects, or of all where none is."""
     hypothesis = fit.hypothesis
     moved, scale = moved_places(fit)
     settled = Settling(objective, fit, hypothesis)

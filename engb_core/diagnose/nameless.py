@@ -16,7 +16,7 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import left_out
-from engb_core.diagnose.sharpened import Sharpened
+from engb_core.diagnose.full_bandwidth import CorrectedModels
 from engb_core.laws.blocks import (
     Blocks,
     kinds_of_motion,
@@ -30,7 +30,7 @@ __all__ = ['that_carries']
 ELSEWHERE = 0.5
 
 
-def that_carries(fitter: Fitter, nominal: Fit, told: Sharpened) -> Sharpened:
+def that_carries(fitter: Fitter, nominal: Fit, told: CorrectedModels) -> CorrectedModels:
     """Return what is told without the models that do not carry over.
 
     Args:

@@ -15,7 +15,7 @@ from scipy.stats import chi2
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, COLOURED, MOST_NOISE
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.numbers import level
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
 __all__ = ['colour', 'is_noise']
 
@@ -28,7 +28,7 @@ LAGS = range(2, 12)
 def is_noise(fitter: Fitter, fit: Fit) -> bool:
     """Return whether what a fit leaves is noise: within how well its level is known, or without
     colour and no more than as much again."""
-    excess = level(fit, fitter) - 1.0
+    excess = reduced_chi_square(fit, fitter) - 1.0
     return excess <= CLEAN_EXCESS or (excess <= MOST_NOISE and colour(fitter, fit) > COLOURED)
 
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import (
     BESIDE,
@@ -33,9 +32,10 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber
-from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.diagnose.parallel_map import parallel_map
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 
-__all__ = ['NumberFinding', 'level', 'level_of', 'number_place', 'refitted', 'was_refitted',
+__all__ = ['NumberFinding', 'number_place', 'refitted', 'was_refitted',
            'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
@@ -68,25 +68,6 @@ class NumberFinding:
     rivals: tuple[tuple[str, float], ...] = ()
 
 
-def level(fit: Fit, fitter: Fitter) -> float:
-    """Return the mean squared residual over all that was recorded, in units of the noise's."""
-    return _mean_square(fit.residual, fitter.sigma, fitter.spread)
-
-
-def level_of(fit: Fit, fitter: Fitter, rows: NDArray[np.bool_]) -> float:
-    """Return the mean squared residual over some of what was recorded, `rows` (m,), in units of
-    the noise's; 1 where there are none."""
-    if not rows.any():
-        return 1.0
-    return _mean_square(fit.residual[rows], fitter.sigma[rows], fitter.spread[rows])
-
-
-def _mean_square(residual: NDArray[np.float64], sigma: NDArray[np.float64],
-                 spread: NDArray[np.float64]) -> float:
-    weight = 1.0 / spread ** 2
-    return float(np.sum(weight * residual ** 2) / np.sum(weight * sigma ** 2))
-
-
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     """Return the numbers that are wrong in the model file, given the effects in `explained`.
 
@@ -102,9 +83,9 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     if load_kept:
         # The file was not refitted, and may stand but for one number.
         least = 0.0
-        if level(fitter.base(), fitter) - 1.0 < NUMBERS_SUFFICE:
+        if reduced_chi_square(fitter.base(), fitter) - 1.0 < NUMBERS_SUFFICE:
             # Or it was: then the number may have moved a little along with the load curve.
-            least = INSISTED_PART * (level(fitter.nominal(), fitter) - 1.0)
+            least = INSISTED_PART * (reduced_chi_square(fitter.nominal(), fitter) - 1.0)
         alone = next((finding for finding in insisted if finding.matters >= least
                       and _all_but(fitter, explained, finding)), None)
         return [] if alone is None else [alone]
@@ -138,12 +119,12 @@ def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[Number
     if any(variant.number_only for variant in variants) and not all(
             variant.number_only for variant in variants):
         return []
-    floor = level(explained, fitter)
+    floor = reduced_chi_square(explained, fitter)
     asked = [number for number in numbers if number.name in _BY_NUMBER]
-    held = side_by_side(lambda number: fitter.refit(
+    held = parallel_map(lambda number: fitter.refit(
         explained, tuple(other for other in numbers if other is not number)),
         asked, fitter.threads)
-    rises = {number.name: level(fit, fitter) - floor
+    rises = {number.name: reduced_chi_square(fit, fitter) - floor
              for number, fit in zip(asked, held, strict=True)}
     whole = _whole(fitter, explained)
     least = {name: max(INSISTED, min(INSISTED_PART * whole, HELD_LEFT * max(floor - 1.0, 0.0))
@@ -165,19 +146,19 @@ def _named_only(fitter: Fitter, explained: Fit) -> Fit:
 def _whole(fitter: Fitter, explained: Fit) -> float:
     """Return the excess that a number's part is measured by: the file's, but beside effects not
     much more than theirs, since a file that was not refitted may miss by any amount."""
-    file = max(level(fitter.nominal(), fitter) - 1.0, 0.0)
+    file = excess(fitter.nominal(), fitter)
     if not explained.hypothesis.variants:
         return file
-    return min(file, BESIDE_EFFECTS * max(level(fitter.base(), fitter) - 1.0, 0.0))
+    return min(file, BESIDE_EFFECTS * excess(fitter.base(), fitter))
 
 
 def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
             ) -> list[NumberFinding]:
     """Return the fewest of the numbers that make the file fit; beside effects at most one."""
-    floor = level(explained, fitter)
-    excess = max(level(fitter.nominal(), fitter) - 1.0, 0.0)
+    floor = reduced_chi_square(explained, fitter)
+    whole = excess(fitter.nominal(), fitter)
     if explained.hypothesis.variants:
-        before = max(level(fitter.base(), fitter) - 1.0, 0.0)
+        before = excess(fitter.base(), fitter)
         if refitted(fitter):
             return []
         alone = [finding.effect for finding in insisted
@@ -186,7 +167,7 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
                  or not _moved_along(fitter, explained, finding)]
         least = SECOND * max((finding.matters for finding in apart), default=0.0)
         return [finding for finding in apart
-                if finding.matters >= least and (finding.matters > BESIDE * (excess - before)
+                if finding.matters >= least and (finding.matters > BESIDE * (whole - before)
                                                  or finding.effect in alone)][:1]
     for finding in insisted:
         if _with_only(fitter, explained, (finding,)) < floor + max(INSISTED,
@@ -220,7 +201,8 @@ def refitted(fitter: Fitter) -> bool:
     do without effects, or that drove a number of both down to none."""
     file, base = fitter.nominal(), fitter.base(tuple(
         number for number in fitter.numbers if number.name != CURVATURE))
-    return (level(file, fitter) - 1.0 < REFITTED * max(level(base, fitter) - 1.0, 0.0)
+    left, least = (reduced_chi_square(fit, fitter) - 1.0 for fit in (file, base))
+    return (left < REFITTED * max(least, 0.0)
             or mean_square(file) < REFITTED * mean_square(base) or _driven_to_none(base))
 
 
@@ -253,18 +235,18 @@ def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool
 
 def _all_but(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:
     """Whether the file's other numbers fit as they stand beside the effects."""
-    return _with_only(fitter, explained, (finding,)) < level(explained, fitter) + max(
+    return _with_only(fitter, explained, (finding,)) < reduced_chi_square(explained, fitter) + max(
         INSISTED, BESIDE_LEAVES * finding.matters)
 
 
 def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:
-    """Return the level that the file reaches when only these numbers are refitted."""
+    """Return the reduced chi-square of the file with only these numbers refitted."""
     free = {DELAY, *(number for number, effect in _BY_NUMBER.items()
                      if effect in [finding.effect for finding in wrong])}
     if 'load_gain' in free:
         free.add(CURVATURE)
-    return level(fitter.refit(explained, tuple(number for number in explained.hypothesis.numbers
-                                               if number.name in free)), fitter)
+    numbers = tuple(number for number in explained.hypothesis.numbers if number.name in free)
+    return reduced_chi_square(fitter.refit(explained, numbers), fitter)
 
 
 def _named(fitter: Fitter, explained: Fit, name: str, rise: float) -> NumberFinding | None:

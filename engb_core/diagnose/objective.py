@@ -20,8 +20,8 @@ from engb_core.diagnose.nominal import (
     with_load_shape,
     with_reference_load,
 )
+from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.problem import Problem
-from engb_core.diagnose.side_by_side import side_by_side
 
 __all__ = ['Objective']
 
@@ -98,7 +98,7 @@ class Objective:
             moved[place] += step
             return (self.predict(hypothesis, moved) - fit.predicted) / step
 
-        found = list(side_by_side(column, places, self.threads))
+        found = list(parallel_map(column, places, self.threads))
         return np.stack(found, axis=1) if found else np.zeros((fit.predicted.size, 0))
 
     def number_columns(self, fit: Fit) -> Array:

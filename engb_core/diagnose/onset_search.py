@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import CLEAN_EXCESS, NAMELESS_PRICE
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.multistart import best_promised, is_rugged, promises, search_around
-from engb_core.diagnose.numbers import level_of
+from engb_core.diagnose.multistart import best_promised, is_multimodal, promises, search_around
 from engb_core.diagnose.onset import cost_by_onset, Onset
-from engb_core.diagnose.ranking import excess, price
+from engb_core.diagnose.parallel_map import parallel_map
+from engb_core.diagnose.ranking import price
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.diagnose.search import physics_effects, variants_and_starts
 from engb_core.diagnose.selection import FURTHER_OF_WHOLE, Selection, worth_a_further_effect
-from engb_core.diagnose.side_by_side import side_by_side
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
 
@@ -104,7 +104,7 @@ def _begins(fitter: Fitter, fit: Fit, throughout: Fit, whole: float) -> bool:
     in all that was recorded."""
     rows = np.logical_or.reduce([onset.before(fitter.problem.times)
                                  for _, onset in fit.hypothesis.onsets])
-    old, new = (level_of(entry, fitter, rows) - 1.0 for entry in (throughout, fit))
+    old, new = (reduced_chi_square_of(entry, fitter, rows) - 1.0 for entry in (throughout, fit))
     gain = float(np.mean(rows)) * (old - new)
     return worth_a_further_effect(old, new, 0.0) and gain > FURTHER_OF_WHOLE * whole
 
@@ -112,7 +112,7 @@ def _begins(fitter: Fitter, fit: Fit, throughout: Fit, whole: float) -> bool:
 def _refined(fitter: Fitter, fit: Fit) -> Fit:
     """Return the fit at its minimum; where its cost has many, also of those around."""
     fit = fitter.refine(fit)
-    return search_around(fitter, fit) if is_rugged(fit) else fit
+    return search_around(fitter, fit) if is_multimodal(fit) else fit
 
 
 def _throughout(fitter: Fitter, fit: Fit) -> Fit:
@@ -171,7 +171,7 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
     cases = [effect for effect in effects if effect.id not in start.hypothesis.ids
              and (effect.applies is None or effect.applies(fitter.problem.scene))]
     best: dict[str, list[_Candidate]] = {}
-    parts: list[list[_Candidate]] = list(side_by_side(screened, cases, fitter.threads))
+    parts: list[list[_Candidate]] = list(parallel_map(screened, cases, fitter.threads))
     for entry in itertools.chain.from_iterable(parts):
         best.setdefault(entry.variant.effect.id, []).append(entry)
     leading = sorted((sorted(entries, key=lambda entry: entry.cost)
@@ -181,7 +181,7 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
     def fitted(entries: list[_Candidate]) -> Fit:
         return _settled(fitter, _begun(fitter, start, entries))
 
-    return list(side_by_side(fitted, hopeful, fitter.threads))
+    return list(parallel_map(fitted, hopeful, fitter.threads))
 
 
 def _screened(fitter: Fitter, start: Fit, columns: Array, effect: Effect) -> list[_Candidate]:
@@ -224,7 +224,7 @@ def _by_onset(fitter: Fitter, start: Fit, columns: Array, entry: StartColumns,
 def _begun(fitter: Fitter, start: Fit, entries: list[_Candidate]) -> Fit:
     """Return the fit of the effect from where it promises most."""
     first = entries[0]
-    if first.variant.effect.rugged:
+    if first.variant.effect.multimodal:
         hypothesis = fitter.hypothesis((*start.hypothesis.variants, first.variant),
                                        start.hypothesis.numbers)
         settings = [entry.setting for entry in entries

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import CLEAN_EXCESS, NAMED_PART, TABLE_WORTH
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table, Flexible
-from engb_core.diagnose.numbers import level
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.model import Model
 
@@ -66,10 +66,10 @@ class Explanation:
 
 def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
     """Hold the chosen effects against flexible models, and decide what is named."""
-    after = level(chosen, fitter)
+    after = reduced_chi_square(chosen, fitter)
     if after - 1.0 < 0.5 * CLEAN_EXCESS:
         return Explanation(chosen, None, 1.0, after)
-    before = max(level(fitter.nominal(), fitter), level(fitter.base(), fitter))
+    before = max(reduced_chi_square(fit, fitter) for fit in (fitter.nominal(), fitter.base()))
     rest = _described(fitter, chosen)
     if not chosen.hypothesis.variants:
         return _kept(rest, chosen, 1.0, after, ())
@@ -83,7 +83,7 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
     if alone[2] > rest[2] + 0.35 * (after - rest[2]):
         # The table needs the effects: they are part of the truth, if not all of it.
         return _kept(rest, chosen, adequacy, after, ())
-    return _kept(alone, base, adequacy, level(base, fitter), chosen.hypothesis.ids)
+    return _kept(alone, base, adequacy, reduced_chi_square(base, fitter), chosen.hypothesis.ids)
 
 
 def _kept(rest: tuple[Fit, Flexible | None, float], fit: Fit, adequacy: float, after: float,
@@ -97,4 +97,4 @@ def _kept(rest: tuple[Fit, Flexible | None, float], fit: Fit, adequacy: float, a
 def _described(fitter: Fitter, fit: Fit) -> tuple[Fit, Flexible | None, float]:
     """Return the fit, the table that describes most of its rest, and the level they reach."""
     table = best_table(fitter, fit)
-    return fit, table, level(fit, fitter) if table is None else table.level
+    return fit, table, reduced_chi_square(fit, fitter) if table is None else table.level

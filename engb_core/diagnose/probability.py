@@ -29,7 +29,7 @@ from engb_core.diagnose.constants import (
     UNNAMED,
 )
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.numbers import level, level_of
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.effects.base import Scene
 from engb_core.effects.catalogue import catalogue
 
@@ -48,8 +48,7 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
     size = chosen.hypothesis.size
 
     def score(fit: Fit) -> float:
-        excess = max(level(fit, fitter) - 1.0, 0.0)
-        return math.log(excess + floor - 1.0) + 0.02 * (fit.hypothesis.size - size)
+        return math.log(excess(fit, fitter) + floor - 1.0) + 0.02 * (fit.hypothesis.size - size)
 
     best = score(chosen)
     weights = [1.0] + [min(1.0, math.exp(-TEMPER * (score(fit) - best))) * _prior(fit, chosen)
@@ -104,8 +103,8 @@ def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:
     """
     unseen = ~fitter.fitted
     for rows in (unseen, np.ones_like(unseen)):
-        missed = level_of(before, fitter, rows) - 1.0
+        missed = reduced_chi_square_of(before, fitter, rows) - 1.0
         if missed > CLEAN_EXCESS:
-            left = level_of(after, fitter, rows) - 1.0 - CLEAN_EXCESS
+            left = reduced_chi_square_of(after, fitter, rows) - 1.0 - CLEAN_EXCESS
             return min(1.0, max(0.0, left) / missed)
     return 0.0

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from engb_core.diagnose.onset import Onset
+from engb_core.diagnose.parallel_map import OwnSamples
 from engb_core.diagnose.position_noise import position_noise
-from engb_core.diagnose.side_by_side import OwnSamples
 from engb_core.effects.base import Scene
 from engb_core.errors import InputError
 from engb_core.model import Model

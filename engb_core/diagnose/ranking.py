@@ -15,14 +15,9 @@ from engb_core.diagnose.constants import (
     PARAMETER_PRICE,
 )
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.numbers import level
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 
-__all__ = ['excess', 'plain_price', 'price', 'simplest']
-
-
-def excess(fit: Fit, fitter: Fitter) -> float:
-    """Return the mean squared residual above the noise's."""
-    return max(level(fit, fitter) - 1.0, 0.0)
+__all__ = ['plain_price', 'price', 'simplest']
 
 
 def price(fit: Fit, fitter: Fitter) -> float:
@@ -37,7 +32,7 @@ def price(fit: Fit, fitter: Fitter) -> float:
 def plain_price(fit: Fit, fitter: Fitter) -> float:
     """Return log mean square plus a price a parameter."""
     parameters = fit.hypothesis.size - len(fit.hypothesis.numbers)
-    return math.log(max(level(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters
+    return math.log(max(reduced_chi_square(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters
 
 
 def simplest(candidates: list[Fit], fitter: Fitter) -> Fit:

@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 
 # Fewer recordings than this say nothing of how they scatter.
 LEAST_RECORDINGS = 4
+# Part of the best told information below which a direction is not told at all: what rounding makes
+# of sums of products of thousands of values.
+_LEAST_TOLD = 1e-9
 # Chance of taking scatter among the recordings for a gain.
 CHANCE = 0.01
 
@@ -45,9 +48,13 @@ def costs_left_out(fitter: Fitter, fit: Fit) -> Array:
         columns = jacobian[rows] * weight[rows, None]
         residual = fit.residual[rows] * weight[rows]
         others = gram - columns.T @ columns + np.diag(prior)
-        norm = np.sqrt(np.diag(others))
-        moved = np.linalg.solve(others / np.outer(norm, norm),
-                                columns.T @ residual / norm) / norm
+        # By all recordings together: what the others tell of a number that this one alone tells
+        # is a difference of like sums, and may come out below nothing.
+        norm = np.sqrt(np.diag(gram) + prior)
+        norm[norm == 0.0] = 1.0
+        # What the others do not tell, or only together with something else, stays as it is.
+        moved = np.linalg.lstsq(others / np.outer(norm, norm), columns.T @ residual / norm,
+                                rcond=_LEAST_TOLD)[0] / norm
         left_out = residual + columns @ moved
         costs.append(float(left_out @ left_out))
     return np.array(costs)

@@ -10,9 +10,9 @@ import math
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.more_orders import with_more_orders
-from engb_core.diagnose.multistart import is_rugged, search_around
-from engb_core.diagnose.numbers import level
-from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.diagnose.multistart import is_multimodal, search_around
+from engb_core.diagnose.parallel_map import parallel_map
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import catalogue
@@ -25,8 +25,8 @@ __all__ = ['Search', 'extend', 'physics_effects', 'search', 'variants_and_starts
 COMPANIONS = (8, 4, 3)
 # Variants of one effect among the companions of one.
 ALIKE = 2
-# Starts of a rugged effect that are tried to see whether it may be a companion.
-RUGGED_COMPANION = 6
+# Starts of a multimodal effect that are tried to see whether it may be a companion.
+MULTIMODAL_COMPANION = 6
 # Singles and pairs that are iterated on with derivatives at the fit itself.
 REFINED = 5
 # No fit is iterated on that costs this many times what the best one does: in 22 recordings further
@@ -34,7 +34,7 @@ REFINED = 5
 HOPELESS = 5.0
 # Pairs that are fitted to the end before the others begin.
 AHEAD = 2
-# So many pairs are fitted the other way round as well; without a rugged effect only those that
+# So many pairs are fitted the other way round as well; without a multimodal effect only those that
 # lower the leading single's cost to this part of it.
 OTHER_WAY_ROUND = 4
 ASTRAY = 0.8
@@ -106,7 +106,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
     effects = physics_effects(fitter)
     tell = progress or (lambda text: None)
     tell('fitting every effect alone')
-    singles = side_by_side(lambda effect: _with_effect(fitter, base, effect), effects,
+    singles = parallel_map(lambda effect: _with_effect(fitter, base, effect), effects,
                            fitter.threads)
     for number, (effect, fits) in enumerate(zip(effects, singles, strict=True)):
         tell(f'fitted {number + 1} of {len(effects)}: {effect.title}')
@@ -120,7 +120,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
     for number, fit in enumerate(_with_companions(fitter, pairs)):
         tell(f'fitted {number + 1} of {len(pairs)} pairs: {" and ".join(fit.hypothesis.ids)}')
         result.add(fit)
-    for fit in side_by_side(_other_way_round(result), _led_astray(result), fitter.threads):
+    for fit in parallel_map(_other_way_round(result), _led_astray(result), fitter.threads):
         result.add(fit)
     _refine(result, 2)
     return result
@@ -138,17 +138,17 @@ def extend(result: Search, fit: Fit) -> None:
     fitter = result.fitter
     further = _companions(result, [fit], physics_effects(fitter))
     found = list(_with_companions(fitter, further))
-    for entry in side_by_side(fitter.refine, found, fitter.threads):
+    for entry in parallel_map(fitter.refine, found, fitter.threads):
         result.add(entry)
 
 
 def _refine(result: Search, size: int) -> None:
     leading = result.of_size(size)[:REFINED]
     hopeful = [fit for fit in leading if fit.cost < HOPELESS * leading[0].cost]
-    for fit in side_by_side(result.fitter.refine, hopeful, result.fitter.threads):
+    for fit in parallel_map(result.fitter.refine, hopeful, result.fitter.threads):
         result.add(fit)
     best = result.of_size(size)[0]
-    if is_rugged(best):
+    if is_multimodal(best):
         # Far from its optimum it would leave room for one effect more.
         result.add(search_around(result.fitter, best))
 
@@ -161,10 +161,10 @@ def _with_companions(fitter: Fitter, companions: list[_Companion]) -> Iterator[F
 
     ranked = sorted(companions, key=lambda entry: entry.cost)
     best = math.inf
-    for fit in side_by_side(fitted, ranked[:AHEAD], fitter.threads):
+    for fit in parallel_map(fitted, ranked[:AHEAD], fitter.threads):
         best = min(best, fit.cost)
         yield fit
-    yield from side_by_side(lambda entry: fitted(entry, HOPELESS * best), ranked[AHEAD:],
+    yield from parallel_map(lambda entry: fitted(entry, HOPELESS * best), ranked[AHEAD:],
                             fitter.threads)
 
 
@@ -173,9 +173,9 @@ def _led_astray(result: Search) -> list[Fit]:
     in what it could of its companion, and derivatives need not lead back from there, least of
     all where the cost has many narrow minima."""
     leading, pairs = result.of_size(1)[0], result.of_size(2)
-    lower = leading.cost if is_rugged(leading) else ASTRAY * leading.cost
+    lower = leading.cost if is_multimodal(leading) else ASTRAY * leading.cost
     return [fit for fit in pairs if fit.cost < min(lower, HOPELESS * pairs[0].cost)
-            and level(fit, result.fitter) > 1.0 + NOTHING_LEFT
+            and reduced_chi_square(fit, result.fitter) > 1.0 + NOTHING_LEFT
             and fit.hypothesis.variants[0] == leading.hypothesis.variants[0]
             and not any(variant.effect.unnamed for variant in fit.hypothesis.variants)
             and result.alone(fit.hypothesis.variants[1]) is not None][:OTHER_WAY_ROUND]
@@ -223,20 +223,20 @@ def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> lis
 
     cases = [(first, effect) for first in firsts for effect in effects
              if _goes_with(effect, first)]
-    found = [entry for part in side_by_side(screened, cases, result.fitter.threads)
+    found = [entry for part in parallel_map(screened, cases, result.fitter.threads)
              for entry in part]
-    # Each set of effects, and whether it may be reached once more, by adding its rugged one last.
+    # Each set of effects, and whether it may be reached once more, with its multimodal one last.
     taken, chosen = dict.fromkeys(result.fits, False), []
     for first, most in zip(firsts, COMPANIONS, strict=False):
         best: list[_Companion] = []
         for entry in sorted((entry for entry in found
                              if entry.first is first and (entry.key not in taken or (
-                                 taken[entry.key] and entry.variant.effect.rugged))),
+                                 taken[entry.key] and entry.variant.effect.multimodal))),
                             key=lambda entry: entry.cost):
             alike = sum(other.key == entry.key for other in best)
             if alike < ALIKE and len(best) < most:
                 best.append(entry)
-        taken |= dict.fromkeys((entry.key for entry in best), is_rugged(first))
+        taken |= dict.fromkeys((entry.key for entry in best), is_multimodal(first))
         chosen += best
     return chosen
 
@@ -255,8 +255,8 @@ def _instead_of(effect: Effect) -> tuple[str, ...]:
 def _screened(fitter: Fitter, first: Fit, effect: Effect) -> list[_Companion]:
     found = []
     for variant, starts in variants_and_starts(fitter, first, effect):
-        if variant.effect.rugged:
-            promise = fitter.promised(variant, first, starts, RUGGED_COMPANION)[0]
+        if variant.effect.multimodal:
+            promise = fitter.promised(variant, first, starts, MULTIMODAL_COMPANION)[0]
             found.append(_Companion(promise.cost, first, variant, starts))
             continue
         costs, sizes = fitter.screen(first, starts)

@@ -19,8 +19,9 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
-from engb_core.diagnose.ranking import excess, price, simplest
+from engb_core.diagnose.ranking import price, simplest
 from engb_core.diagnose.recording_folds import better_on_others
+from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE
 

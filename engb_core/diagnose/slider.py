@@ -8,6 +8,7 @@ import math
 import re
 
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
+from engb_core.effects.catalogue import catalogue
 
 __all__ = ['finding_of_slider', 'unexplained_of_slider']
 
@@ -18,7 +19,11 @@ _MILLI = re.compile(r'([-+]?\d[\d.]*(?:e[-+]?\d+)?) mN·m')
 
 def finding_of_slider(finding: EffectFinding) -> EffectFinding:
     """Return the finding with the units of a linear axis."""
-    parameters = {name: replace(entry, unit=_unit(entry.unit))
+    effect = catalogue().get(finding.effect)
+    # The phase of a wave is an angle along a line, too.
+    phases = {entry.name for entry in effect.parameters if entry.kind == 'phase'} \
+        if effect is not None else set()
+    parameters = {name: entry if name in phases else replace(entry, unit=_unit(entry.unit))
                   for name, entry in finding.parameters.items()}
     return replace(finding, parameters=parameters, statement=_text(finding.statement))
 

@@ -14,10 +14,9 @@ from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.discrepancy import discrepancy_deviations, state_cells
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
-from engb_core.diagnose.numbers import level
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
-__all__ = ['estimates', 'stands_out', 'vector_deviations']
-
+__all__ = ['correlation', 'estimates', 'stands_out', 'vector_deviations']
 
 
 def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
@@ -47,13 +46,26 @@ def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
     deviations[free] = _beside_bounds(gram / inflation, width, loose) if loose.any() else alone
     if by_noise_alone:
         return deviations
-    unseen = max(level(fit, fitter) - 1.0, CLEAN_EXCESS)
+    unseen = max(reduced_chi_square(fit, fitter) - 1.0, CLEAN_EXCESS)
     inverse, norm = _inverse(gram + np.diag(np.where(loose, width, np.inf) ** -2.0))
     found = np.zeros(free.size)
     found[free] = discrepancy_deviations(
         fit.jacobian[:, free] / norm, inverse, fitter.weight, fitter.sigma, state_cells(fitter),
         float(np.sqrt(unseen))) / norm
     return np.hypot(deviations, found)
+
+
+def correlation(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return how the entries of a finished fit's vector go together, (size, size), as the Fisher
+    information says."""
+    gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
+    inverse, _ = _inverse(gram)
+    own = np.sqrt(np.maximum(np.diag(inverse), 0.0))
+    # What does nothing at all goes with nothing.
+    told = own > 0.0
+    found = np.eye(own.size)
+    found[np.ix_(told, told)] = inverse[np.ix_(told, told)] / np.outer(own[told], own[told])
+    return found
 
 
 def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],
@@ -106,7 +118,7 @@ def stands_out(fit: Fit, fitter: Fitter, variant: int, name: str = '') -> bool:
     nothing of that where the cost goes by jumps: a gap that is never crossed to its end has no
     size, and is there.
     """
-    if fit.hypothesis.variants[variant].effect.rugged:
+    if fit.hypothesis.variants[variant].effect.multimodal:
         return True
     deviations = vector_deviations(fit, fitter, by_noise_alone=True)
     offset = len(fit.hypothesis.numbers)

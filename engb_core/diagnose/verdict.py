@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.locate import zones
 from engb_core.diagnose.noise_like import is_noise
-from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.reduced_chi_square import excess
 
 __all__ = ['unless_nothing_helps', 'verdict_of']
 
@@ -21,13 +21,13 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
                findings: list[EffectFinding], mismatch: NDArray[np.float64],
                ) -> tuple[str, Unexplained | None]:
     """Return the verdict and, where structure remains, what can be said of it."""
-    before = max(level(nominal, fitter) - 1.0, 0.0)
+    before = excess(nominal, fitter)
     if is_noise(fitter, nominal):
         return 'consistent', None
     named = explanation.fit
     described = explanation.table is not None or any(
         variant.effect.unnamed for variant in named.hypothesis.variants)
-    after = max(level(named, fitter) - 1.0, 0.0)
+    after = excess(named, fitter)
     if not described and (after <= 0.02 * before or is_noise(fitter, named)):
         # Refitted numbers alone, none of which stands out, are an explanation too.
         return 'explained', None
@@ -51,10 +51,10 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
                if variant.effect.unnamed]
     what = fit.residual if table is None else table.predicted
     for index in unnamed:
-        what = what + fit.predicted - fitter.predict(*bare(fit, {index}))
+        what = what + fit.predicted - fitter.predict(*without_effects(fit, {index}))
     where = zones(runs, fitter.problem.split(what), fitter.problem.model)
     velocity = np.concatenate([run.motion.velocity[run.comparison.grid] for run in runs])
-    names = [fit.hypothesis.variants[index].effect.reveals for index in unnamed]
+    names = [name for index in unnamed for name in _told_by(fit, index)]
     names += list(table.table.names) if table else []
     if not names:
         names = [zone.variable for zone in where[:2]]
@@ -72,11 +72,24 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
                'what was kept out of the fit is no better with it')
         text += (f' {" and ".join(explanation.dropped)} would come nearest, but {why}: no name is '
                  'given.')
-    memory = any(fit.hypothesis.variants[index].effect.id == 'unexplained_rest'
-                 for index in unnamed) or (table is None and not unnamed and left > 0.3)
+    memory = any(_remembers(fit, index) for index in unnamed) or (
+        table is None and not unnamed and left > 0.3
+        and not (where and where[0].variable == 'time'))
     return Unexplained(share=left, depends_on=tuple(dict.fromkeys(names)),
                        parity_in_velocity=_parity(what, np.sign(velocity)), memory=memory,
                        where=tuple(where), statement=text)
+
+
+def _told_by(fit: Fit, index: int) -> tuple[str, ...]:
+    effect = fit.hypothesis.variants[index].effect
+    return (effect.reveals,) if effect.tells is None else effect.tells(
+        fit.hypothesis.named(fit.vector, index))
+
+
+def _remembers(fit: Fit, index: int) -> bool:
+    effect = fit.hypothesis.variants[index].effect
+    return effect.remembers is not None and effect.remembers(
+        fit.hypothesis.named(fit.vector, index))
 
 
 def _described(fit: Fit, index: int) -> str:

@@ -21,11 +21,11 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.multistart import followed, Promise, promises, search_around
 from engb_core.diagnose.nominal import DELAY
-from engb_core.diagnose.numbers import level
 from engb_core.diagnose.onset import Onset
+from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.probability import causes
 from engb_core.diagnose.problem import Problem, problem_of, Run
-from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.base import Scene
 from engb_core.effects.catalogue import get_effect
@@ -131,13 +131,13 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
     if _as_it_stands(wide) < 1.0 + LEAST_EXCESS:
         return None, False
     fitter = Fitter(wide, threads)
-    before = level(fitter.base(), fitter)
+    before = reduced_chi_square(fitter.base(), fitter)
     if before - 1.0 < LEAST_EXCESS:
         return None, False
     linear = _linear(fitter)
 
     def share(fit: Fit) -> float:
-        return (before - level(fit, fitter)) / (before - 1.0)
+        return (before - reduced_chi_square(fit, fitter)) / (before - 1.0)
 
     def rings(fit: Fit) -> bool:
         return _rings(fit, bandwidth, above if share(fit) > MOST else 1.0)
@@ -150,8 +150,9 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
     if share(fit) < least or not rings(fit):
         return None, tells and max(
             _values(entry)['frequency'] for entry in (linear, fit)) > bandwidth
-    if any(level(rival, fitter) < level(fit, fitter) for rival in _rivals(fitter, corrected,
-                                                                          problem.onsets)):
+    left = reduced_chi_square(fit, fitter)
+    if any(reduced_chi_square(rival, fitter) < left
+           for rival in _rivals(fitter, corrected, problem.onsets)):
         return None, False
     return _resonance(fitter, fitter.finish(fit), share(fit)), False
 
@@ -198,14 +199,14 @@ def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
 
 def _tells(fitter: Fitter, fit: Fit, before: float) -> bool:
     """Whether a resonance takes away enough of what was left before it."""
-    gain = before - level(fit, fitter)
+    gain = before - reduced_chi_square(fit, fitter)
     return gain >= LEAST_GAIN and gain >= LEAST_SHARE * (before - 1.0)
 
 
 def _bent(fitter: Fitter, linear: Fit) -> Fit:
     """Return the fit with a shaft that isn't linear where that takes away most of what a linear
     one leaves."""
-    left = level(linear, fitter) - 1.0
+    left = reduced_chi_square(linear, fitter) - 1.0
     if left < LEAST_EXCESS:
         return linear
     values = _values(linear)
@@ -219,11 +220,11 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
         for variant in variants_of(effect, fitter.problem.scene):
             fit = fitter.refine(fitter.fit(variant, starts=fitter.starts(variant, settings),
                                            rounds=8, keep=BENT_KEPT))
-            if level(fit, fitter) - 1.0 < least:
-                best, least = fit, level(fit, fitter) - 1.0
+            if reduced_chi_square(fit, fitter) - 1.0 < least:
+                best, least = fit, reduced_chi_square(fit, fitter) - 1.0
     if least > LEAST_EXCESS:
         fit = _hardened(fitter, linear)
-        if level(fit, fitter) - 1.0 < least:
+        if reduced_chi_square(fit, fitter) - 1.0 < least:
             return fit
     return best
 
@@ -249,10 +250,10 @@ def _hardened(fitter: Fitter, than: Fit) -> Fit:
     def settled(fit: Fit) -> Fit:
         return fitter.refine(search_around(fitter, fit, FURTHER_MOVES), ROUNDS)
 
-    first = sorted(side_by_side(moved, list(most.values())[:FOLLOWED], fitter.threads),
+    first = sorted(parallel_map(moved, list(most.values())[:FOLLOWED], fitter.threads),
                    key=lambda fit: fit.cost)
     better = [fit for fit in first if fit.cost < than.cost][:SETTLED]
-    return min([than, *side_by_side(settled, better, fitter.threads)], key=lambda fit: fit.cost)
+    return min([than, *parallel_map(settled, better, fitter.threads)], key=lambda fit: fit.cost)
 
 
 def _values(fit: Fit) -> dict[str, float]:

@@ -14,9 +14,9 @@ import numpy as np
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.held_load_curve import numbers_without_load
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.numbers import level
+from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.problem import Problem
-from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.wide_band import RESONANCE, RIVAL
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import EffectSetting
@@ -43,10 +43,11 @@ def with_resonance(problem: Problem, resonance: EffectSetting, threads: int) -> 
             problem.model, effects=(*problem.model.effects, setting)))
         fitter = Fitter(beyond)
         held = fitter.base(numbers_without_load(fitter))
-        return _Tried(beyond, level(fitter.base(), fitter), level(held, fitter),
+        return _Tried(beyond, reduced_chi_square(fitter.base(), fitter),
+                      reduced_chi_square(held, fitter),
                       _scaled(fitter, held) if part == LINEAR else np.inf)
 
-    found: dict[float, _Tried] = dict(zip(TRIED, side_by_side(tried, TRIED, threads),
+    found: dict[float, _Tried] = dict(zip(TRIED, parallel_map(tried, TRIED, threads),
                                           strict=True))
     least = min(entry.free for entry in found.values())
     allowed = [part for part in TRIED if found[part].free <= ALLOWED * least]
@@ -72,4 +73,4 @@ class _Tried:
 def _scaled(fitter: Fitter, held: Fit) -> float:
     """Return the mean square that the file's load curve leaves when it is scaled."""
     (variant,) = variants_of(get_effect('load_stiffness_error'), fitter.problem.scene)
-    return level(fitter.refine(fitter.fit(variant, held)), fitter)
+    return reduced_chi_square(fitter.refine(fitter.fit(variant, held)), fitter)

@@ -13,7 +13,7 @@ _LAGGED = 0
 
 @effect_function
 def _actuation(parameters, state, sample):
-    # Forward in time; inverse dynamics uses `lead` instead.
+    # Forward in time; inverse dynamics uses `time_shift` instead.
     effort = sample[EFFORT]
     settling = parameters[0] * parameters[1]
     delay = parameters[0] - settling
@@ -45,5 +45,5 @@ EFFECT = Effect(
          'effort, of the sign of its rate.',
     confused='presliding friction and sampling delay',
     measure='steps of effort at several rates: a lag shifts all by the same time',
-    lead=lambda p: (p['lag'] * (1.0 - p['first_order']), p['lag'] * p['first_order']),
+    time_shift=lambda p: (p['lag'] * (1.0 - p['first_order']), p['lag'] * p['first_order']),
 )

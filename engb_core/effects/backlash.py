@@ -108,5 +108,5 @@ EFFECT = Effect(
     measure='reversals of several amplitudes, under load and free',
     # What the flanks do at the edge of the band is a resonance's, too.
     apart=('drivetrain_resonance',),
-    rugged=True,
+    multimodal=True,
 )

@@ -135,6 +135,9 @@ class Effect:
         equation: the physics in one line.
         reference: where it is described.
         reveals: coordinate over which the residual shows it best.
+        tells: (values) → all coordinates that it depends on, of one without a name (None: the one
+            that reveals it).
+        remembers: (values) → whether it depends on what went before, of one without a name.
         picture: how an engineer draws it: names of report/effect_pictures.py, by spaces.
         seen, confused, measure: for the gallery: what it looks like in a recording, what it is
             confused with, and what to measure to tell it.
@@ -146,7 +149,7 @@ class Effect:
         usual: whether every machine to which it applies does it more or less, so that another
             cause beside it is no rarer.
         variants: fixed settings tried in turn, e.g. what a fade depends on.
-        lead: (parameters) → (delay, time constant) [s] by which torque comes after measured
+        time_shift: (parameters) → (delay, time constant) [s] by which torque comes after measured
             effort; inverse dynamics undoes both.
         number_only: no physics is missing, a nominal number is wrong.
         unnamed: no cause, only a description of what is left; never claimed.
@@ -158,7 +161,7 @@ class Effect:
             an effect that other causes imitate.
         at_once: values of its last parameters, which say how it grows over the recording, at which
             it is there at once: for one that begins within the recording.
-        rugged: the cost has many narrow minima in its parameters; fits move at random first.
+        multimodal: the cost has many narrow minima in its parameters; fits move at random first.
         statement: (values) → a sentence for a brake engineer.
         warp: (parameters, state, sample) → by how much torque comes late [s] at each sample;
             inverse dynamics reads effort so much earlier, exactly.
@@ -179,6 +182,8 @@ class Effect:
     reference: str
     statement: Callable[[Mapping[str, float]], str]
     reveals: str = 'velocity'
+    tells: Callable[[Mapping[str, float]], tuple[str, ...]] | None = None
+    remembers: Callable[[Mapping[str, float]], bool] | None = None
     picture: str = ''
     seen: str = ''
     confused: str = ''
@@ -189,13 +194,13 @@ class Effect:
     applies: Callable[[Scene], bool] | None = None
     usual: bool = False
     variants: tuple[Mapping[str, float], ...] = field(default=({},))
-    lead: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
+    time_shift: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
     number_only: bool = False
     unnamed: bool = False
     only_here: bool = False
     contains: tuple[str, ...] = ()
     apart: tuple[str, ...] = ()
-    rugged: bool = False
+    multimodal: bool = False
     at_once: Mapping[str, float] = field(default_factory=dict)
     credence: Callable[[Mapping[str, float]], float] | None = None
     warp: EffectFunction | None = None

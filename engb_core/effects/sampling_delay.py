@@ -16,6 +16,6 @@ EFFECT = Effect(
     seen='As a lag of less than a sample; no physics is missing.',
     confused='actuation lag',
     measure='look up the order of read-out in the drive',
-    lead=lambda p: (p['delay'], 0.0),
+    time_shift=lambda p: (p['delay'], 0.0),
     number_only=True,
 )

@@ -35,6 +35,7 @@ EFFECT = Effect(
     statement=lambda p: (f"From {p['begin']:.2f} to {p['end']:.2f} s something acts that is "
                          'not there before or after (a passing fault).'),
     reveals='time',
+    tells=lambda p: ('time', *((), ('direction',), ('load',))[int(p['kind'] + 0.5)]),
     constants=(('kind', '-'),),
     variants=({'kind': 0.0}, {'kind': 1.0}, {'kind': 2.0}),
     unnamed=True,

@@ -38,6 +38,8 @@ EFFECT = Effect(
                             else 'over the recording')
                          + ', load and friction alike; no effect of the library does that.'),
     reveals='time',
+    tells=lambda p: ('heat' if p['by_heat'] > 0.5 else 'time', 'effort'),
+    remembers=lambda p: p['by_heat'] > 0.5,
     constants=(('duration', 's'), ('largest_effort', 'N·m'), ('by_heat', '-')),
     defaults={'duration': 60.0, 'largest_effort': 0.5, 'by_heat': 0.0},
     set_constants=lambda scene: {'duration': scene.duration,

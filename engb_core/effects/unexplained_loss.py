@@ -26,6 +26,7 @@ EFFECT = Effect(
                          'highest speed grows with load and speed together; no effect of the '
                          'library does that.'),
     reveals='velocity',
+    tells=lambda p: ('load', 'velocity'),
     constants=(('highest_speed', 'rad/s'),),
     set_constants=lambda scene: {'highest_speed': scene.speed},
     applies=lambda scene: scene.largest_load > 0,

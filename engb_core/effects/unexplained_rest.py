@@ -35,6 +35,8 @@ EFFECT = Effect(
                          f"falls back within {p['distance']:.2g} rad; no effect of the "
                          'library does that.'),
     reveals='since_reversal',
+    tells=lambda p: ('since_reversal', 'time_at_rest', 'direction'),
+    remembers=lambda p: True,
     constants=(('standstill', 'rad/s'),),
     defaults={'standstill': 0.1},
     set_constants=lambda scene: {'standstill': max(0.002 * scene.speed, 1e-9)},

@@ -34,6 +34,7 @@ EFFECT = Effect(
                          + (', against the motion' if p['by_direction'] > 0.5 else '')
                          + '; no effect of the library does that.'),
     reveals='position',
+    tells=lambda p: ('position', 'direction') if p['by_direction'] > 0.5 else ('position',),
     constants=(('by_direction', '-'),),
     variants=({'by_direction': 0.0}, {'by_direction': 1.0}),
     unnamed=True,

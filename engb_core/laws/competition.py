@@ -14,12 +14,12 @@ from engb_core.diagnose.constants import CLEAN_EXCESS, NAMED_PART, TABLE_WORTH
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.fitted import bare
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.flexible import left_out
+from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.locate import coordinates
-from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.sharpened import Sharpened, sharpened
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
 from engb_core.laws.blocks import Blocks, HEARD, numbers_and_sizes, stretches_of_time
@@ -87,7 +87,7 @@ class Won:
             statement=self.finding.statement, law=self.finding)
 
 
-def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str], None],
+def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[[str], None],
             ) -> Won | Nearest | None:
     """Return the law that wins; where none does, what came nearest, if anything.
 
@@ -103,7 +103,7 @@ def law_for(fitter: Fitter, told: Sharpened, likely: bool, tell: Callable[[str],
         tell: is told what is being done.
     """
     named = _named(fitter, told.explanation.fit)
-    left = level(named, fitter) - 1.0
+    left = reduced_chi_square(named, fitter) - 1.0
     plain = fitter if not fitter.load_shape else Fitter(fitter.problem, fitter.threads,
                                                         fitter.earlier)
     if left <= CLEAN_EXCESS and plain is fitter:
@@ -148,12 +148,12 @@ def _bases(fitter: Fitter, plain: Fitter) -> Iterator[tuple[Fitter, Fit]]:
         return
     freed = free.refine(free.base())
     # By the one measure of noise for both. Where the table leaves noise there is nothing to find.
-    left, leaves = level(base, plain) - 1.0, level(freed, plain) - 1.0
+    left, leaves = reduced_chi_square(base, plain) - 1.0, reduced_chi_square(freed, plain) - 1.0
     if leaves > CLEAN_EXCESS and left - leaves > max(CLEAN_EXCESS, TABLE_WORTH * left):
         yield free, free.finish(freed)
 
 
-def nearest_told(fitter: Fitter, told: Sharpened, nearest: Nearest, unexplained: Unexplained,
+def nearest_told(fitter: Fitter, told: CorrectedModels, nearest: Nearest, unexplained: Unexplained,
                  ) -> Unexplained:
     """Return what is said of the rest, by what came nearest to a law, unless a description
     predicts better what it was not fitted to."""
@@ -182,7 +182,7 @@ def _named(fitter: Fitter, fit: Fit) -> Fit:
 
 def _fitted_without(fitter: Fitter, fit: Fit, gone: set[int]) -> Fit:
     """Return the fit with some effects taken away and all the rest fitted anew, finished."""
-    return fitter.finish(fitter.refine(fitter.evaluate(*bare(fit, gone))))
+    return fitter.finish(fitter.refine(fitter.evaluate(*without_effects(fit, gone))))
 
 
 def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
@@ -267,12 +267,12 @@ def _on_blocks(fitter: Fitter, fit: Fit) -> float:
                   numbers_and_sizes(fit)[count:], HEARD).without().level
 
 
-def _won(fitter: Fitter, found: Found, told: Sharpened, named: Fit) -> Won | None:
+def _won(fitter: Fitter, found: Found, told: CorrectedModels, named: Fit) -> Won | None:
     fit = found.candidate.fit
     if found.fitter is not fitter:
         fit = fitter.finish(fitter.evaluate(fit.hypothesis, fit.vector))
-    explanation = Explanation(fit, None, 1.0, level(fit, fitter))
-    models = (*sharpened(fitter, explanation).models, fit.hypothesis.corrected(fit.vector))
+    explanation = Explanation(fit, None, 1.0, reduced_chi_square(fit, fitter))
+    models = (*at_full_bandwidth(fitter, explanation).models, fit.hypothesis.corrected(fit.vector))
     problem = told.problem
     errors = [pooled(unseen_errors(problem, model)) for model in models]
     model = models[int(np.argmin(errors))]

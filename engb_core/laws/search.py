@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.effects.law import law_effect
 from engb_core.errors import InputError
 from engb_core.laws.atoms import (
@@ -178,10 +178,10 @@ class _Searching:
         """Fit forms with all their parameters; of many only the best so many to the end."""
         short = [entry for entry in screened if self._can_be_run(entry.form)]
         tried: list[tuple[Form, Fit]] = list(
-            side_by_side(self._tried, short, self._fitter.threads))
+            parallel_map(self._tried, short, self._fitter.threads))
         begun = sorted((entry for entry in tried if entry[1].cost < self._base.cost),
                        key=lambda entry: entry[1].cost)[:most]
-        fitted = side_by_side(self._polished_from, begun, self._fitter.threads)
+        fitted = parallel_map(self._polished_from, begun, self._fitter.threads)
         for candidate in fitted:
             if candidate is None:
                 continue

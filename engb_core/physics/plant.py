@@ -79,7 +79,7 @@ class Physics:
         bounds: (9,) where each stage begins in `functions`; the last entry is their number.
         owner: (k,) which effect a function belongs to.
         parameters: (effects, PARAMETER_SIZE) parameters and constants.
-        leads: (effect, its row in `parameters`) of those by which torque comes late.
+        time_shifts: (effect, its row in `parameters`) of those by which torque comes late.
         delay, time_constant: [s] by which torque comes after measured effort, for the inverse
             dynamics to undo.
         warps: (function, its row in `parameters`) of delays that change from sample to sample,
@@ -95,7 +95,7 @@ class Physics:
     bounds: NDArray[np.int64]
     owner: NDArray[np.int64]
     parameters: Array
-    leads: tuple[tuple[Effect, int], ...]
+    time_shifts: tuple[tuple[Effect, int], ...]
     delay: float
     time_constant: float
     warps: tuple[tuple[EffectFunction, int], ...] = ()
@@ -223,7 +223,7 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
         stages[stage] = []
         for index, (effect, _) in enumerate(chosen):
             undone = inverse and (effect.correction is not None or stage == 'actuation'
-                                  and (effect.lead or effect.warp) is not None)
+                                  and (effect.time_shift or effect.warp) is not None)
             if stage in effect.stages and not undone:
                 functions.append(effect.stages[stage])
                 stages[stage].append((effect.stages[stage], index))
@@ -235,7 +235,7 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
     cogging = np.array([[term.order, term.amplitude, term.phase] for term in model.cogging],
                        float).reshape(-1, 3)
     parameters = np.zeros((max(len(chosen), 1), PARAMETER_SIZE))
-    leads = []
+    time_shifts = []
     warps: list[tuple[EffectFunction, int]] = []
     corrections: list[tuple[EffectFunction, int, bool]] = []
     for index, (effect, values) in enumerate(chosen):
@@ -244,11 +244,11 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
             warps.append((effect.warp, index))
         if effect.correction is not None and inverse:
             corrections.append((effect.correction, index, effect.late_position))
-        if effect.lead is not None:
-            leads.append((effect, index))
+        if effect.time_shift is not None:
+            time_shifts.append((effect, index))
     made = Physics(nominal_vector(model), cogging, stages, handles(functions),
                    np.array(bounds, np.int64), np.array(owner, np.int64), parameters,
-                   tuple(leads), 0.0, 0.0, tuple(warps),
+                   tuple(time_shifts), 0.0, 0.0, tuple(warps),
                    tuple(corrections))
     return with_values(made, made.nominal, parameters)
 
@@ -256,9 +256,10 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
 def with_values(physics: Physics, nominal: Array, parameters: Array) -> Physics:
     """Return the same physics with other numbers, `nominal` and `parameters` as there."""
     delay = time_constant = 0.0
-    for effect, index in physics.leads:
-        lead = effect.lead(dict(zip(effect.names, parameters[index].tolist(), strict=False)))
-        delay, time_constant = delay + lead[0], time_constant + lead[1]
+    for effect, index in physics.time_shifts:
+        values = parameters[index].tolist()
+        later = effect.time_shift(dict(zip(effect.names, values, strict=False)))
+        delay, time_constant = delay + later[0], time_constant + later[1]
     return replace(physics, nominal=nominal, parameters=parameters, delay=delay,
                    time_constant=time_constant)
 

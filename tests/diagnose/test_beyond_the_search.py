@@ -14,7 +14,7 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.multistart import is_rugged, search_around
+from engb_core.diagnose.multistart import is_multimodal, search_around
 from engb_core.diagnose.nominal import CURVATURE
 from engb_core.diagnose.numbers import wrong_numbers
 from engb_core.diagnose.problem import problem_of
@@ -126,8 +126,8 @@ def test_random_moves_lead_out_of_a_narrow_minimum(loose):
     random moves the worst ended at 1.25 times. Rounding decides between them."""
     fitter = Fitter(problem_of([loose], NOMINAL))
     start = gap_at(fitter, 0.7, 0.25, 0.5)
-    assert is_rugged(start)
-    assert not is_rugged(fitter.base())
+    assert is_multimodal(start)
+    assert not is_multimodal(fitter.base())
     found = search_around(fitter, start, 80)
     truth = fitter.refine(gap_at(fitter, 0.8, 0.3, 0.6))
     assert start.cost > 1.5 * truth.cost

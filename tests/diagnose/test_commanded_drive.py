@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -108,6 +109,24 @@ def test_what_is_left_out_is_what_a_fit_to_the_others_leaves():
         rows = slice(begin(fitter, place), begin(fitter, place + 1))
         assert costs[place] == pytest.approx(
             float(np.sum((left.residual[rows] * fitter.weight[rows]) ** 2)), rel=0.1)
+
+
+def test_what_one_recording_alone_tells_stays_as_it_is_for_the_others():
+    fitter = Fitter(problem_of(with_load_friction(5), REFITTED))
+    base = fitter.finish(fitter.base())
+    # Two numbers that only the first recording tells apart: the others say their sum.
+    jacobian = base.jacobian.copy()
+    rows = np.arange(jacobian.shape[0]) >= begin(fitter, 1)
+    jacobian[rows, 1] = jacobian[rows, 0]
+    # And one that the others say nothing of; of it rounding leaves less than nothing.
+    jacobian[rows, 2] = 0.0
+    jacobian[:, 2] *= 1e6
+    hypothesis = SimpleNamespace(
+        bounds=base.hypothesis.bounds,
+        prior=(base.hypothesis.prior[0], np.full(base.hypothesis.size, np.inf)))
+    costs = costs_left_out(fitter, replace(base, jacobian=jacobian, hypothesis=hypothesis))
+    assert np.isfinite(costs).all()
+    assert costs[0] < 2.0 * costs_left_out(fitter, base)[0]
 
 
 def begin(fitter: Fitter, run: int) -> int:

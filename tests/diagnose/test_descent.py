@@ -8,7 +8,7 @@ import pytest
 
 from engb_core.diagnose.fit_steps import secant
 from engb_core.diagnose.normal_equations import normal_equations
-from engb_core.diagnose.side_by_side import side_by_side
+from engb_core.diagnose.parallel_map import parallel_map
 
 
 def test_normal_equations_are_those_of_weighted_rows():
@@ -38,8 +38,8 @@ def test_secant_agrees_with_the_step_and_leaves_other_directions():
 
 def test_work_within_work_stays_on_its_thread():
     def outer(_: int) -> set[str]:
-        names = side_by_side(lambda _: threading.current_thread().name, range(4), 4)
+        names = parallel_map(lambda _: threading.current_thread().name, range(4), 4)
         return {*names, threading.current_thread().name}
 
-    assert all(len(names) == 1 for names in side_by_side(outer, range(3), 3))
-    assert list(side_by_side(lambda item: item * item, range(5), 3)) == [0, 1, 4, 9, 16]
+    assert all(len(names) == 1 for names in parallel_map(outer, range(3), 3))
+    assert list(parallel_map(lambda item: item * item, range(5), 3)) == [0, 1, 4, 9, 16]

@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
     load_shape_finding,
+    nameless_curve,
     with_free_load_curve,
 )
 from engb_core.diagnose.problem import problem_of
@@ -69,3 +71,11 @@ def test_a_load_curve_that_the_chosen_fit_holds_is_no_finding(shaped):
     free = Fitter(problem_of([shaped], NOMINAL), load_shape=True)
     better = replace(free.nominal(), residual=np.zeros_like(free.measured))
     assert load_shape_finding(free, better) is None
+
+
+def test_a_table_for_the_load_curve_says_on_what_it_depends():
+    curve = EffectFinding(LOAD_SHAPE, 0.9, {}, 1.0, (), '')
+    told = nameless_curve([curve])
+    assert told is not None and told.depends_on == ('position',) and not told.memory
+    assert nameless_curve([replace(curve, probability=0.3)]) is None
+    assert nameless_curve([replace(curve, effect='backlash')]) is None

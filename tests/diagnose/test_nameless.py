@@ -9,11 +9,11 @@ import numpy as np
 
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.flexible import best_table
+from engb_core.diagnose.full_bandwidth import CorrectedModels
 from engb_core.diagnose.nameless import that_carries
-from engb_core.diagnose.numbers import level
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.sharpened import Sharpened
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.model import Friction, LoadTorque, Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import physics_of
@@ -49,8 +49,8 @@ def kept_of(extra, truth: Model = MODEL, pace=changing_pace, noise: float = 1e-3
     fitter = Fitter(problem_of([recording], MODEL), 1)
     base = fitter.finish(fitter.refine(fitter.base()))
     table = best_table(fitter, base)
-    explanation = Explanation(base, table, 1.0, level(base, fitter))
-    told = Sharpened(explanation, explanation.models(), fitter.problem)
+    explanation = Explanation(base, table, 1.0, reduced_chi_square(base, fitter))
+    told = CorrectedModels(explanation, explanation.models(), fitter.problem)
     return len(told.models), len(that_carries(fitter, fitter.nominal(), told).models)
 
 

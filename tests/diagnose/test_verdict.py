@@ -1,10 +1,19 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What is said where nothing is named."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from engb_core.diagnose.diagnosis import EffectFinding
-from engb_core.diagnose.verdict import unless_nothing_helps
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
+from engb_core.effects.catalogue import get_effect
+from tests.laws.test_find_law import MODEL, recorded
 
 FINDING = EffectFinding('backlash', 0.9, {}, 1.0, (), '')
 
@@ -18,3 +27,27 @@ FINDING = EffectFinding('backlash', 0.9, {}, 1.0, (), '')
 ])
 def test_numbers_that_fit_nothing_new_are_no_mismatch(verdict, findings, helps, said):
     assert unless_nothing_helps(verdict, findings, helps) == said
+
+
+@pytest.mark.parametrize(('effect', 'values', 'depends_on', 'memory'), [
+    ('unexplained_loss', (0.3, 1.0, 12.0), ('load', 'velocity'), False),
+    ('unexplained_rest', (1.0, 0.1, 0.6, 0.1), ('since_reversal', 'time_at_rest', 'direction'),
+     True),
+    ('unexplained_gain_drift', (-0.3, 0.5, 30.0, 0.5, 1.0), ('heat', 'effort'), True),
+    ('unexplained_gain_drift', (-0.3, 0.5, 30.0, 0.5, 0.0), ('time', 'effort'), False),
+    ('unexplained_spot', (0.05, 8.0, 1.0, 2.0, 1.0), ('position', 'direction'), False),
+    ('unexplained_episode', (0.5, 5.0, 9.0, 2.0), ('time', 'load'), False),
+])
+def test_a_description_tells_all_that_it_depends_on(effect, values, depends_on, memory):
+    fitter = Fitter(problem_of([recorded()], MODEL))
+    hypothesis = fitter.hypothesis((Variant(get_effect(effect), values[
+        len(get_effect(effect).parameters):]),))
+    vector = np.concatenate([hypothesis.start_of_numbers(), [
+        np.log(value) if parameter.logarithmic else value for value, parameter in zip(
+            values, get_effect(effect).parameters, strict=False)]])
+    fit = fitter.evaluate(hypothesis, vector)
+    nominal = fitter.nominal()
+    nominal = replace(nominal, residual=nominal.residual + 1.0)
+    _, told = verdict_of(fitter, nominal, Explanation(fit, None, 1.0, 2.0), [], fit.residual)
+    assert told.depends_on == depends_on
+    assert told.memory == memory

@@ -12,6 +12,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
@@ -231,7 +232,7 @@ class Stepped:
         """Give the standby a joint state."""
         message = JointState(name=['motor'], position=[20.0], velocity=[0.0], effort=[0.1])
         message.header.stamp = self.node.get_clock().now().to_msg()
-        self.standby._on_joint_states(message)
+        self.standby._on_joint_states(bytes(serialize_message(message)))
 
     def spin(self, seconds=0.02):
         end = time.monotonic() + seconds

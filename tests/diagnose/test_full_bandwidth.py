@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.full_bandwidth import at_full_bandwidth
 from engb_core.diagnose.held_load_curve import numbers_without_load
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of, sharper
-from engb_core.diagnose.sharpened import sharpened
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, Model
@@ -31,7 +31,7 @@ def test_a_short_distance_is_told_by_a_sharper_motion():
     true = 0.02
     fitter, fit = fitted(brake_with('presliding_friction', presliding_distance=true, shape=1.0),
                          'presliding_friction')
-    told = sharpened(fitter, Explanation(fit, None, 1.0, 1.0))
+    told = at_full_bandwidth(fitter, Explanation(fit, None, 1.0, 1.0))
 
     def missed(fit: Fit) -> float:
         return abs(np.log(fit.hypothesis.named(fit.vector, 0)['presliding_distance'] / true))
@@ -52,17 +52,17 @@ def test_the_form_is_told_by_a_sharper_motion():
     fitter, fit = fitted(brake_with('presliding_friction', presliding_distance=true, shape=1.3,
                                     elements=1.0), 'presliding_friction')
     assert fit.hypothesis.variants[0].constants == (0.0,)
-    told = sharpened(fitter, Explanation(fit, None, 1.0, 1.0)).explanation.fit
+    told = at_full_bandwidth(fitter, Explanation(fit, None, 1.0, 1.0)).explanation.fit
     assert told.hypothesis.variants[0].constants == (1.0,)
     found = told.hypothesis.named(told.vector, 0)['presliding_distance']
     assert found == pytest.approx(true, rel=0.25)
 
 
-def test_what_is_rugged_stays_as_it_is():
+def test_what_is_multimodal_stays_as_it_is():
     fitter, fit = fitted(brake_with('backlash', gap=0.5, inertia_fraction=0.3,
                                     friction_fraction=0.6), 'backlash')
     explanation = Explanation(fit, None, 1.0, 1.0)
-    told = sharpened(fitter, explanation)
+    told = at_full_bandwidth(fitter, explanation)
     assert told.explanation is explanation
     assert told.problem.runs is fitter.problem.runs
 
@@ -107,4 +107,4 @@ def test_slow_samples_are_judged_in_a_lower_band_and_not_sharpened():
     fitter = Fitter(problem_of([slow], NOMINAL))
     assert fitter.problem.bandwidth == pytest.approx(10.0, rel=1e-3)
     explanation = Explanation(fitter.finish(fitter.base()), None, 1.0, 1.0)
-    assert sharpened(fitter, explanation).explanation is explanation
+    assert at_full_bandwidth(fitter, explanation).explanation is explanation

@@ -1,5 +1,5 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""Independent fits side by side: compiled code releases the interpreter while it runs."""
+"""Independent fits in parallel: compiled code releases the interpreter while it runs."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['OwnSamples', 'processors', 'side_by_side']
+__all__ = ['OwnSamples', 'parallel_map', 'processors']
 
-Item, Result = TypeVar('Item'), TypeVar('Result')
+Item = TypeVar('Item')
+Result = TypeVar('Result')
 
 
 # More threads than that wait for the interpreter more than they compute.
@@ -30,10 +31,10 @@ def processors() -> int:
     return min(allowed, MOST_THREADS)
 
 
-def side_by_side(work: Callable[[Item], Result], items: Iterable[Item], threads: int,
+def parallel_map(work: Callable[[Item], Result], items: Iterable[Item], threads: int,
                  ) -> Iterator[Result]:
     """Yield `work(item)` of every item in order, computed by so many threads; work that is itself
-    done side by side does its own one after another."""
+    done in parallel does its own one after another."""
     items = list(items)
     if threads < 2 or len(items) < 2 or getattr(_HERE, 'busy', False):
         yield from map(work, items)

@@ -19,15 +19,16 @@ from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.multistart import is_rugged
+from engb_core.diagnose.multistart import is_multimodal
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
+from engb_core.diagnose.spike_and_slab import with_kept_numbers
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 from engb_core.signals.motion import MOTION_BANDWIDTH
 from engb_core.signals.sharp_motion import MOST_OF_RATE
 
-__all__ = ['Sharpened', 'explained_problem', 'sharpened']
+__all__ = ['CorrectedModels', 'at_full_bandwidth', 'explained_problem']
 
 Array = NDArray[np.float64]
 
@@ -38,7 +39,7 @@ SHARPER = 2.0
 
 
 @dataclass(frozen=True)
-class Sharpened:
+class CorrectedModels:
     """An explanation with the numbers that a sharper motion tells.
 
     Attributes:
@@ -62,23 +63,32 @@ class Sharpened:
         return tuple(map(pooled, self.unseen_errors))
 
 
-def sharpened(fitter: Fitter, explanation: Explanation) -> Sharpened:
+def at_full_bandwidth(fitter: Fitter, explanation: Explanation) -> CorrectedModels:
     """Return the explanation with numbers, effects' parameters and table as a sharper motion tells
     them; as it is, where the cost has too many minima for a few steps downhill, and where slow
-    samples or coarse counts tell no sharper motion."""
+    samples or coarse counts tell no sharper motion. The models keep the file's numbers where these
+    may stand."""
     fit = explanation.fit
     corner = MOST_OF_RATE / fitter.problem.scene.sampling
-    if is_rugged(fit) or fitter.problem.coarse or corner < SHARPER * MOTION_BANDWIDTH:
-        return Sharpened(explanation, explanation.models(), explained_problem(fitter, fit))
+    if is_multimodal(fit) or fitter.problem.coarse or corner < SHARPER * MOTION_BANDWIDTH:
+        return CorrectedModels(explanation, _models(fitter, explanation),
+                               explained_problem(fitter, fit))
     other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier,
                    fitter.load_shape)
     moved = other.finish(_best_form(other, other.refine(
         other.evaluate(fit.hypothesis, fit.vector), ROUNDS)))
     table = None if explanation.table is None else best_table(other, moved)
     here = fitter.finish(fitter.evaluate(moved.hypothesis, moved.vector))
-    return Sharpened(replace(explanation, fit=here),
-                     replace(explanation, fit=moved, table=table).models(),
-                     explained_problem(other, moved))
+    return CorrectedModels(replace(explanation, fit=here),
+                           _models(other, replace(explanation, fit=moved, table=table)),
+                           explained_problem(other, moved))
+
+
+def _models(fitter: Fitter, explanation: Explanation) -> tuple[Model, ...]:
+    """Return the corrected models; in the one with a table all numbers are free, as the table was
+    fitted beside them."""
+    plain = replace(explanation, fit=with_kept_numbers(fitter, explanation.fit), table=None)
+    return (*explanation.models()[:-1], plain.model())
 
 
 def explained_problem(fitter: Fitter, fit: Fit) -> Problem:
