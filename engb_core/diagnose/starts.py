@@ -15,8 +15,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import usual_angle
-from engb_core.diagnose.orders import leading_orders
+from engb_core.diagnose.orders import highest_order, leading_orders
 from engb_core.effects.base import Effect
+from engb_core.signals.motion import MOTION_BANDWIDTH
 from engb_core.signals.position_error import effort_of_recording
 
 __all__ = ['settings_from_residual', 'strongest_frequency']
@@ -25,6 +26,8 @@ Array = NDArray[np.float64]
 Settings = list[dict[str, float]]
 
 _BINS = 160
+# What repeats less often than in so many turns is no wave of the motor.
+LOWEST_ORDER = 0.4
 
 
 def settings_from_residual(fitter: Fitter, fit: Fit, effect: Effect) -> Settings | None:
@@ -49,11 +52,14 @@ def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
                                      fit.hypothesis.physics(fit.vector, index))
         left = (run.motion.effort - effort) * run.comparison.weight
         by = effort if relative else np.ones_like(effort)
-        angle.append(run.motion.position / unit)
+        angle.append(run.motion.position)
         residual.append(left * by)
         weight.append(run.comparison.weight * by ** 2)
-    orders = leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)))
-    return [{'order': order / unit} for order in orders]
+    highest = max(highest_order(run.motion.position, run.motion.velocity, MOTION_BANDWIDTH)
+                  for run in fitter.problem.runs)
+    orders = leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)),
+                            lowest=LOWEST_ORDER / unit, highest=highest)
+    return [{'order': order} for order in orders]
 
 
 def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:

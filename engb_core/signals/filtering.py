@@ -90,8 +90,19 @@ def judgeable(motion: Motion, slowest: float, before_stop: float = 0.0) -> NDArr
     margin = 2 * int(round(0.004 / motion.step)) + 1
     bad = maximum_filter1d(standing | ~motion.known, margin)
     half = int(np.ceil(0.5 * before_stop / motion.step))
+    if half == 0:
+        return ~bad
+    # A shaft may turn back by a count before it stands. Friction changes its sign there, and what
+    # comes late of that must not be judged by one half.
+    turns = np.diff(np.sign(motion.velocity), append=0.0) != 0.0
+    turns &= _ahead(bad, half)
+    return ~_ahead(maximum_filter1d(bad | turns, margin), half)
+
+
+def _ahead(bad: NDArray[np.bool_], half: int) -> NDArray[np.bool_]:
+    """Return where one of the next 2·half + 1 samples is bad."""
     # A window whose origin is moved to its first sample looks ahead.
-    return ~maximum_filter1d(bad, 2 * half + 1, origin=-half)
+    return maximum_filter1d(bad, 2 * half + 1, origin=-half)
 
 
 def comparison_of(motion: Motion, bandwidth: float, slowest: float, before_stop: float = 0.0,

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,13 @@ from engb_core.model import Friction, LoadTorque, Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
-from engb_core.signals.filtering import Comparison, comparison_of, low_passed_noise, noise_of
+from engb_core.signals.filtering import (
+    Comparison,
+    comparison_of,
+    judgeable,
+    low_passed_noise,
+    noise_of,
+)
 from engb_core.signals.motion import Motion, motion_of
 
 from .bench import Bench, strokes
@@ -151,3 +159,21 @@ def test_the_noise_floor_of_a_problem(recorded):
     residual = run.measured - run.predicted(physics_of(MODEL))
     assert np.median(np.abs(residual)) * 1.4826 == pytest.approx(problem.noise_floor, rel=0.5)
     assert 0.7 < run.fitted.mean() < 0.9
+
+
+def test_a_turn_before_a_stop_belongs_to_the_stop(motion):
+    """Friction changes its sign there: what comes late of it is not judged by one half."""
+    step, slowest, before_stop = motion.step, 0.2, 0.008
+    time = np.arange(motion.time.size) * step
+    # It turns back slowly at 1.001 s, between two samples, and stands from 1.009 s on.
+    velocity = np.interp(time, [0.0, 0.981, 1.001, 1.003, 1.007, 1.009, 1.5],
+                         [20.0, 20.0, 0.0, -0.6, -0.6, 0.0, 0.0])
+    turned = replace(motion, velocity=velocity, known=np.ones(time.size, bool))
+    judged = judgeable(turned, slowest, before_stop)
+    turn = int(np.argmax(velocity <= 0.0))
+    stands = int(np.argmax(time >= 1.009))
+    assert not judged[turn - int(round((before_stop + 0.004) / step)):stands].any()
+    assert judged[:int(0.95 / step)].all()
+    # Of a turn that does not lead to a stop everything is judged.
+    swinging = replace(turned, velocity=20.0 * np.cos(2.0 * np.pi * (time + 0.25 * step)))
+    assert judgeable(swinging, 1e-9, before_stop).all()
