@@ -57,10 +57,11 @@ setup(
     extras_require={
         # What makes it fast and the report zoomable; everything works without, and says so.
         'full': ['numba>=0.59', 'plotly>=5.15', 'matplotlib>=3.6', 'mcap>=1.1'],
+        # pyarrow 26 needs numpy 2 and does not tell pip so: with numpy 1.26 it cannot be imported.
         # Tables of other people's benches beside .csv, .npz, .mat (v5) and ROS 1 bags.
-        'tables': ['asammdf>=7.3', 'npTDMS>=1.7', 'pyarrow>=14', 'h5py>=3.9'],
+        'tables': ['asammdf>=7.3', 'npTDMS>=1.7', 'pyarrow>=14,<26', 'h5py>=3.9'],
         'can': ['python-can>=4.3', 'cantools>=39', 'msgpack>=1.0'],
-        'fleet': ['dask[distributed]>=2024.1', 'pandas>=2.1', 'pyarrow>=14'],
+        'fleet': ['dask[distributed]>=2024.1', 'pandas>=2.1', 'pyarrow>=14,<26'],
         'test': ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'jsonschema',
                  'sympy'],
         'docs': ['sphinx>=7', 'myst-parser>=3'],

@@ -35,7 +35,7 @@ Drive = Sequence[tuple[str, Mapping[str, Any]]]
 
 
 class LiveLoop:
-    """Sends position commands at 20 Hz while it waits for things to happen.
+    """Sends position commands at 20 Hz whenever the probe is spun.
 
     Args:
         runner, probe: in the same ROS domain.
@@ -56,7 +56,8 @@ class LiveLoop:
         self.states, self.efforts = probe.listen(JOINT_STATES), probe.listen(EFFORT_COMMAND)
         self.state, self.causes = probe.listen(CONTROLLER_STATE), probe.listen(CONTROLLER_CAUSES)
         self.target: float | None = None
-        self._sent = 0.0
+        # A timer: commands go on while a service's answer is waited for, too.
+        probe.node.create_timer(COMMAND_PERIOD, self._command)
         self.drive = dict(drive)
         self.controller = controller
         for name in (*self.drive, 'controller'):
@@ -76,12 +77,12 @@ class LiveLoop:
         process.wait()
 
     def pump(self) -> None:
-        """Handle messages for a moment; send the command if it is time."""
-        now = time.monotonic()
-        if self.target is not None and now - self._sent > COMMAND_PERIOD:
-            self._sent = now
-            self.probe.publish(POSITION_COMMAND, self.target)
+        """Handle messages for a moment, the command's timer among them."""
         self.probe.spin(0.01)
+
+    def _command(self) -> None:
+        if self.target is not None:
+            self.probe.publish(POSITION_COMMAND, self.target)
 
     def until(self, condition: Callable[[], Any], what: str, timeout: float = 60.0) -> float:
         """Wait for `condition` and return how long it took [s].

@@ -62,6 +62,7 @@ class BrakeController:
         self.silent = False
         self._disc_speed = 0.0
         self._force = self._force_control(model)
+        self._moves, self._slow = False, 2.0 * model.friction.saturation_velocity
         # Of nameless sources: when which angle was asked for, as an angle and as a force.
         self._wanted: dict[bool, tuple[float, float]] = {}
         self.start(0.0)
@@ -116,6 +117,7 @@ class BrakeController:
             force.learn_from(self._force)
             force.command = self._force.command
         self._force = force
+        self._slow = 2.0 * prepared.model.friction.saturation_velocity
         self.loop.set_model(prepared.model)
 
     @property
@@ -230,6 +232,8 @@ class BrakeController:
         velocity = self._velocity.step(time, position, velocity, now - self._last)
         report, settings = self.report, self.settings
         report.position_output, report.effort_output = position, effort
+        # Slower than this its friction may hold it either way: it stands.
+        self._moves = abs(velocity) > self._slow
         if self.silent:
             return None
         dt, self._last = now - self._last, now
@@ -337,6 +341,11 @@ class BrakeController:
         if self.supervisor.stop is Stop.RELEASE:
             torque = self.clamp.release()
         else:
+            if not self._ramping and self._moves:
+                # What speeds a motor up holds no load: ramped down with nobody watching it
+                # would drive a free motor out of its range.
+                self.clamp.output = min(self.clamp.output,
+                                        self.loop.held_torque(self.report.position_output))
             # The ramp begins now, not with the last cycle, which may be a timeout ago.
             torque = self.clamp.ramp_down(dt if self._ramping else 0.0)
         self._ramping = True

@@ -131,6 +131,14 @@ class PositionLoop:
                                     setpoint.velocity, feedforward)
         return self.output
 
+    def held_torque(self, position: float) -> float:
+        """Return what of the torque holds the load at `position` [rad], not below 0 [N·m]: all
+        but what speeds the motor up and what damps it."""
+        held = self.pid.i_term - self.disturbance
+        if self._settings.load_feedforward:
+            held += self._feedforward.load_torque(position)
+        return max(held, 0.0) if math.isfinite(held) else 0.0
+
     def _observe(self, time: float, position: float, velocity: float, effort: float) -> None:
         if self.pid.saturated or not math.isfinite(effort):
             return

@@ -16,11 +16,16 @@ def needed(module: str, path: Path, kind: str, package: str = '') -> ModuleType:
     """Import an optional package.
 
     Raises:
-        InputError: it is not installed; the message has the command that installs it.
+        InputError: it is not installed, and the message has the command that installs it; or it
+            is and does not start, and the message has its own reason.
     """
+    package = package or module.partition('.')[0]
     try:
         return importlib.import_module(module)
-    except ImportError as error:
-        package = package or module.partition('.')[0]
+    except ModuleNotFoundError as error:
         raise InputError(f'{path}: {kind} is read by {package}, which is not installed; run '
                          f'pip install {package}, or export the file as .csv') from error
+    except ImportError as error:
+        raise InputError(f'{path}: {kind} is read by {package}, which is installed and does not '
+                         f'start ({error}); install a version that suits the others, or export '
+                         'the file as .csv') from error

@@ -698,3 +698,55 @@ def test_torque_that_releases_is_not_ramped_but_gone_at_once():
     assert clamp.ramp_down(0.004) == 0.0
     clamp.output = 0.5
     assert 0.4 < clamp.ramp_down(0.004) < 0.5
+
+
+class Shaft:
+    """A brake's motor under the torque that is asked for, with the model's load [rad, rad/s]."""
+
+    def __init__(self, bench):
+        self.bench, self.angle, self.speed = bench, 0.0, 0.0
+
+    def turn(self, torque, dt):
+        """Go on by `dt` [s] under `torque` [N·m]."""
+        load = self.bench.controller.loop.torques.load_torque(self.angle)
+        friction = 0.004 * math.tanh(self.speed / 0.5)
+        self.speed += dt * (torque - load - friction) / BRAKE.motor.inertia
+        self.angle += dt * self.speed
+
+    def track(self, target, until, longest=3.0):
+        """Track `target` [rad] until a condition on the torque is met; return the torque."""
+        bench = self.bench
+        for step in range(int(longest / DT)):
+            if step % 20 == 0:
+                bench.controller.on_position_command(bench.now, target)
+            torque = bench.state(position=self.angle, velocity=self.speed)
+            if until(torque):
+                return torque
+            self.turn(torque, DT)
+        raise AssertionError('it never came to that')
+
+
+def test_a_drive_that_falls_silent_in_the_midst_of_a_move_leaves_no_torque_to_a_free_motor():
+    """What speeds a motor up holds no load: ramped down unseen it would drive it out of its
+    range."""
+    bench = Bench(supervisor=replace(LIMITS, largest_command_step=0.0))
+    shaft = Shaft(bench)
+    shaft.track(30.0, lambda torque: torque > 0.02 and shaft.speed > 5.0)
+    assert bench.controller.loop.torques.load_torque(shaft.angle) == 0.0
+    bench.now += 0.11   # nothing is heard of the drive
+    torque = bench.controller.on_tick(bench.now)
+    assert bench.supervisor.stop is Stop.RAMP
+    assert torque == pytest.approx(0.0, abs=0.005)
+
+
+def test_a_drive_that_falls_silent_while_a_load_is_held_is_ramped_down_from_that_load():
+    bench = Bench(supervisor=replace(LIMITS, largest_command_step=0.0))
+    shaft = Shaft(bench)
+    time = bench.now
+    torque = shaft.track(30.0, lambda torque: bench.now - time > 2.0)
+    load = bench.controller.loop.torques.load_torque(shaft.angle)
+    assert load > 0.05
+    bench.now += 0.11
+    assert bench.controller.on_tick(bench.now) == pytest.approx(torque, abs=0.01)
+    bench.now += 0.02
+    assert 0.0 < bench.controller.on_tick(bench.now) < torque

@@ -27,7 +27,7 @@ from engb_ros.interface import (
 from engb_ros.nodes.controller import ControllerNode
 from engb_ros.nodes.messages import publisher_qos
 from engb_ros.runner import node_command
-from ros.loops import closed_loop, plant, STATE_TIMEOUT
+from ros.loops import closed_loop, PATIENT, plant
 
 
 def told(loop):
@@ -58,7 +58,7 @@ def state(diagnosed, name):
 def beside_a_standby(runner, probe, diagnosed, drive):
     """Return a loop at 25 rad, whose controller has had a standby beside it for no longer than it
     takes to be ready."""
-    loop = closed_loop(runner, probe, drive)
+    loop = closed_loop(runner, probe, drive, **PATIENT)
     loop.go(25.0)
     runner.start_command('standby', node_command(
         'controller', name='standby', parameters={**loop.controller, 'standby': True,
@@ -98,9 +98,8 @@ def test_a_planned_hand_over_lets_nothing_go(runner, probe, diagnosed):
 
 
 def test_a_primary_and_a_standby_that_start_at_once_know_their_parts(runner, probe):
-    controller = {'state_timeout': STATE_TIMEOUT, 'command_timeout': 2.0}
-    runner.start('controller', name='standby', parameters={**controller, 'standby': True})
-    loop = closed_loop(runner, probe)
+    runner.start('controller', name='standby', parameters={**PATIENT, 'standby': True})
+    loop = closed_loop(runner, probe, **PATIENT)
     loop.target = 10.0
     loop.until(lambda: abs(loop.position - 10.0) < 0.3, 'the brake')
     loop.during(1.5)
@@ -110,18 +109,17 @@ def test_a_primary_and_a_standby_that_start_at_once_know_their_parts(runner, pro
 
 def test_a_standby_waits_for_a_primary_that_starts_later(runner, probe):
     """Of nodes that are started at once one comes a second after the other, by chance."""
-    controller = {'state_timeout': STATE_TIMEOUT, 'command_timeout': 2.0}
     for name, drive in plant():
         runner.start(name, parameters=drive)
     told = probe.listen(CONTROLLER_STATE)
     torques = probe.listen(EFFORT_COMMAND)
-    runner.start('controller', name='standby', parameters={**controller, 'standby': True})
+    runner.start('controller', name='standby', parameters={**PATIENT, 'standby': True})
     runner.wait_until(lambda: told, 'the standby', pause=probe.spin)
     end = time.monotonic() + 1.0
     while time.monotonic() < end:
         probe.spin()
     begin = len(torques)
-    runner.start('controller', parameters=controller)
+    runner.start('controller', parameters=PATIENT)
     runner.wait_until(lambda: len(torques) > begin + 100, 'the primary', pause=probe.spin)
     assert not any(message.data == 'fault' for message in told)
     assert not begin
@@ -133,18 +131,18 @@ def test_a_standby_that_has_no_primary_takes_over_in_the_end(runner, probe):
         runner.start(name, parameters=drive)
     told, torques = probe.listen(CONTROLLER_STATE), probe.listen(EFFORT_COMMAND)
     runner.start('controller', name='standby', parameters={
-        'standby': True, 'state_timeout': STATE_TIMEOUT})
+        'standby': True, 'state_timeout': PATIENT['state_timeout']})
     runner.wait_until(lambda: len(torques) > 100, 'the standby', pause=probe.spin)
     assert told
     runner.stop()
 
 
 def test_a_pause_of_the_drive_leaves_a_standby_ready(runner, probe, diagnosed):
-    loop = closed_loop(runner, probe)
+    loop = closed_loop(runner, probe, **PATIENT)
     loop.go(20.0)
     # It shall not take over where the computer lets the primary wait: another test's matter.
     runner.start('controller', name='standby', parameters={
-        **loop.controller, 'standby': True, 'takeover_time': STATE_TIMEOUT})
+        **loop.controller, 'standby': True, 'takeover_time': PATIENT['state_timeout']})
     loop.until(lambda: state(diagnosed, 'standby') == 'enabled', 'the standby')
     drive = runner.processes['plant']
     drive.signal(signal.SIGSTOP)
@@ -164,10 +162,10 @@ def test_a_pause_of_the_stack_leaves_a_standby_ready_once_the_primary_is_cleared
                                                                                   diagnosed):
     """Its own latched fault had been told, and kept it from taking over, until it was cleared too;
     without a healthy primary it stays latched."""
-    loop = closed_loop(runner, probe)
+    loop = closed_loop(runner, probe, **PATIENT)
     loop.go(20.0)
     runner.start('controller', name='standby', parameters={
-        **loop.controller, 'standby': True, 'takeover_time': STATE_TIMEOUT})
+        **loop.controller, 'standby': True, 'takeover_time': PATIENT['state_timeout']})
     loop.until(lambda: state(diagnosed, 'standby') == 'enabled', 'the standby')
     loop.target = None
     loop.until(lambda: {state(diagnosed, name) for name in diagnosed} == {'fault'},
@@ -185,7 +183,7 @@ def test_a_standby_without_a_primary_tells_that_it_is_not_ready(runner, probe, d
     for name, drive in plant():
         runner.start(name, parameters=drive)
     runner.start('controller', name='standby', parameters={
-        'standby': True, 'state_timeout': STATE_TIMEOUT})
+        'standby': True, 'state_timeout': PATIENT['state_timeout']})
     runner.wait_until(
         lambda: diagnosed.get('standby', {}).get('standby_not_ready') == '1', 'its word',
         pause=probe.spin)
