@@ -10,10 +10,10 @@ import pytest
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.full_bandwidth import CorrectedModels
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.sharpened import Sharpened
 from engb_core.effects.catalogue import get_effect
 from engb_core.laws.blocks import Blocks, HEARD, stretches_of_time
 from engb_core.laws.competition import _beats, _without_idle_names, law_instead
@@ -160,7 +160,7 @@ def test_names_that_explain_all_are_held_against_a_law(hidden, named, falls):
     fitter = Fitter(problem_of([recorded(hidden)], MODEL), 1)
     (variant, *_) = variants_of(get_effect(named), fitter.problem.scene)
     explanation = Explanation(fitter.finish(fitter.refine(fitter.fit(variant))), None, 1.0, 1.0)
-    told = Sharpened(explanation, explanation.models(), fitter.problem)
+    told = CorrectedModels(explanation, explanation.models(), fitter.problem)
     won = law_instead(fitter, told, 0.7, lambda text: None)
     assert (won is not None) == falls
     if won is not None:
