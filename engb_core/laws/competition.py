@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
-    FORMULA_ERROR,
     NAMED_PART,
     TABLE_WORTH,
     TEMPER,
@@ -26,6 +25,7 @@ from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.probability import formula_error
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
@@ -111,8 +111,7 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
     """
     named = _named(fitter, told.explanation.fit)
     left = reduced_chi_square(named, fitter) - 1.0
-    plain = fitter if not fitter.load_shape else Fitter(fitter.problem, fitter.threads,
-                                                        fitter.earlier)
+    plain = _without_load_shape(fitter)
     if left <= CLEAN_EXCESS and plain is fitter:
         return None
     said = bool(named.hypothesis.variants) or plain is not fitter
@@ -157,26 +156,34 @@ def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Call
         tell: is told what is being done.
     """
     named = _named(fitter, told.explanation.fit)
-    plain = fitter if not fitter.load_shape else Fitter(fitter.problem, fitter.threads,
-                                                        fitter.earlier)
-    base = plain.finish(plain.refine(plain.base()))
-    law = find_law(plain, base, tell, only_if_promising=True)
+    plain = _without_load_shape(fitter)
+    law = find_law(plain, _refitted_numbers(plain), tell, only_if_promising=True)
     if not isinstance(law, Found):
         return None
     left = _on_blocks(plain, _on(plain, named) if plain is not fitter else named)
     if 0.5 * math.log(left / law.after) <= WORTH:
         return None
     noise = min(law.after, 1.0)
-    floor = FORMULA_ERROR + 0.01 * (law.before - noise)
+    floor = formula_error(law.before - noise)
     weight = ((law.after - noise + floor) / (left - noise + floor)) ** TEMPER
     return _won(plain, law, told, named) if likely * weight < UNNAMED else None
+
+
+def _without_load_shape(fitter: Fitter) -> Fitter:
+    """Return a fitter of the same problem with the file's load curve alone."""
+    return fitter if not fitter.load_shape else Fitter(fitter.problem, fitter.threads,
+                                                       fitter.earlier)
+
+
+def _refitted_numbers(fitter: Fitter) -> Fit:
+    return fitter.finish(fitter.refine(fitter.base()))
 
 
 def _bases(fitter: Fitter, plain: Fitter) -> Iterator[tuple[Fitter, Fit]]:
     """Yield the fits that a law without names is looked for beside, the plainest first: refitted
     numbers; and where the file's load curve cannot have the right form, a free one along with
     them: what a wrong form leaves lies along the stroke, and any law is bent to take it up."""
-    base = plain.finish(plain.refine(plain.base()))
+    base = _refitted_numbers(plain)
     yield plain, base
     scene = fitter.problem.scene
     if fitter.load_shape:

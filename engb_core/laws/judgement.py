@@ -108,8 +108,8 @@ def depends_on(candidate: Candidate) -> tuple[str, ...]:
         if any(function in text for text in texts):
             names.append(name)
     # To the contract the way and the time since a reversal are one name.
-    return tuple(dict.fromkeys(name.removeprefix('time_') if name == 'time_since_reversal'
-                               else name for name in names))
+    return tuple(dict.fromkeys('since_reversal' if name == 'time_since_reversal' else name
+                               for name in names))
 
 
 @dataclass(frozen=True)
