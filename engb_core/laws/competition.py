@@ -158,7 +158,8 @@ def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Call
     named = _named(fitter, told.explanation.fit)
     plain = _without_load_shape(fitter)
     law = find_law(plain, _refitted_numbers(plain), tell, only_if_promising=True)
-    if not isinstance(law, Found):
+    # Of several forms over other coordinates none is likelier than what has a name.
+    if not isinstance(law, Found) or not law.settled:
         return None
     left = _on_blocks(plain, _on(plain, named) if plain is not fitter else named)
     if 0.5 * math.log(left / law.after) <= WORTH:

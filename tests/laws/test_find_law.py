@@ -15,6 +15,7 @@ from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
+from engb_core.laws import competition
 from engb_core.laws.blocks import Blocks, HEARD, stretches_of_time
 from engb_core.laws.competition import _beats, _without_idle_names, law_instead
 from engb_core.laws.forms import Atom, Form, Slot
@@ -154,7 +155,7 @@ def test_a_likely_name_falls_to_a_law_of_other_things_alone(name, hidden, falls)
     (law('a * direction * abs(acceleration)', 'torque', a=8e-5), 'torque_saturation', True),
     (EffectSetting('stribeck_friction', {'breakaway_ratio': 2.0, 'stribeck_velocity': 2.0}),
      'stribeck_friction', False)])
-def test_names_that_explain_all_are_held_against_a_law(hidden, named, falls):
+def test_names_that_explain_all_are_held_against_a_law(hidden, named, falls, monkeypatch):
     """Names with numbers of their own can be bent to what one law says; a right one is not
     beaten."""
     fitter = Fitter(problem_of([recorded(hidden)], MODEL), 1)
@@ -166,6 +167,10 @@ def test_names_that_explain_all_are_held_against_a_law(hidden, named, falls):
     if won is not None:
         assert won.fallen == (named,)
         assert 'acceleration' in depends_on(won.found.candidate)
+        # Nor does a name fall to one of several forms that the data do not tell apart.
+        unsettled = replace(won.found, settled=False)
+        monkeypatch.setattr(competition, 'find_law', lambda *_, **__: unsettled)
+        assert law_instead(fitter, told, 0.7, lambda text: None) is None
 
 
 def test_a_gain_that_differs_with_the_sign_is_no_load_curve():
