@@ -45,17 +45,22 @@ class SampleClock:
     def reset(self) -> None:
         """Forget the past."""
         self.time = self.spacing = 0.0
-        self._stamped = self._ahead = 0.0
+        self._ahead = 0.0
         self._stamps = deque([0.0], _MANY + 1)
 
-    def step(self, passed: float) -> None:
-        """Take a sample whose stamp is `passed` [s] after the last one's."""
+    def step(self, passed: float, *, stamped: bool = True) -> None:
+        """Take a sample `passed` [s] after the last one.
+
+        Args:
+            passed: by the stamps; where those were set, by the steady clock [s].
+            stamped: whether it is by the stamps. What messages waited tells no spacing.
+        """
         stamps = self._stamps
-        self._stamped = stamped = self._stamped + passed
-        stamps.append(stamped)
+        if stamped:
+            stamps.append(stamps[-1] + passed)
         count = len(stamps) - 1
         if count >= _LEAST:
-            mean = (stamped - stamps[0]) / count
+            mean = (stamps[-1] - stamps[0]) / count
             grown = self.spacing * (1.0 + _GROWTH)
             self.spacing = mean if count < _MANY else min(mean, grown)
         even = max(passed - self._ahead, (1.0 - _MADE_UP) * self.spacing)
@@ -66,4 +71,4 @@ class SampleClock:
                 stamps.popleft()
             self._ahead = 0.0
             if count >= _LEAST:
-                self.spacing = (stamped - stamps[0]) / _LEAST
+                self.spacing = (stamps[-1] - stamps[0]) / _LEAST

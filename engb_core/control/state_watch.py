@@ -104,7 +104,8 @@ class StateWatch:
         if passed == 0.0:
             self._note(Cause.STATE_REPEATED, now)
             return False
-        if passed < 0.0 or (abs(passed - waited) > _PARTED and passed > _PARTED):
+        was_set = passed < 0.0 or (abs(passed - waited) > _PARTED and passed > _PARTED)
+        if was_set:
             self._note(Cause.CLOCK_JUMP, now)
             passed = room = max(waited, 1e-6)
             self._earliest = ahead
@@ -113,7 +114,7 @@ class StateWatch:
             self._earliest = max(min(ahead, before), self._earliest - _DRIFT * waited)
         self._ahead = ahead
         self.time += passed
-        self.taken.step(passed)
+        self.taken.step(passed, stamped=not was_set)
         self._stamp, self._now = stamp, now
         usual = max(self.taken.spacing, _SHORTEST)
         span = max(room, usual)

@@ -19,9 +19,6 @@ _MEAN = 0.02
 # many tolerances: it takes three in a row, and an angle that is off in one makes two.
 _PART, _MOST = 0.2, 2.0
 
-# Time constant of the filter that the angles' velocity goes through [s].
-_FILTER = 1.0 / (2.0 * math.pi * VELOCITY_CUTOFF)
-
 
 class VelocityWatch:
     """Compares the told velocity with the one derived from the angles, and chooses one.
@@ -71,7 +68,7 @@ class VelocityWatch:
             self._count = moved
         tolerance = self.tolerance
         # One count, through the filter of the angles' velocity.
-        doubt = self._count / (dt + _FILTER) if moved else 0.0
+        doubt = self._count / (dt + self._derived.time_constant) if moved else 0.0
         off = min(max(abs(velocity - derived) - doubt, 0.0), _MOST * tolerance)
         self._off += (off - self._off) * min(dt / _MEAN, _PART)
         self.wrong = self._off > tolerance
