@@ -42,6 +42,7 @@ from engb_core.diagnose.numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.parallel_map import parallel_map, processors
+from engb_core.diagnose.probability import something_known
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search import search
@@ -52,7 +53,7 @@ from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, reso
 from engb_core.diagnose.wind_up import with_resonance
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
-from engb_core.laws.competition import law_for, nearest_told
+from engb_core.laws.competition import law_for, law_instead, nearest_told, Won
 from engb_core.laws.judgement import Nearest
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
@@ -238,7 +239,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         numbers += [] if shape is None else [shape]
         tell('taking the numbers from a sharper motion')
         told = at_full_bandwidth(fitter, explanation)
-    findings, mismatch = findings_of(fitter, nominal, told.explanation, numbers, selection)
+    findings, mismatch = findings_of(fitter, nominal, told.explanation, explanation.fit, numbers,
+                                     selection)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
     if findings and not (_carries_over(told, problem.model) and (
@@ -275,8 +277,10 @@ def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
     """Return the outcome with a law for what names and numbers leave, where one is believed."""
     # A free load curve describes, as a law does: each says what the other could have said.
     described = any(entry.effect == LOAD_SHAPE for entry in outcome.findings)
-    if (outcome.unexplained is None and not described) or outcome.load_is_absent:
+    if outcome.load_is_absent:
         return outcome
+    if outcome.unexplained is None and not described:
+        return _unless_law_is_likelier(outcome, tell)
     # A name that is likelier right than wrong stands beside a law.
     likely = any(entry.probability >= 0.5 for entry in outcome.findings
                  if entry.effect != LOAD_SHAPE)
@@ -287,6 +291,22 @@ def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
         return outcome if outcome.unexplained is None else replace(
             outcome, unexplained=nearest_told(outcome.fitter, outcome.told, law,
                                               outcome.unexplained))
+    return _told_with(outcome, law)
+
+
+def _unless_law_is_likelier(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
+    """Return the outcome, or one with a law instead of names that explain all there is, where
+    these are less sure than one name that leaves nothing: several, or one that leaves something.
+    """
+    sure = [entry.probability for entry in outcome.findings if entry.probability >= 0.5]
+    if not sure or len(sure) == 1 and sure[0] >= something_known(0.0, 1):
+        return outcome
+    law = law_instead(outcome.fitter, outcome.told, float(np.prod(sure)), tell)
+    return outcome if law is None else _told_with(outcome, law)
+
+
+def _told_with(outcome: _Outcome, law: Won) -> _Outcome:
+    """Return the outcome with a law that won."""
     # A wrong number was told from a fit without the law.
     findings = [] if law.alone else [
         finding for finding in outcome.findings if finding.effect not in law.fallen]

@@ -36,18 +36,22 @@ SURE = 2.0 / 3.0
 NUMBER_BESIDE = 0.9
 
 
-def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
+def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: Fit,
                 numbers: list[NumberFinding], selection: Selection,
                 ) -> tuple[list[EffectFinding], Array]:
     """Return the findings in order of share, and the mismatch (m,) [N·m] that they make up.
+
+    Parameters are those of the explanation's fit. How sure an effect is follows from `judged`, the
+    same effects fitted to the motion on which their rivals were fitted: numbers from a sharper
+    motion leave more on the smoothed one, which says nothing against the effect.
 
     The mismatch is what the named physics adds to the effort, and what the wrong numbers change
     (all others as refitted: a file that was refitted around the effect would smear it), or,
     where nothing is named, what the nominal model leaves.
     """
     chosen = explanation.fit
-    physics = _physics(fitter, explanation, selection)
-    changed = _numbers(fitter, nominal, explanation, numbers)
+    physics = _physics(fitter, explanation, judged, selection)
+    changed = _numbers(fitter, nominal, explanation, judged, numbers)
     findings = [finding for finding, _ in (*physics, *changed)]
     if physics and changed:
         # What effects and numbers explain together, each by what is lost without it.
@@ -89,10 +93,10 @@ def _is_number(finding: EffectFinding) -> bool:
     return effect is not None and effect.number_only and finding.onset is None
 
 
-def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
+def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: Selection,
              ) -> list[tuple[EffectFinding, float]]:
     """Return the named effects, and by how much the reduced chi-square rises without each."""
-    chosen = explanation.fit
+    told = explanation.fit
     variants = chosen.hypothesis.variants
     if not any(not variant.effect.unnamed for variant in variants):
         return []
@@ -119,8 +123,8 @@ def _physics(fitter: Fitter, explanation: Explanation, selection: Selection,
     for index, variant in enumerate(variants):
         if variant.effect.unnamed:
             continue
-        values = chosen.hypothesis.named(chosen.vector, index)
-        parameters = estimates(chosen, fitter, index)
+        values = told.hypothesis.named(told.vector, index)
+        parameters = estimates(told, fitter, index)
         believed = known * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not stands_out(chosen, fitter, index):
             believed = 0.0
@@ -182,11 +186,10 @@ def _other(rival: Fit, chosen: Fit) -> str:
     return next(entry for entry in rival.hypothesis.ids if entry not in chosen.hypothesis.ids)
 
 
-def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation,
+def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation, chosen: Fit,
              numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
     """Return the wrong numbers, and by how much the reduced chi-square rises with each as the
     file has it."""
-    chosen = explanation.fit
     before = max(reduced_chi_square(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
     after = excess(chosen, fitter)

@@ -33,7 +33,7 @@ from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.effects.base import Scene
 from engb_core.effects.catalogue import catalogue
 
-__all__ = ['causes', 'part_left', 'rival_weights', 'something_known']
+__all__ = ['causes', 'formula_error', 'part_left', 'rival_weights', 'something_known']
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -44,17 +44,23 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
         fitter: of the problem.
         before: excess that the chosen fit's numbers leave without effects.
     """
-    floor = 1.0 + FORMULA_ERROR + 0.01 * before
     size = chosen.hypothesis.size
 
     def score(fit: Fit) -> float:
-        return math.log(excess(fit, fitter) + floor - 1.0) + 0.02 * (fit.hypothesis.size - size)
+        return 0.02 * (fit.hypothesis.size - size) + math.log(
+            excess(fit, fitter) + formula_error(before))
 
     best = score(chosen)
     weights = [1.0] + [min(1.0, math.exp(-TEMPER * (score(fit) - best))) * _prior(fit, chosen)
                        for fit in rivals]
     total = sum(weights)
     return [weight / total for weight in weights]
+
+
+def formula_error(before: float) -> float:
+    """Return the excess that even the right formulas leave, in units of the noise's mean square,
+    where numbers alone leave `before`."""
+    return FORMULA_ERROR + 0.01 * before
 
 
 def _prior(fit: Fit, chosen: Fit) -> float:

@@ -63,19 +63,24 @@ def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
 
 
 def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
-    frequency = strongest_frequency(fitter, fit)
-    return [] if frequency is None else [{'frequency': frequency}]
+    found = [strongest_frequency(fitter, fit)]
+    if 'actuation' in effect.stages:
+        # What goes with an effort that changes its size and sign shows beside its own frequency.
+        found.append(strongest_frequency(fitter, fit, by_effort=True))
+    return [{'frequency': frequency} for frequency in dict.fromkeys(found)
+            if frequency is not None]
 
 
-def strongest_frequency(fitter: Fitter, fit: Fit) -> float | None:
-    """Return the frequency [Hz] of the strongest line in a fit's residual over time, None if no
-    line stands out."""
+def strongest_frequency(fitter: Fitter, fit: Fit, by_effort: bool = False) -> float | None:
+    """Return the frequency [Hz] of the strongest line in a fit's residual over time, or in the
+    residual times the effort; None if no line stands out."""
     runs = fitter.problem.runs
     longest = max(run.motion.time[-1] for run in runs)
     step = float(np.median(np.diff(runs[0].motion.time[runs[0].comparison.grid])))
     frequencies = np.arange(0.5, 0.5 / step, 0.35 / longest)
     power = np.zeros(frequencies.size)
-    residuals = fitter.problem.split(fit.residual / fitter.spread)
+    by = fit.predicted / np.sqrt(np.mean(fit.predicted ** 2)) if by_effort else 1.0
+    residuals = fitter.problem.split(by * fit.residual / fitter.spread)
     for run, residual in zip(runs, residuals, strict=True):
         time = run.motion.time[run.comparison.grid]
         own = float(np.median(np.diff(time)))

@@ -215,6 +215,10 @@ def _memories(s: Scales) -> list[Atom]:
                    (Slot('s', first, 1e-3, 100.0, True),
                     Slot(u, part * s.stroke, 1e-3 * s.stroke, s.stroke, True)))
               for first in (0.05, 0.5) for part in (0.004, 0.03, 0.12)]
+    # What a reversal breaks builds up again in time: a film, a charge, a layer that is dragged
+    # along.
+    found += [Atom('fresh in time', 'exp(-time_since_reversal / {0})', (
+        Slot('s', first, 3.0 * s.sampling, s.duration, True),)) for first in (0.1, 0.5, 2.5)]
     found.append(Atom('distance', 'distance', (), ((u, 1),)))
     for part in (2.0, 20.0):
         found.append(Atom('run in', 'exp(-distance / {0})',
@@ -243,6 +247,9 @@ def _discs(s: Scales) -> list[Atom]:
             width = Slot('rad/s', part * s.disc, 0.005 * s.disc, 3.0 * s.disc, True)
             found += [Atom('disc slow', 'exp(-abs(disc_speed) / {0})', (width,)),
                       Atom('disc level', 'tanh(disc_speed / {0})', (width,))]
+        # Thickness, slots, a hub that wobbles: harmonics of the disc's own turn.
+        found += [Atom('disc turn', f'sin({times} * disc_angle + {{0}})',
+                       (Slot('rad', 0.0, -20.0, 20.0),), phase=True) for times in (1, 2, 3, 4)]
     if s.temperature is not None and s.temperature[1] - s.temperature[0] > 1.0:
         low, high = s.temperature
         # About the middle, where the model's own numbers hold: else these had to move along.

@@ -10,7 +10,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, NAMED_PART, TABLE_WORTH
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    NAMED_PART,
+    TABLE_WORTH,
+    TEMPER,
+    UNNAMED,
+)
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
@@ -19,6 +25,7 @@ from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.probability import formula_error
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
@@ -38,7 +45,7 @@ from engb_core.laws.statement import formula_of, said_line, said_names, statemen
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
 
-__all__ = ['Won', 'law_for', 'nearest_told']
+__all__ = ['Won', 'law_for', 'law_instead', 'nearest_told']
 
 Array = NDArray[np.float64]
 
@@ -104,8 +111,7 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
     """
     named = _named(fitter, told.explanation.fit)
     left = reduced_chi_square(named, fitter) - 1.0
-    plain = fitter if not fitter.load_shape else Fitter(fitter.problem, fitter.threads,
-                                                        fitter.earlier)
+    plain = _without_load_shape(fitter)
     if left <= CLEAN_EXCESS and plain is fitter:
         return None
     said = bool(named.hypothesis.variants) or plain is not fitter
@@ -125,6 +131,9 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
             won = _won(own, law, told, named)
             if won is not None:
                 return won
+        # What does not carry over is not in the model, but says what the rest depends on.
+        if nearest is None or law.explained > nearest.explained:
+            nearest = Nearest(law.candidate, law.explained)
     if left <= CLEAN_EXCESS:
         return None
     if not likely or not named.hypothesis.variants:
@@ -133,11 +142,49 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
     return _won(fitter, _without_idle_names(law), told, named) if isinstance(law, Found) else law
 
 
+def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Callable[[str], None],
+                ) -> Won | None:
+    """Return the law that is likelier than names which leave no more than noise, None if none is.
+
+    Several names, each with numbers of its own, can be bent to what one law says. Both are held
+    against the same blocks left out; beforehand the law is the rarer, as each further cause is.
+
+    Args:
+        fitter: of the problem.
+        told: what the library says.
+        likely: probability of its names.
+        tell: is told what is being done.
+    """
+    named = _named(fitter, told.explanation.fit)
+    plain = _without_load_shape(fitter)
+    law = find_law(plain, _refitted_numbers(plain), tell, only_if_promising=True)
+    # Of several forms over other coordinates none is likelier than what has a name.
+    if not isinstance(law, Found) or not law.settled:
+        return None
+    left = _on_blocks(plain, _on(plain, named) if plain is not fitter else named)
+    if 0.5 * math.log(left / law.after) <= WORTH:
+        return None
+    noise = min(law.after, 1.0)
+    floor = formula_error(law.before - noise)
+    weight = ((law.after - noise + floor) / (left - noise + floor)) ** TEMPER
+    return _won(plain, law, told, named) if likely * weight < UNNAMED else None
+
+
+def _without_load_shape(fitter: Fitter) -> Fitter:
+    """Return a fitter of the same problem with the file's load curve alone."""
+    return fitter if not fitter.load_shape else Fitter(fitter.problem, fitter.threads,
+                                                       fitter.earlier)
+
+
+def _refitted_numbers(fitter: Fitter) -> Fit:
+    return fitter.finish(fitter.refine(fitter.base()))
+
+
 def _bases(fitter: Fitter, plain: Fitter) -> Iterator[tuple[Fitter, Fit]]:
     """Yield the fits that a law without names is looked for beside, the plainest first: refitted
     numbers; and where the file's load curve cannot have the right form, a free one along with
     them: what a wrong form leaves lies along the stroke, and any law is bent to take it up."""
-    base = plain.finish(plain.refine(plain.base()))
+    base = _refitted_numbers(plain)
     yield plain, base
     scene = fitter.problem.scene
     if fitter.load_shape:

@@ -60,6 +60,7 @@ COORDINATES: Mapping[str, Coordinate] = {
     'disc_angle': Coordinate(DISC_ANGLE, 'rad'),
     'pad_temperature': Coordinate(PAD_TEMPERATURE, '°C'),
     'since_reversal': Coordinate(-1, 'rad', memory=True),
+    'time_since_reversal': Coordinate(-1, 's', memory=True),
     'time_at_rest': Coordinate(-1, 's', memory=True),
     'distance': Coordinate(-1, 'rad', memory=True),
 }

@@ -107,7 +107,9 @@ def depends_on(candidate: Candidate) -> tuple[str, ...]:
     for function, name in _TELLS.items():
         if any(function in text for text in texts):
             names.append(name)
-    return tuple(dict.fromkeys(names))
+    # To the contract the way and the time since a reversal are one name.
+    return tuple(dict.fromkeys('since_reversal' if name == 'time_since_reversal' else name
+                               for name in names))
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,7 @@ class Nearest:
 
 
 def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximately: bool = False,
-             ) -> Found | Nearest | None:
+             only_if_promising: bool = False) -> Found | Nearest | None:
     """Return the law for what a finished fit leaves; where none is believed, what came nearest;
     None where nothing is worth its parameters.
 
@@ -138,9 +140,10 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximate
         base: finished; numbers and named effects, which stay free.
         tell: is told what is being done.
         approximately: where no law is believed, one will do that explains more than it leaves.
+        only_if_promising: give up where no form as it starts explains what a law must.
     """
     tell('looking for a law in what is left')
-    search = search_laws(fitter, base, tell)
+    search = search_laws(fitter, base, tell, EXPLAINED if only_if_promising else 0.0)
     if not search.candidates:
         return None
     chosen, alike = _plainest(search.fitter, search.candidates)

@@ -47,9 +47,9 @@ _DELAY_RING = 48     # a delay's past efforts take what memory there is
 DELAY_MODE = ACTS_AS.index('delay')
 
 # Coordinates that are followed, and the direction of stages that come before friction's own.
-_MOTOR_ANGLE, _SINCE, _REST, _DISTANCE, _TURNED = 100, 101, 102, 103, 104
+_MOTOR_ANGLE, _SINCE, _REST, _DISTANCE, _TURNED, _SINCE_TIME = 100, 101, 102, 103, 104, 105
 _FOLLOWED = {'motor_angle': _MOTOR_ANGLE, 'since_reversal': _SINCE, 'time_at_rest': _REST,
-             'distance': _DISTANCE}
+             'distance': _DISTANCE, 'time_since_reversal': _SINCE_TIME}
 (_NUMBER, _PARAMETER, _AXIS, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _POWER, _NEGATIVE, _ABS, _SIGN,
  _SQRT, _EXP, _SIN, _COS, _TANH, _POSITIVE, _MAX, _MIN, _STEP, _BELL, _PEAK, _LAG, _HEAT,
  _TRAVEL_LAG, _STOP, _DRAG, _RESTED, _HIGHEST, _RATE) = range(30)
@@ -97,7 +97,7 @@ class _Program:
         self._names, self._acts_as, self._within = names, acts_as, within
         self._code: list[tuple[float, float]] = []
         self._axes: dict[str, int] = {}
-        self._slots = 4          # the first four follow reversals, rest and distance
+        self._slots = 10         # the first ten follow reversals, rest and distance
         self._depth = self._deepest = 0
 
     def add(self, expression: Expression) -> None:
@@ -150,6 +150,15 @@ class _Program:
 
 
 @compiled
+def _step_since(state, slot, sample):
+    """Return the time that a sample adds [s]: a formula may look at it more than once."""
+    if sample[TIME] <= state[slot]:
+        return 0.0
+    state[slot] = sample[TIME]
+    return sample[TIME_STEP]
+
+
+@compiled
 def _followed(code, state, sample, turn):
     """Return a coordinate that is followed from sample to sample."""
     if code == 104.0:
@@ -160,8 +169,8 @@ def _followed(code, state, sample, turn):
     if sample[TIME] <= 0.0:
         state[0] = 0.0
         state[1] = sample[POSITION]
-        state[2] = 0.0
-        state[3] = 0.0
+        for place in range(2, 10):
+            state[place] = 0.0
     if code == 101.0:
         # state[0] is the direction of the last motion, state[1] where it began.
         if speed > turn and sample[VELOCITY] * state[0] <= 0.0:
@@ -171,14 +180,21 @@ def _followed(code, state, sample, turn):
     if code == 102.0:
         # It is told while the shaft moves again: how long it stood before.
         if speed < turn:
-            if state[0] > 0.5:
+            if state[6] > 0.5:
                 state[2] = 0.0
-                state[0] = 0.0
-            state[2] += sample[TIME_STEP]
+                state[6] = 0.0
+            state[2] += _step_since(state, 7, sample)
         else:
-            state[0] = 1.0
+            state[6] = 1.0
         return state[2]
-    state[3] += speed * sample[TIME_STEP]
+    if code == 105.0:
+        # state[4] is the direction of the last motion, state[5] how long ago it turned.
+        if speed > turn and sample[VELOCITY] * state[4] <= 0.0:
+            state[4] = 1.0 if sample[VELOCITY] > 0.0 else -1.0
+            state[5] = 0.0
+        state[5] += _step_since(state, 8, sample)
+        return state[5]
+    state[3] += speed * _step_since(state, 9, sample)
     return state[3]
 
 

@@ -97,15 +97,17 @@ class Search:
     onset: Candidate | None
 
 
-def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> Search:
+def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None], least: float = 0.0,
+                ) -> Search:
     """Return the laws that explain most of what a finished fit leaves.
 
     Args:
         fitter: of the problem.
         base: finished (`Fitter.finish`); its numbers and effects stay free.
         tell: is told what is being done.
+        least: part of the excess that some form must explain as it starts for any to be fitted.
     """
-    return _Searching(fitter, base, tell).run()
+    return _Searching(fitter, base, tell).run(least)
 
 
 class _Searching:
@@ -120,10 +122,13 @@ class _Searching:
         self._within = _ranges(fitter)
         self._seen: dict[tuple, Candidate] = {}
 
-    def run(self) -> Search:
+    def run(self, least: float = 0.0) -> Search:
         before = self._blocks.without()
         first = self._screened(first_forms(self._scales))
         self._tell(f'screened {len(first)} candidate laws')
+        if least and (not first or before.level - first[0].score.level
+                      < least * (before.level - 1.0)):
+            return Search(self._fitter, self._base, before, (), None)
         waves = tuple(dict.fromkeys(
             atom.slots[0].start for entry in first[:60] for atom in entry.form.factors
             if 'wave' in atom.kind))[:4]

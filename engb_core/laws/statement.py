@@ -26,7 +26,7 @@ _COORDINATES = {'position': 'the position', 'motor_angle': 'the motor angle',
                 'acceleration': 'the acceleration', 'load': 'the load', 'effort': 'the effort',
                 'time': 'time', 'disc_speed': 'the disc speed', 'disc_angle': 'the disc angle',
                 'pad_temperature': 'the pad temperature', 'heat': 'heat',
-                'since_reversal': 'the way since the last reversal',
+                'since_reversal': 'the way or time since the last reversal',
                 'time_at_rest': 'the time at rest', 'distance': 'the distance travelled'}
 # What a machine does so, by kind of factor and by where it acts.
 _CAUSES = {
@@ -57,6 +57,8 @@ _CAUSES = {
     'fast': 'churning or windage above one speed',
     'speed2': 'churning or windage', 'stop': 'a cable, seal or spring that bends before it slips',
     'drag': 'a cable, seal or brush that bends before it slips',
+    'fresh in time': 'a film or layer that a reversal breaks and that builds up again in time',
+    'disc turn': 'a disc whose thickness or run changes along its turn',
     'rested': 'a seal or contact that settles while it rests',
     'effort sign': 'a current sensor or amplifier whose gain differs with the sign',
     'effort': 'a motor or amplifier whose gain changes with the current',

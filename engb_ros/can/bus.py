@@ -14,6 +14,9 @@ from engb_core.errors import InputError
 
 __all__ = ['CanBus']
 
+# No frame waits so long to be read [s]: an interface that says so has a clock of its own.
+_LONGEST_WAIT = 10.0
+
 # With these the interface itself is gone or down. Everything else that a send can meet (a full
 # queue above all: ENOBUFS, EAGAIN, or no number at all) may be over with the next frame.
 _GONE = frozenset({errno.ENETDOWN, errno.ENODEV, errno.ENXIO, errno.EBADF, errno.ENOTCONN})
@@ -29,7 +32,9 @@ class CanBus:
     Args:
         interface, channel, bitrate: as python-can takes them; bitrate 0: as configured. With
             udp_multicast the channel may be GROUP:PORT (IPv4).
-        receive: called in the reading thread with identifier, bytes and the steady time [s].
+        receive: called in the reading thread with identifier, bytes, the steady time [s], and how
+            long the frame had waited by then [s]: from when the kernel (SocketCAN, UDP) or the
+            interface took it; 0 where that is not told by the system's clock.
         identifiers: which frames are wanted.
         reconnect_time: pause before a failed bus is opened again [s].
 
@@ -44,7 +49,7 @@ class CanBus:
     """
 
     def __init__(self, interface: str, channel: str, bitrate: int,
-                 receive: Callable[[int, bytes, float], None], identifiers: set[int],
+                 receive: Callable[[int, bytes, float, float], None], identifiers: set[int],
                  reconnect_time: float = 1.0) -> None:
         try:
             import can
@@ -128,7 +133,8 @@ class CanBus:
             if message.is_error_frame:
                 self._look_for_bus_off()
             elif message.arbitration_id in self._wanted and not message.is_extended_id:
-                self._receive(message.arbitration_id, bytes(message.data), time.monotonic())
+                self._receive(message.arbitration_id, bytes(message.data), time.monotonic(),
+                              _waited(message.timestamp))
 
     def _look_for_bus_off(self) -> None:
         with contextlib.suppress(NotImplementedError, AttributeError):
@@ -165,6 +171,11 @@ class CanBus:
     def _shut(self) -> None:
         with contextlib.suppress(Exception):
             self._bus.shutdown()
+
+
+def _waited(timestamp: float) -> float:
+    waited = time.time() - timestamp
+    return waited if 0.0 < waited < _LONGEST_WAIT else 0.0
 
 
 def _addressed(interface: str, channel: str) -> dict[str, Any]:

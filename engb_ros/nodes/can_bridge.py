@@ -57,8 +57,10 @@ class CanBridgeNode(ManagedNode):
     """Turns status frames into `joint_states` and torque commands into command frames.
 
     Only samples whose frames pass the end-to-end check are published; when the link is not
-    valid, nothing is, and the controller's watchdog does the rest. Whether the drive is in the
-    mode that it was asked for is told as `drive_state`.
+    valid, nothing is, and the controller's watchdog does the rest. A sample's stamp is the time at
+    which its frame came, not the one at which a busy computer read it; one that was read later
+    than `link_timeout` tells nothing of the brake any more and is left out. Whether the drive is
+    in the mode that it was asked for is told as `drive_state`.
     """
 
     node_name = 'can_bridge'
@@ -74,7 +76,7 @@ class CanBridgeNode(ManagedNode):
                       'carry is no command of its controller, and not taken at all', 'N·m', 0.0,
                       1e4),
         ParameterSpec('link_timeout', 0.05, 'without status frames for so long the link is '
-                      'invalid', 's', 0.001, 10.0),
+                      'invalid; a frame that was read so late is no news', 's', 0.001, 10.0),
         ParameterSpec('command_timeout', 0.1, 'without a torque command for so long the drive is '
                       'switched off', 's', 0.001, 10.0),
         ParameterSpec('mode_timeout', 0.1, 'a drive that is not in the mode it was asked for, '
@@ -93,7 +95,7 @@ class CanBridgeNode(ManagedNode):
         self._modes = codec.mode_names
         self._joint = JointMessage(model.joint.name)
         self._flags: tuple[str, ...] = ()
-        self._samples = self._withheld = self._limited = self._rejected = 0
+        self._samples = self._withheld = self._late = self._limited = self._rejected = 0
         self._counted = (0, 0)
         self._news = (False, False)
         self._command_time: float | None = None
@@ -151,7 +153,7 @@ class CanBridgeNode(ManagedNode):
         now = self._command_time = monotonic()
         self._send(DriveCommand(torque, TORQUE), now)
 
-    def _on_frame(self, identifier: int, data: bytes, now: float) -> None:
+    def _on_frame(self, identifier: int, data: bytes, now: float, waited: float) -> None:
         """Take a frame; runs in the bus's thread."""
         status = self._link.receive(identifier, data, now)
         if status is None or not self.active:
@@ -161,10 +163,13 @@ class CanBridgeNode(ManagedNode):
         if 'SENSOR_FAULT' in status.flags:
             self._withheld += 1
             return
-        self._publish(status)
+        if waited > self.values['link_timeout']:
+            self._late += 1
+            return
+        self._publish(status, now - waited)
 
-    def _publish(self, status: DriveStatus) -> None:
-        stamp = self.get_clock().now().nanoseconds
+    def _publish(self, status: DriveStatus, came: float) -> None:
+        stamp = self.get_clock().now().nanoseconds - round(1e9 * (monotonic() - came))
         self._publish_joint(self._joint.fill(
             stamp, status.angle, status.speed, self._torque_constant * status.current))
         self._samples += 1
@@ -196,6 +201,7 @@ class CanBridgeNode(ManagedNode):
                   'sends_refused': str(bus.refused), 'link': link.state.value,
                   'drive_state': state.value if state else '', 'drive_mode': mode,
                   'samples': str(self._samples), 'samples_withheld': str(self._withheld),
+                  'samples_late': str(self._late),
                   'commands_limited': str(self._limited),
                   'commands_rejected': str(self._rejected), 'flags': ' '.join(self._flags)}
         values |= {f'frames_{name}': str(count) for name, count in link.counts().items()}

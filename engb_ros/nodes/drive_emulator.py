@@ -13,6 +13,7 @@ import sys
 from time import monotonic
 from typing import Any
 
+from engb_core.bench.virtual_brake import Measurement
 from engb_ros.can.bus import CanBus
 from engb_ros.can.codec import dbc_file, DriveCodec, DriveCommand, DriveStatus, OFF
 from engb_ros.can.link import DriveEnd
@@ -71,7 +72,7 @@ class DriveEmulatorNode(ManagedNode):
             bus.close()
             self._bus = None
 
-    def _on_frame(self, identifier: int, data: bytes, now: float) -> None:
+    def _on_frame(self, identifier: int, data: bytes, _now: float, _waited: float) -> None:
         self._commands.append((identifier, data))   # the bus's thread; the timer obeys
 
     def _tick(self) -> None:
@@ -93,15 +94,17 @@ class DriveEmulatorNode(ManagedNode):
         if due * brake.period > _LONGEST_CATCH_UP:
             due = 1
             self.start()
-        for _ in range(due):
-            self._sample(fault, now)
+        for step in range(due):
+            measured = self._brake.advance()
+            # A frame has no stamp: what was missed is not sent late, as no drive would.
+            if step == due - 1:
+                self._sample(measured, fault, now)
 
     def _obey(self, command: DriveCommand) -> None:
         self._mode = command.mode
         self._brake.command(command.torque if command.mode != OFF else 0.0)
 
-    def _sample(self, fault: str, now: float) -> None:
-        measured = self._brake.advance()
+    def _sample(self, measured: Measurement, fault: str, now: float) -> None:
         flags = () if self._link.receiver.state.value == 'valid' else ('COMMAND_LOST',)
         if fault == 'sensor_fault':
             flags = (*flags, 'SENSOR_FAULT')

@@ -77,7 +77,7 @@ def test_four_drives_over_a_real_bus():
     drives, ends, samples, obeyed = {}, {}, {}, {}
 
     def drive_hears(wheel):
-        def hear(identifier, data, now):
+        def hear(identifier, data, now, _waited):
             with lock:
                 command = drives[wheel].receive(identifier, data, now)
                 if command is not None:
@@ -85,7 +85,7 @@ def test_four_drives_over_a_real_bus():
         return hear
 
     def controller_hears(wheel):
-        def hear(identifier, data, now):
+        def hear(identifier, data, now, _waited):
             with lock:
                 status = ends[wheel].receive(identifier, data, now)
                 if status is not None:

