@@ -43,10 +43,14 @@ class VelocityFromPosition:
 
     Args:
         cutoff: [Hz]; 0: the bare difference.
+
+    Attributes:
+        time_constant: of the low-pass [s].
+        velocity: [rad/s].
     """
 
     def __init__(self, cutoff: float) -> None:
-        self._time_constant = 1.0 / (2.0 * math.pi * cutoff) if cutoff > 0.0 else 0.0
+        self.time_constant = 1.0 / (2.0 * math.pi * cutoff) if cutoff > 0.0 else 0.0
         self._time: float | None = None
         self._position = 0.0
         self.velocity = 0.0
@@ -62,7 +66,7 @@ class VelocityFromPosition:
         if dt <= 0.0:
             return self.velocity
         raw = (position - self._position) / dt
-        self.velocity += (raw - self.velocity) * dt / (dt + self._time_constant)
+        self.velocity += (raw - self.velocity) * dt / (dt + self.time_constant)
         self._time, self._position = time, position
         return self.velocity
 

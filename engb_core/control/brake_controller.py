@@ -229,7 +229,7 @@ class BrakeController:
         if not supervisor.accept_state(now, stamp, position, velocity):
             return None
         time = supervisor.states.time
-        velocity = self._velocity.step(time, position, velocity, now - self._last)
+        velocity = self._velocity.step(supervisor.states.taken.time, position, velocity)
         report, settings = self.report, self.settings
         report.position_output, report.effort_output = position, effort
         # Slower than this its friction may hold it either way: it stands.

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import math
 
 from engb_core.control.causes import Cause
+from engb_core.control.sample_clock import SampleClock
 from engb_core.control.supervisor_settings import SupervisorSettings
 
 __all__ = ['LARGEST', 'StateWatch']
@@ -46,17 +47,20 @@ class StateWatch:
     Attributes:
         settings: `largest_speed`, `jump_time`.
         time: [s], continuous: what the loop integrates over.
+        taken: when the samples were taken, evenly spaced.
         lost: the angle jumped and stayed; until `believe`.
     """
 
     def __init__(self, settings: SupervisorSettings, note: Callable[[Cause, float], None]) -> None:
         self.settings = settings
         self._note = note
+        self.taken = SampleClock()
         self.reset()
 
     def reset(self) -> None:
         """Forget the past: the next sample is believed."""
         self.time = 0.0
+        self.taken.reset()
         self.lost = False
         self._seen = False
         self._stamp = self._now = 0.0         # of the last sample that came
@@ -64,7 +68,6 @@ class StateWatch:
         self._since = 0.0                     # [s] from the one that was believed
         self._before, self._between = 0.0, 0.0   # the one believed before it, and the time between
         self._far = False                     # whether it used the room of a pause
-        self._period = _SHORTEST
         self._jumped: float | None = None     # since when
         self._ahead = self._earliest = 0.0    # stamp less steady clock: the last one's, and the
         #                                       most that two in a row had [s]
@@ -101,18 +104,19 @@ class StateWatch:
         if passed == 0.0:
             self._note(Cause.STATE_REPEATED, now)
             return False
-        if passed < 0.0 or (abs(passed - waited) > _PARTED and passed > _PARTED):
+        was_set = passed < 0.0 or (abs(passed - waited) > _PARTED and passed > _PARTED)
+        if was_set:
             self._note(Cause.CLOCK_JUMP, now)
             passed = room = max(waited, 1e-6)
             self._earliest = ahead
         else:
             room = passed - max(ahead - max(self._earliest, before), 0.0)
-            self._period += 0.05 * (min(passed, 2.0 * self._period) - self._period)
             self._earliest = max(min(ahead, before), self._earliest - _DRIFT * waited)
         self._ahead = ahead
         self.time += passed
+        self.taken.step(passed, stamped=not was_set)
         self._stamp, self._now = stamp, now
-        usual = max(self._period, _SHORTEST)
+        usual = max(self.taken.spacing, _SHORTEST)
         span = max(room, usual)
         self._since += span
         came_from, self._angle = self._angle, position

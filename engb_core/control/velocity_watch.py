@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 from engb_core.bench.sensors import VelocityFromPosition
 from engb_core.control.loop import VELOCITY_CUTOFF
 
@@ -25,6 +27,10 @@ class VelocityWatch:
     or one that stands, makes it too much or none. The derived one is used instead as long as the
     mean difference is beyond `tolerance`.
 
+    What the angles' own velocity may be off by is no fault of the told one: a count of the encoder
+    between two samples (the least change of the angle that was ever seen), and when they were
+    taken, which is for `SampleClock` to say.
+
     Args:
         tolerance: [rad/s]; 0: what is told is used, whatever it is.
 
@@ -34,27 +40,36 @@ class VelocityWatch:
 
     def __init__(self, tolerance: float) -> None:
         self.tolerance = tolerance
+        self._count = math.inf
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Forget the past, but for the encoder's count."""
         self.wrong = False
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
+        self._time, self._position = math.nan, math.nan
         self._off = 0.0
 
-    def step(self, time: float, position: float, velocity: float, dt: float) -> float:
+    def step(self, time: float, position: float, velocity: float) -> float:
         """Return the velocity to use [rad/s] for one sample.
 
         Args:
-            time: the loop's own [s].
+            time: when it was taken, evenly spaced (`SampleClock`) [s].
             position, velocity: measured [rad, rad/s]; NaN where the drive tells no velocity.
-            dt: since the last sample [s].
         """
         derived = self._derived.step(time, position)
+        dt, moved = time - self._time, abs(position - self._position)
+        self._time, self._position = time, position
         if velocity != velocity:
             return derived
+        if not dt > 0.0:   # the first sample
+            return velocity
+        if 0.0 < moved < self._count:
+            self._count = moved
         tolerance = self.tolerance
-        off = min(abs(velocity - derived), _MOST * tolerance)
+        # One count, through the filter of the angles' velocity.
+        doubt = self._count / (dt + self._derived.time_constant) if moved else 0.0
+        off = min(max(abs(velocity - derived) - doubt, 0.0), _MOST * tolerance)
         self._off += (off - self._off) * min(dt / _MEAN, _PART)
         self.wrong = self._off > tolerance
         return derived if self.wrong else velocity

@@ -131,9 +131,29 @@ def _of_those_chosen(fitter: Fitter, chosen: Fit) -> list[Fit]:
             continue
         last = _with_last(fitter, chosen, index)
         begun = _moved(fitter, last)
-        if begun is not None:
-            found.append(_settled(fitter, fitter.iterate(begun, ROUNDS)))
+        if begun is None:
+            continue
+        fit = _settled(fitter, fitter.iterate(begun, ROUNDS))
+        found.append(fit)
+        if variant.effect.at_once:
+            sudden = _sudden(fitter, fit)
+            found.append(_settled(fitter, fitter.iterate(sudden, ROUNDS)))
     return found
+
+
+def _sudden(fitter: Fitter, fit: Fit) -> Fit:
+    """Return the fit with its last effect there at once from its onset on.
+
+    What says how it grows over the recording acts from the first sample on, where the onset hides
+    it: the recording does not tell it, and the model would have it grow again in any other.
+    """
+    *others, last = fit.hypothesis.variants
+    effect = _at_once(last.effect)
+    held = tuple(last.effect.at_once[entry.name] for entry in last.effect.parameters
+                 if entry.name in last.effect.at_once)
+    variant = replace(last, effect=effect, constants=(*held, *last.constants))
+    hypothesis = fitter.hypothesis((*others, variant), fit.hypothesis.numbers)
+    return fitter.evaluate(hypothesis, fit.vector[:hypothesis.size])
 
 
 def _with_last(fitter: Fitter, fit: Fit, index: int) -> Fit:

@@ -14,6 +14,7 @@ import ast
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 import math
+import threading
 
 from engb_core.effects.base import (
     ACCELERATION,
@@ -131,6 +132,10 @@ _OPERATORS = {ast.Add: '+', ast.Sub: '-', ast.Mult: '*', ast.Div: '/', ast.Pow: 
 _BINDS = {'+': 1, '-': 1, '*': 2, '/': 2, 'neg': 3, '**': 4}
 # A line that a person can read, and a nesting that no stack overflows at.
 LONGEST = 400
+# CPython counts the depth of a syntax tree once for all threads (python/cpython#106905): a thread
+# that goes on while another's tree is being made, since a finalizer ran there, ends in a
+# SystemError. The lock is reentrant, since that finalizer may itself read a formula.
+_PARSING = threading.RLock()
 
 
 def parse(text: str) -> Expression:
@@ -144,7 +149,8 @@ def parse(text: str) -> Expression:
     if len(text) > LONGEST:
         raise InputError(f'formula has {len(text)} characters; at most {LONGEST} are read')
     try:
-        tree = ast.parse(text.strip(), mode='eval')
+        with _PARSING:
+            tree = ast.parse(text.strip(), mode='eval')
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise InputError(f'formula {text!r} is no arithmetic; write one such as '
                          '"a * abs(load) * sin(k * position + c)"') from None

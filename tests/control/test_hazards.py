@@ -15,6 +15,7 @@ from engb_core.control.command_arbiter import Command
 from engb_core.control.final_clamp import FinalClamp
 from engb_core.control.loop import LoopSettings
 from engb_core.control.supervisor_settings import default_stops, SupervisorSettings
+from engb_core.control.velocity_watch import VelocityWatch
 from engb_core.errors import InputError
 from engb_core.model import Cogging, LoadTorque
 
@@ -467,6 +468,63 @@ def test_an_angle_that_is_off_once_does_not_make_a_velocity_wrong():
     brake.offset = 0.0
     brake.run(0.1)
     assert not brake.controller.supervisor.counts[Cause.VELOCITY_WRONG]
+
+
+@pytest.mark.parametrize(('bunch', 'period', 'gap', 'arrive_in_bunches', 'tells'), [
+    (3, 0.005, 1e-3, True, True), (4, 0.005, 1e-3, True, True), (3, 0.005, 1e-4, False, True),
+    (2, 0.005, 1e-3, False, True), (16, 0.001, 3e-4, True, True),
+    (2, 0.005, 1e-4, True, False), (8, 0.001, 1e-4, True, False), (16, 0.001, 1e-4, True, False)])
+def test_samples_in_bunches_with_stamps_of_when_they_were_read_make_no_wild_velocity(
+        bunch, period, gap, arrive_in_bunches, tells):
+    """As a USB adapter hands them over. Angles divided by such stamps had discarded the drive's
+    true velocity, or had been the loop's own: full torque to and fro, and a fault."""
+    brake = Brake()
+    waiting, angles, torques, every = [], [], [], round(period / DT)
+    base, number = brake.now, 0
+    for count in range(3000):
+        measured = brake.brake.advance()
+        brake.now += DT
+        if count % 20 == 0:
+            brake.controller.on_command(brake.now, Command(35.0 if count > 1500 else 2.0))
+        if count % every == 0:
+            if not arrive_in_bunches:
+                base = brake.now if number % bunch == 0 else base
+                waiting.append((base + gap * (number % bunch), measured))
+            else:
+                waiting.append((math.nan, measured))
+            number += 1
+        if len(waiting) == bunch or not arrive_in_bunches:
+            for place, (stamp, sample) in enumerate(waiting):
+                now = brake.now + (gap * place if arrive_in_bunches else 0.0)
+                torque = brake.controller.on_state(
+                    now, now if arrive_in_bunches else stamp, sample.position,
+                    sample.velocity if tells else math.nan, sample.effort)
+                if torque is not None:
+                    brake.brake.command(torque)
+                    torques.append(torque)
+            waiting.clear()
+        if count > 1500:
+            angles.append(brake.angle)
+    assert brake.state is State.ENABLED
+    assert not brake.controller.supervisor.counts[Cause.VELOCITY_WRONG]
+    assert min(angles) > 1.0
+    assert max(angles) < 36.0
+    assert angles[-1] == pytest.approx(35.0, abs=0.3)
+    # It had been three tenths of the time and more.
+    assert sum(abs(torque) > 0.7 for torque in torques) < 0.01 * len(torques)
+
+
+def test_the_velocity_of_a_coarse_encoder_is_believed():
+    """24 counts a turn, as three Hall sensors at four pole pairs give."""
+    count = math.tau / 24.0
+    watch = VelocityWatch(25.0)
+    wrong, angle, time = False, 0.0, 0.0
+    for _ in range(2000):
+        time += DT
+        angle += 100.0 * DT
+        assert watch.step(time, count * math.floor(angle / count), 100.0) == 100.0
+        wrong = wrong or watch.wrong
+    assert not wrong
 
 
 def test_a_drive_that_lets_go_is_a_fault_and_finds_no_torque_when_it_comes_back():

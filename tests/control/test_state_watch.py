@@ -253,24 +253,31 @@ def test_samples_in_a_burst_are_a_millisecond_apart_at_least(feed, passed):
     assert not feed(0.399 + 0.411, passed=passed)
 
 
-@pytest.mark.parametrize('count', [0, 10, 60, 400])
-def test_samples_in_a_burst_may_move_by_the_mean_period(count):
-    """The mean follows by a twentieth, and takes no sample for more than twice itself."""
-    period = 0.001
-    for _ in range(count):
-        period += 0.05 * (min(DT, 2.0 * period) - period)
-    period += 0.05 * (1e-4 - period)
+@pytest.mark.parametrize(('count', 'reach'), [
+    (0, 0.4), (10, 0.4), (18, 0.4), (60, REACH), (400, REACH)])
+def test_samples_in_a_burst_may_move_by_the_mean_period(count, reach):
+    """Twenty samples and more tell the mean; one in a burst makes it shorter by its own part."""
+    period = (count * DT + 1e-4) / (count + 1) if count >= 19 else 0.001
+    assert 400.0 * period == pytest.approx(reach, rel=0.03)
     for part, taken in ((0.99, True), (1.01, False)):
         feed = Feed()
         for _ in range(count + 1):
             feed()
-        assert feed(400.0 * max(period, 0.001) * part, passed=1e-4) is taken
+        assert feed(400.0 * period * part, passed=1e-4) is taken
 
 
 def test_a_set_clock_does_not_touch_the_mean_period(steady):
     for _ in range(30):
         assert steady(passed=-1.0, waited=1e-4)
     assert steady(0.98 * REACH * 0.95, passed=1e-4)
+
+
+def test_a_set_clock_does_not_make_time_go_back(steady):
+    begin = steady.watch.taken.time
+    for _ in range(30):
+        assert steady(passed=-1.0, waited=DT)
+    assert steady.watch.taken.time == pytest.approx(begin + 30 * DT)
+    assert steady(0.98 * REACH, passed=1e-4)
 
 
 @pytest.mark.parametrize('ahead', [0.03125, 0.0625, 0.09375])

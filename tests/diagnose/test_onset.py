@@ -16,7 +16,10 @@ from engb_core.diagnose.evidence import unseen_errors
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.onset import cost_by_onset, LEAST_VALUES, Onset, onsets_tried
+from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.reduced_chi_square import excess
+from engb_core.diagnose.selection import Selection
 from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.model import EffectSetting
 from engb_core.recording import Recording
@@ -107,6 +110,28 @@ def test_of_two_recordings_only_the_second_has_it(clean, slipped):
     assert found.effects[0].onset is not None
     recording, time = found.effects[0].onset
     assert (recording, time) == ('later', pytest.approx(BEGINS, abs=0.1))
+
+
+def test_friction_that_jumps_has_jumped_from_the_first_sample_on_in_the_corrected_model(clean):
+    """What grows over the recording and begins in its middle can't be told from what is there at
+    once, as far as this recording goes; in any other it would grow again."""
+    friction = NOMINAL.friction
+    load = np.polynomial.Polynomial(NOMINAL.load_torque.coefficients)(clean.position)
+    level = friction.coulomb + friction.load_gain * np.abs(load)
+    sliding = np.clip(clean.velocity / friction.saturation_velocity, -1.0, 1.0)
+    jump = np.where(clean.time >= BEGINS, 0.5 * level * sliding, 0.0)
+    fitter = Fitter(problem_of([with_effort(clean, clean.effort + jump)], NOMINAL))
+    base = fitter.base()
+    (variant,) = variants_of(get_effect('friction_drift'), fitter.problem.scene)
+    drifts = fitter.refine(fitter.evaluate(
+        fitter.hypothesis((variant,), base.hypothesis.numbers),
+        np.array([*base.vector, 1.5, np.log(0.5), np.log(5.0)])))
+    whole = excess(base, fitter)
+    found = with_onset(fitter, Selection(drifts, (), whole, whole, excess(drifts, fitter)))
+    (begun,) = found.chosen.hypothesis.variants
+    assert begun.onset is not None
+    assert [entry.name for entry in begun.effect.parameters] == ['friction_ratio']
+    assert found.chosen.vector[-1] == pytest.approx(1.5, abs=0.1)
 
 
 def stepped(begin: int, count: int = 400, size: float = 0.5):

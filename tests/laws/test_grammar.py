@@ -3,6 +3,10 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+import gc
+import time
+
 import pytest
 
 from engb_core.errors import InputError
@@ -50,3 +54,32 @@ def test_what_stands_in_a_formula():
 def test_numbers_for_parameters():
     law = with_values(parse('a * load - k * position'), {'a': -0.25, 'k': 2.0})
     assert printed(law) == '-0.25 * load - 2 * position'
+
+
+class Cycle:
+    """Garbage that only the collector finds, whose finalizer lets other threads run."""
+
+    def __init__(self):
+        self.me = self
+
+    def __del__(self):
+        time.sleep(1e-5)
+
+
+def test_formulas_are_read_in_threads_while_garbage_is_collected():
+    """CPython counts the depth of a syntax tree for all threads together."""
+    text = 'a * sin(2.0 * position + b) * abs(load) * (1 + exp(-(velocity / 3.0)**2))'
+    expected = parse(text)
+
+    def read(_):
+        for _ in range(100):
+            Cycle()
+            assert parse(text) == expected
+
+    threshold = gc.get_threshold()
+    gc.set_threshold(20)
+    try:
+        with ThreadPoolExecutor(4) as threads:
+            list(threads.map(read, range(8)))
+    finally:
+        gc.set_threshold(*threshold)
