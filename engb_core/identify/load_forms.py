@@ -47,6 +47,8 @@ class LoadForm:
     load: Callable[[Array], LoadTorque]
     names: tuple[str, ...]
     extra: int = 0              # numbers beside the linear ones (a contact angle)
+    # (m, 1), filtered: friction per load, for weighing the form beside friction that grows with it
+    beside: Array | None = None
 
 
 def load_forms(data: FilteredColumns, joint: Joint) -> list[LoadForm]:

@@ -15,8 +15,8 @@ from engb_ros.tables.text import TEXT_SUFFIXES, TextTable
 __all__ = ['KINDS', 'is_table', 'open_here', 'open_table']
 
 # What is read, for messages and help.
-KINDS = ('.csv (.txt, .tsv, .dat), .npz, .mat, .h5, .mf4 (.mdf, .dat of MDF 3), .tdms, .parquet, '
-         '.arrow (.feather) or .bag (ROS 1)')
+KINDS = ('.csv (.txt, .tsv, .dat, .log), .npz, .mat, .h5, .mf4 (.mdf, .dat of MDF 3), .tdms, '
+         '.parquet, .arrow (.feather) or .bag (ROS 1)')
 _SUFFIXES = {'.npz': 'npz', '.mat': 'mat', '.h5': 'hdf5', '.hdf5': 'hdf5', '.hdf': 'hdf5',
              '.mf4': 'mdf', '.mdf': 'mdf', '.mf3': 'mdf', '.tdms': 'tdms',
              '.parquet': 'parquet', '.pq': 'parquet', '.arrow': 'arrow', '.feather': 'arrow',

@@ -48,7 +48,7 @@ _REFERENCE = frozenset((
     'target', 'des', 'desired', 'goal', 'demand', 'demanded', 'sp', 'setp', 'consigne'))
 _OWN = frozenset((
     'act', 'actual', 'ist', 'istwert', 'meas', 'measured', 'fb', 'feedback', 'motor', 'mot',
-    'rotor'))
+    'rotor', 'est', 'estimate', 'estimated'))
 _OTHER = frozenset((
     'load', 'output', 'out', 'abtrieb', 'abtriebs', 'lastseitig', 'gear', 'wheel', 'disc', 'disk',
     'scheibe', 'external', 'ext', 'sensor'))

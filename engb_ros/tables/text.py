@@ -28,7 +28,7 @@ __all__ = ['TEXT_SUFFIXES', 'TextTable', 'clock_seconds']
 
 Array = NDArray[np.float64]
 
-TEXT_SUFFIXES = ('.csv', '.txt', '.tsv', '.dat', '.asc')
+TEXT_SUFFIXES = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log')
 _DELIMITERS = (';', '\t', '|', ',', ' ')
 _HEAD = 400                 # lines that are looked at to find delimiter, titles and units
 _REMARKS = 50               # of these, titles stand in

@@ -142,6 +142,8 @@ _IN = re.compile(r'^(.*\S)\s+in\s+(\S+)$', re.IGNORECASE)
 _COMMA = re.compile(r'^(.*\S)\s*[,:]\s+(\S+)$')
 # At the end of a name they mean motor, slave, … rather than a unit; `t_s` is meant.
 _SHORT, _TIMES = ('m', 's', 'h', 'K', 'N', 'V', 'W'), ('t', 'time', 'zeit', 'timestamp')
+# Alone they're a displacement, a height and a minimum as well.
+_NO_CLOCK = ('s', 'h', 'min')
 _TAIL = re.compile(r'^(.*[^\W_])[_. ]+([^\W_]+(?:[/-][^\W_]+)?|°\w*|%)$')
 
 
@@ -149,7 +151,7 @@ def parse_title(title: str) -> tuple[str, str]:
     """Return a column's name and the unit in its title ('' where it has none).
 
     Understood are `phi [deg]`, `I (A)`, `M/Nm` as DIN writes it, `n in 1/min`, `angle, deg` and
-    `pos_deg`; `n/min` alone is a speed per minute.
+    `pos_deg`; `n/min` alone is a speed per minute, `millis` alone a time.
     """
     title = ' '.join(title.strip().strip('\'"').split())
     match = _BRACKETS.match(title)
@@ -160,7 +162,8 @@ def parse_title(title: str) -> tuple[str, str]:
         if match and unit_of(match[2]):
             return match[1], match[2]
     whole = unit_of(title)
-    if whole is not None and whole.quantity == 'speed':
+    if whole is not None and (whole.quantity == 'speed' or (
+            whole.quantity == 'time' and title.casefold() not in _NO_CLOCK)):
         return title, title
     for place in (index for index, letter in enumerate(title) if letter == '/'):
         name, below = title[:place].strip(), title[place + 1:].strip()

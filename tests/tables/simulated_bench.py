@@ -36,6 +36,10 @@ class BenchTable:
         """How many things the table doesn't tell."""
         return sum(1 for word in self.said if not word.startswith('--'))
 
+    def sampled(self, seed: int) -> dict[str, np.ndarray]:
+        """Simulate; returns t [s], phi [rad] and i [A] as the bench records them."""
+        return sampled(self.effect, self.every, seed)
+
 
 def run(effect: str | None, seed: int) -> dict[str, np.ndarray]:
     """Simulate; returns t [s], phi [rad], i [A] at every plant step."""
@@ -100,7 +104,7 @@ def sampled(effect: str | None, every: int, seed: int) -> dict[str, np.ndarray]:
 def write_table(table: BenchTable, folder: Path, seed: int = 0) -> Path:
     """Simulate and write a table; returns its path."""
     path = folder / table.name
-    table.write(path, sampled(table.effect, table.every, seed))
+    table.write(path, table.sampled(seed))
     return path
 
 

@@ -12,6 +12,7 @@ from engb_ros.commands.main import main
 from engb_ros.tables.measure import measured_of
 from engb_ros.tables.request import Request
 
+from .other_benches import OTHER_TABLES
 from .simulated_bench import sampled, TABLES, write_table
 
 
@@ -54,3 +55,24 @@ def test_a_table_whose_name_is_no_utf_8(tmp_path, monkeypatch, capsys):
     assert {entry['recording'] for entry in found['fit']['held_out']} == {'b\\xffse'}
     told = capsys.readouterr().out
     assert 'b\\xffse.csv: time' in told and told.count('position: column') == 1
+
+
+@pytest.mark.parametrize('table', OTHER_TABLES, ids=[table.name for table in OTHER_TABLES])
+def test_each_table_of_a_drive_becomes_the_same_recording(tmp_path, table):
+    """Their simulation is benchmarks/ten_tables.py's; here a motion of the same kind is read."""
+    assert table.questions <= 2
+    time = 1e-3 * np.arange(2000)
+    made = {'t': time, 'phi': 9.0 * np.sin(4.0 * time) + 2.0, 'i': 2.0 * np.cos(11.0 * time),
+            'goal': 9.0 * np.sin(4.0 * time + 0.1) + 2.0}
+    path = tmp_path / table.name
+    table.write(path, made)
+    said = dict(zip(table.said[::2], table.said[1::2], strict=True))
+    units = dict([said['--unit'].split('=')]) if '--unit' in said else {}
+    constant = float(said.get('--torque-constant', '0.06'))
+    recording = measured_of(path, Request(torque_constant=constant, units=units))[0].recording()
+    gear = {'elbow.csv': 50.0, 'slide.tsv': 2.0 * np.pi / 0.01}.get(table.name, 1.0)
+    position = np.interp(recording.time, time, made['phi']) / gear
+    effort = np.interp(recording.time, time, made['i']) * 0.06 * gear
+    np.testing.assert_allclose(recording.position - recording.position[0],
+                               position - position[0], atol=2e-4)
+    np.testing.assert_allclose(recording.effort, effort, atol=1e-3 * gear)
