@@ -117,7 +117,7 @@ def main() -> int:
               'have no time of their own')
         return 0
     texts: dict[Fault, tuple[str, str]] = {}
-    for kind in ('plant', 'spoilt', 'can', 'force'):
+    for kind in ('plant', 'spoilt', 'can', 'force', 'lossy'):
         of_kind = [fault for fault in chosen if fault.loop == kind]
         if not of_kind:
             continue

@@ -80,7 +80,8 @@ class Fault:
         bound: what the parameters promise.
         reaction: what is done about it.
         test: that injects it.
-        loop: 'plant', 'can', 'force' or 'spoilt' (a drive that goes wrong on request).
+        loop: 'plant', 'can', 'force', 'spoilt' (a drive that goes wrong on request) or 'lossy'
+            (datagrams that are lost on request).
         measure: injects it once and returns what took how long [s].
     """
 
@@ -111,6 +112,17 @@ def drive_hit(node: str, number: int) -> Callable[[WatchedLoop], Times]:
     return measure
 
 
+def all_lost(loop: WatchedLoop) -> Times:
+    """Lose every datagram of all nodes for half a second; what was reliable comes afterwards."""
+    loop.until(lambda: loop.effort != 0.0, 'a torque')
+    loop.pump()
+    begin, last = time.time_ns(), nanoseconds(loop.states[-1].header.stamp)
+    loop.wire.lose(1.0)
+    loop.during(0.5)
+    loop.wire.lose(0.0)
+    return {'noticed': loop.noticed(begin, 'state', 'fault'), 'drive lets go': _let_go(loop, last)}
+
+
 def controller_hit(number: int) -> Callable[[WatchedLoop], Times]:
     """Return a measurement: the controller gets signal `number`."""
     def measure(loop: WatchedLoop) -> Times:
@@ -119,14 +131,7 @@ def controller_hit(number: int) -> Callable[[WatchedLoop], Times]:
         loop.pump()
         begin = nanoseconds(loop.states[-1].header.stamp)
         _hit(loop, 'controller', number)
-
-        def let_go() -> list[int]:
-            return [stamp for stamp, effort in
-                    ((nanoseconds(message.header.stamp), message.effort[0])
-                     for message in loop.states[-2000:]) if stamp > begin and effort == 0.0]
-
-        loop.until(let_go, 'the drive to let go')
-        return {'drive lets go': 1e-9 * (min(let_go()) - begin)}
+        return {'drive lets go': _let_go(loop, begin)}
     return measure
 
 
@@ -251,8 +256,11 @@ def primary_killed(loop: WatchedLoop) -> Times:
     angle = loop.position
     begin = len(loop.states)
     killed = time.time_ns()
-    loop.kill('controller')
+    # A process takes a while to end, in which nobody would hear who speaks: not waited for.
+    primary = loop.runner.processes.pop('controller')
+    primary.signal(signal.SIGKILL)
     loop.during(1.5)
+    primary.wait()
     arrivals = [arrived for arrived, _ in loop.torques]
     gap = 1e-9 * max(after - before for before, after
                      in zip(arrivals[:-1], arrivals[1:], strict=True) if after > killed - 5e7)
@@ -477,12 +485,17 @@ FAULTS = (
           'the standby goes on from the last torque',
           'test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed', 'plant',
           primary_killed),
+    Fault('all datagrams lost for half a second', '`state_timeout` + 20 ms', 'torque ramps to '
+          'zero in `ramp_time`, and the drive lets go by itself; latched',
+          'test_all_datagrams_lost_for_a_while', 'lossy', all_lost),
     Fault('recorder killed', 'a second', 'what was recorded before is readable',
           'test_killed_while_writing_it_loses_less_than_a_second', 'plant', recorder_killed),
 )
 
 # What cannot be timed: a frame now and then, and a refusal.
 UNTIMED = (
+    ('a fifth of all datagrams lost', '-', 'the loop goes on with the samples that come',
+     'test_a_fifth_of_all_datagrams_lost'),
     ('frames lost or corrupted now and then', 'at once', 'those samples are left out, counted; '
      'the loop goes on', 'test_the_loop_over_can_and_every_fault_of_the_bus'),
     ('listener (recorder, identifier, monitor) killed or frozen', '-', 'the loop goes on',
@@ -541,6 +554,18 @@ UNTIMED = (
     ('configuration fails', 'at the transition', 'told in one line; nothing stays behind',
      'test_a_failing_configuration_leaves_nothing_behind'),
 )
+
+
+def _let_go(loop: WatchedLoop, begin: int) -> float:
+    """Wait for the drive's first sample without torque; return how long after its own `begin` [ns]
+    it was taken [s]."""
+    def gone() -> list[int]:
+        return [stamp for stamp, effort in
+                ((nanoseconds(message.header.stamp), message.effort[0])
+                 for message in loop.states[-2000:]) if stamp > begin and effort == 0.0]
+
+    loop.until(gone, 'the drive to let go')
+    return 1e-9 * (min(gone()) - begin)
 
 
 def _hit(loop: WatchedLoop, node: str, number: int) -> int:

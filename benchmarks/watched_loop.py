@@ -6,15 +6,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 import contextlib
 import os
+from pathlib import Path
 import signal
+import tempfile
 import time
 from typing import Any
 
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from benchmarks.lossy import LossyWire
 from engb_core.control.causes import Cause
 from engb_ros.files import config_file, TRUE_BRAKE
 from engb_ros.interface import CLEAR_FAULTS, DIAGNOSTICS, DISTURBANCE, EFFORT_COMMAND, Service
 from engb_ros.live_loop import Drive, LiveLoop
-from engb_ros.nodes.messages import message_class, subscription_qos
+from engb_ros.nodes.messages import message_class
 from engb_ros.probe import Probe
 from engb_ros.runner import reserved_domain, Runner
 
@@ -35,13 +40,14 @@ class WatchedLoop(LiveLoop):
     """A live loop whose controller's diagnostics are kept."""
 
     def __init__(self, runner: Runner, probe: Probe, drive: Drive, **controller: Any) -> None:
+        self.wire: LossyWire | None = None   # where its datagrams may be lost
         self.diagnostics = probe.listen(DIAGNOSTICS)
         self.torques: list[tuple[int, float]] = []   # when it arrived [ns], and how much [N·m]
-        # As a drive hears it: a reliable reader waits up to a second for what was lost.
+        # A reliable reader waits up to a second for what was lost.
         probe.node.create_subscription(
             message_class(EFFORT_COMMAND.type), EFFORT_COMMAND.name,
             lambda message: self.torques.append((time.time_ns(), message.data)),
-            subscription_qos(EFFORT_COMMAND))
+            QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT))
         super().__init__(runner, probe, drive, **controller)
 
     def noticed(self, begin: int, key: str, value: str = '1',
@@ -75,8 +81,8 @@ class WatchedLoop(LiveLoop):
 
 @contextlib.contextmanager
 def closed_loop(kind: str) -> Iterator[WatchedLoop]:
-    """Run a loop with the plant, over CAN, commanding by force with an observer, or with a drive
-    that goes wrong on request."""
+    """Run a loop with the plant, over CAN, commanding by force with an observer, with a drive that
+    goes wrong on request, or with the plant and datagrams that are lost on request."""
     brake = {'rate': RATE, 'effort_noise': 0.0}
     controller = {'diagnostics_period': DIAGNOSTICS_PERIOD}
     drive = [('plant', brake)]
@@ -90,8 +96,15 @@ def closed_loop(kind: str) -> Iterator[WatchedLoop]:
         drive.append(('disturbance_observer', {}))
         controller |= {'model': os.fspath(TRUE_BRAKE), 'observer_timeout': 0.1,
                        'mechanism': os.fspath(config_file('mechanism.yaml'))}
-    with reserved_domain() as domain, Runner(domain) as runner, Probe(domain) as probe:
+    with contextlib.ExitStack() as stack:
+        wire = None
+        if kind == 'lossy':
+            wire = LossyWire(Path(stack.enter_context(tempfile.TemporaryDirectory())))
+        domain = stack.enter_context(reserved_domain())
+        runner = stack.enter_context(Runner(domain, environment=wire and wire.environment))
+        probe = stack.enter_context(Probe(domain))
         loop = WatchedLoop(runner, probe, drive, **controller)
+        loop.wire = wire
         if kind == 'force':
             loop.until(lambda: probe.publishers(DISTURBANCE), 'the observer')
         yield loop
@@ -101,6 +114,8 @@ def closed_loop(kind: str) -> Iterator[WatchedLoop]:
 def wake(loop: WatchedLoop) -> None:
     """Wake or restart whatever is frozen or gone: what caused the fault is over."""
     loop.target = None
+    if loop.wire is not None:
+        loop.wire.lose(0.0)
     for name in (*loop.drive, 'controller'):
         if name in loop.runner.processes:
             loop.runner.processes[name].signal(signal.SIGCONT)

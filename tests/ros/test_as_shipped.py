@@ -13,6 +13,7 @@ from engb_core.model import Model
 from engb_ros.files import config_file, TRUE_BRAKE
 from engb_ros.interface import CLAMP_FORCE, CLAMP_FORCE_COMMAND, EFFORT_COMMAND
 from engb_ros.live_loop import COMMAND_PERIOD, LiveLoop
+from engb_ros.runner import RunnerError
 from ros.launched import launched
 
 LIMIT = 0.75
@@ -193,8 +194,15 @@ def test_an_angle_that_jumps_makes_no_more_force(spoilt, fault):
     def jump():
         before, begin = loop.position, len(loop.states)
         loop.set_parameter('plant', 'fault', fault)
-        loop.until(lambda: loop.is_in('fault') and loop.has(Cause.ANGLE_LOST), 'the lost angle')
-        loop.until(lambda: loop.efforts[-1].data == 0.0, 'the torque to be gone')
+        try:
+            loop.until(lambda: loop.is_in('fault') and loop.has(Cause.ANGLE_LOST),
+                       'the lost angle', timeout=5.0)
+            loop.until(lambda: loop.efforts[-1].data == 0.0, 'the torque to be gone', timeout=5.0)
+        except RunnerError as error:
+            # After a pause of its samples the motor may have gone so far (docs/hazards.md).
+            print(error, flush=True)
+            loop.set_parameter('plant', 'fault', 'none')
+            return False
         loop.during(1.0)
         told = [angle for angle in loop.angles(begin) if abs(angle - before) > 4.0]
         loop.set_parameter('plant', 'fault', 'none')

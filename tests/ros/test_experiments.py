@@ -10,7 +10,7 @@ from engb_core.identify.nominal import fit_free_motor
 from engb_core.model import Model
 from engb_core.reproduce import chosen
 from engb_core.reproduce.drawn_brakes import draw_brake
-from engb_core.reproduce.plan import plan_of
+from engb_core.reproduce.plan import HIGH, length, plan_of, REFERENCE
 from engb_ros import interface
 from engb_ros.experiments import read_experiment, record_experiment
 from engb_ros.files import config_file
@@ -38,7 +38,9 @@ def test_a_sealed_brake_runs_and_observer_and_identifier_listen(tmp_path):
     seal.write_text(sealed(brake.to_mapping()))
     model, bag = tmp_path / 'node.yaml', tmp_path / 'strokes'
     start = chosen.NOMINAL
-    recording = record_experiment(PLAN['strokes'], start, bag, 1, lambda line: None, sealed=seal,
+    reference = replace(REFERENCE, amplitudes=(HIGH,))
+    experiment = replace(PLAN['strokes'], reference=reference, duration=length(reference))
+    recording = record_experiment(experiment, start, bag, 1, lambda line: None, sealed=seal,
                                   identified=model)
     # Sample for sample what the observer says of the recorded samples: it is causal.
     expected = DisturbanceObserver(start.motor).filter(recording.time, recording.velocity,

@@ -7,6 +7,7 @@ import time
 from engb_ros.files import config_file
 from engb_ros.interface import DIAGNOSTICS, JOINT_STATES, POSITION_COMMAND
 from engb_ros.probe import Probe
+from engb_ros.runner import RunnerError
 
 TARGETS = {'front_left': 6.0, 'front_right': 9.0, 'rear_left': 12.0, 'rear_right': 15.0}
 
@@ -35,7 +36,13 @@ def test_four_loops_at_once(runner, domain):
             return all(states[wheel] and abs(states[wheel][-1].position[0] - target) < 0.3
                        for wheel, target in TARGETS.items())
 
-        runner.wait_until(arrived, 'all four brakes', timeout=90.0)
+        try:
+            runner.wait_until(arrived, 'all four brakes', timeout=90.0)
+        except RunnerError as error:
+            words = {wheel: (entry[-1].position[0] if entry else 'no joint states')
+                     for wheel, entry in states.items()}
+            faults = {entry.name: entry.message for message in told for entry in message.status}
+            raise RunnerError(f'{error}: {words}, {faults}') from None
         for wheel in TARGETS:   # each with names of its own
             assert states[wheel][-1].name == [f'{wheel}_motor']
         runner.wait_until(lambda: {(entry.name, entry.hardware_id) for message in told
