@@ -21,8 +21,8 @@ BRAKE = {'rate': 200.0, 'effort_noise': 0.0}
 # What a watchdog finds, the controller's or the drive's, where the computer let somebody wait;
 # and what else would be a fault.
 OF_LATENESS = Cause.STATE_STALE | Cause.COMMAND_STALE | Cause.DRIVE_OFF
-OTHERS = sum(cause.value for cause, info in CAUSES.items() if info.severity is Severity.FAULT
-             and not cause & OF_LATENESS)
+FAULTS = sum(cause.value for cause, info in CAUSES.items() if info.severity is Severity.FAULT)
+OTHERS = FAULTS & ~OF_LATENESS.value
 
 # A move is begun again so often, if it was stopped for that reason.
 ATTEMPTS = 8

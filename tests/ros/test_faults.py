@@ -23,7 +23,7 @@ from engb_ros.interface import (
 )
 from engb_ros.nodes.messages import publisher_qos
 from engb_ros.runner import node_command
-from ros.loops import ATTEMPTS, can_drive, closed_loop, plant, STATE_TIMEOUT
+from ros.loops import ATTEMPTS, can_drive, closed_loop, FAULTS, plant, STATE_TIMEOUT
 
 # Which drive, and which of its nodes is hit.
 HIT = [('plant', 'plant'), ('can', 'drive_emulator'), ('can', 'can_bridge')]
@@ -102,22 +102,31 @@ def test_who_only_listens_may_die_or_freeze(runner, probe, tmp_path):
     loop.until(lambda: probe.subscribers(JOINT_STATES) >= 2 + len(listeners), 'all to listen')
 
     def hit(number):
+        """Hit the listeners; return the causes of the faults that came of it, if any."""
         for name, parameters in listeners.items():
             if name not in runner.processes:
                 runner.start(name, parameters=parameters)
             runner.processes[name].signal(signal.SIGCONT)
-        begin = len(loop.state)
+        loop.go(10.0)
+        begin, dead = len(loop.causes), []
         for name in listeners:
             runner.processes[name].signal(number)
             if number == signal.SIGKILL:
-                runner.processes.pop(name).wait()
-        for angle in (16.0, 8.0):
+                dead.append(runner.processes.pop(name))
+        for angle in (16.0, 8.0):   # commands go on meanwhile: nobody is waited for
             loop.go(angle)
-        return not any(message.data == 'fault' for message in loop.state[begin:])
+        for process in dead:
+            process.wait()
+        listeners['recorder'] = {'bag': str(tmp_path / f'bag{time.monotonic_ns()}')}
+        return [str(Cause(message.data & FAULTS)) for message in loop.causes[begin:]
+                if message.data & FAULTS]
 
     for number in (signal.SIGSTOP, signal.SIGKILL):
-        # Where a busy computer let the loop wait, `go` has moved on: that shows nothing.
-        assert any(hit(number) for _ in range(ATTEMPTS)), loop.words()
+        for _ in range(ATTEMPTS):
+            found = hit(number)
+            if not found:   # else a busy computer let the loop wait, or `go` had not moved on
+                break
+        assert not found, loop.words()
     runner.stop()
 
 
