@@ -44,7 +44,8 @@ class Topic:
         kind: 'state' (published reliable, depth 10 000, for those who need every sample; a control
             loop reads best effort, depth 1: it gets on with drivers that offer no more),
             'command' (published reliable, depth 1, read best effort, depth 1: only the newest
-            counts), or 'status' (reliable and transient local, depth 1, for those who join
+            counts), 'request' (the same, read with depth 50: whoever speaks last must not hide
+            the others), or 'status' (reliable and transient local, depth 1, for those who join
             late).
     """
 
@@ -72,16 +73,16 @@ JOINT_COMMAND = Topic('joint_command', JOINT_STATE, '', 'torque demanded of the 
                       'effort [N·m], from ros2_control, where `effort_source` says so', 'command')
 REFERENCE = Topic('reference', JOINT_STATE, '', 'what the controller tracks: position, velocity, '
                   'and as effort the feedforward torque')
-POSITION_COMMAND = Topic('position_command', FLOAT64, 'rad', 'set-point from the stack', 'command')
+POSITION_COMMAND = Topic('position_command', FLOAT64, 'rad', 'set-point from the stack', 'request')
 CLAMP_FORCE_COMMAND = Topic('clamp_force_command', FLOAT64, 'N', 'set-point from the stack',
-                            'command')
+                            'request')
 POSITION_COMMAND_STAMPED = Topic(
     'position_command_stamped', JOINT_STATE, '', 'set-point from the stack: `position` [rad] of '
     'the joint, `header.stamp`, the source as `header.frame_id`, and, if it has one, the position '
-    'of an entry `counter`', 'command')
+    'of an entry `counter`', 'request')
 CLAMP_FORCE_COMMAND_STAMPED = Topic(
     'clamp_force_command_stamped', JOINT_STATE, '', 'the same for a clamp force: `effort` [N] of '
-    'an entry `clamp`, and of the entry `counter`', 'command')
+    'an entry `clamp`, and of the entry `counter`', 'request')
 DISTURBANCE = Topic('disturbance', FLOAT64, 'N·m', 'the observer\'s estimate, equation (30)')
 CLAMP_FORCE = Topic('clamp_force', FLOAT64, 'N', 'estimated or measured clamp force')
 LOAD_CELL = Topic('load_cell', FLOAT64, 'N', 'clamp force as a bench\'s load cell reads it')

@@ -10,10 +10,10 @@ from typing import Any
 
 from lifecycle_msgs.srv import GetState
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from engb_ros.interface import DEFAULT_NAMESPACE, Service, Topic
+from engb_ros.nodes.base import make_executor
 from engb_ros.nodes.messages import message_class, publisher_qos
 from engb_ros.transport import stay_on_this_computer
 
@@ -38,7 +38,7 @@ class Probe:
         self._context = rclpy.Context()
         self._context.init(domain_id=domain)
         self.node = rclpy.create_node('probe', context=self._context, namespace=namespace)
-        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor = make_executor(self._context)
         self._executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
         self._discovered: set[Any] = set()

@@ -88,17 +88,27 @@ def _yaml(value: Any) -> str:
     return str(value)
 
 
+def spawn_process(command: list[str], environment: dict[str, str],
+                  output_path: Path) -> subprocess.Popen:
+    """Start a command in a session of its own, which prints into a file."""
+    with output_path.open('wb') as output:
+        return subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+            env=environment, start_new_session=True)
+
+
+# As `spawn_process`: whoever starts processes in another way gives back what acts as a Popen.
+Spawn = Callable[[list[str], dict[str, str], Path], Any]
+
+
 class NodeProcess:
     """One process with its output kept in a file."""
 
     def __init__(self, name: str, command: list[str], environment: Mapping[str, str],
-                 folder: Path) -> None:
+                 folder: Path, spawn: Spawn) -> None:
         self.name = name
         self.output_path = folder / f'{name}.{time.monotonic_ns()}.txt'
-        with self.output_path.open('wb') as output:
-            self.process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-                env=dict(environment), start_new_session=True)
+        self.process = spawn(command, dict(environment), self.output_path)
 
     @property
     def output(self) -> str:
@@ -135,10 +145,13 @@ class Runner:
         domain: ROS_DOMAIN_ID; None: the environment's.
         local: keep discovery on this machine.
         environment: more variables.
+        spawn: starts a process.
     """
 
     def __init__(self, domain: int | None = None, local: bool = True,
-                 environment: Mapping[str, str] | None = None) -> None:
+                 environment: Mapping[str, str] | None = None,
+                 spawn: Spawn = spawn_process) -> None:
+        self._spawn = spawn
         self._folder = tempfile.TemporaryDirectory(prefix='engb_run_')
         self.environment = dict(os.environ)
         self.environment['ROS_LOG_DIR'] = self._folder.name
@@ -167,7 +180,8 @@ class Runner:
         before = self.processes.get(key)
         if before is not None and before.status is None:
             raise RunnerError(f'{key} runs already')
-        process = NodeProcess(key, command, self.environment, Path(self._folder.name))
+        process = NodeProcess(key, command, self.environment, Path(self._folder.name),
+                              self._spawn)
         self.processes[key] = process
         return process
 

@@ -46,9 +46,9 @@ _PARAMETERS = ('describe_parameters', 'get_parameter_types', 'get_parameters', '
 
 
 def may_publish(topic: Topic) -> tuple[str, ...]:
-    """Return the enclaves that may publish a topic: a command is the stack's, unless it is said
-    otherwise, and everything else the controllers'."""
-    return _SPEAKERS.get(topic.name, (STACK,) if topic.kind == 'command' else CONTROLLERS)
+    """Return the enclaves that may publish a topic: a request is the stack's, and everything else
+    the controllers', unless it is said otherwise."""
+    return _SPEAKERS.get(topic.name, (STACK,) if topic.kind == 'request' else CONTROLLERS)
 
 
 def policy(namespace: str = DEFAULT_NAMESPACE) -> ElementTree.Element:

@@ -11,6 +11,7 @@ import time
 from typing import Any
 
 from engb_core.errors import InputError
+from engb_ros.can.libraries import without_file_formats
 
 __all__ = ['CanBus']
 
@@ -52,7 +53,8 @@ class CanBus:
                  receive: Callable[[int, bytes, float, float], None], identifiers: set[int],
                  reconnect_time: float = 1.0) -> None:
         try:
-            import can
+            with without_file_formats():
+                import can
         except ImportError:
             raise InputError('python-can is not installed; pip install "engb_ros[can]", or apt '
                              'install python3-can') from None

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from engb_core.errors import InputError
 from engb_ros.can.end_to_end import crc_start
+from engb_ros.can.libraries import without_file_formats
 from engb_ros.files import config_file
 
 __all__ = ['DriveCodec', 'DriveCommand', 'DriveStatus', 'DRIVE_DBC', 'dbc_file']
@@ -68,7 +69,8 @@ class DriveCodec:
 
     def __init__(self, path: str | os.PathLike = DRIVE_DBC, drive: str = 'DRIVE') -> None:
         try:
-            import cantools
+            with without_file_formats():
+                import cantools
         except ImportError:
             raise InputError('cantools is not installed; pip install "engb_ros[can]", or rosdep '
                              'key python3-cantools-pip') from None

@@ -29,7 +29,12 @@ _LONGEST_NAME = 64
 # How much a publisher keeps for those who are late: Fast DDS repairs what a busy computer lost at
 # its next heartbeat, up to 3 s later, and a recorder must get it then, at 1 kHz, too. A drive must
 # never get an old command.
-_DEPTH = {'state': 10_000, 'command': 1, 'status': 1}
+_DEPTH = {'state': 10_000, 'command': 1, 'request': 1, 'status': 1}
+
+# A controller hears every request, not the newest alone: one of two sources that speaks right
+# after the other, or while the controller waits, would hide it. Two at 100 Hz fill this in the
+# time after which a source counts as silent.
+_REQUESTS = 50
 
 
 def message_class(name: str) -> Any:
@@ -48,7 +53,8 @@ def publisher_qos(topic: Topic) -> QoSProfile:
 
 
 def subscription_qos(topic: Topic, every: bool = False) -> QoSProfile:
-    """Return the QoS with which a topic is read: the newest message only, or every one."""
+    """Return the QoS with which a topic is read: the newest message only, but for requests, or
+    every one."""
     if topic.kind == 'status':
         return publisher_qos(topic)
     if every:
@@ -56,7 +62,8 @@ def subscription_qos(topic: Topic, every: bool = False) -> QoSProfile:
                           reliability=ReliabilityPolicy.RELIABLE)
     # Best effort hears reliable publishers too, and SensorDataQoS and micro-ROS as well; what was
     # lost would come again too late to be of use.
-    return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1,
+    return QoSProfile(history=HistoryPolicy.KEEP_LAST,
+                      depth=_REQUESTS if topic.kind == 'request' else 1,
                       reliability=ReliabilityPolicy.BEST_EFFORT)
 
 

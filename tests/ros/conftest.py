@@ -12,6 +12,7 @@ rclpy = pytest.importorskip('rclpy')
 from engb_ros.probe import Probe  # noqa: E402
 from engb_ros.runner import reserved_domain, Runner  # noqa: E402
 from engb_ros.transport import stay_on_this_computer  # noqa: E402
+from ros.forked import NodeServer  # noqa: E402
 
 stay_on_this_computer(os.environ)
 
@@ -23,14 +24,28 @@ def domain():
         yield number
 
 
+@pytest.fixture(scope='session')
+def spawn():
+    """Starts processes; nodes of this package without importing ROS each time."""
+    with NodeServer() as server:
+        yield server.spawn
+
+
 @pytest.fixture
-def runner(domain):
+def runner(domain, spawn):
     """Starts nodes; whatever still runs at the end is killed. A test that fails shows what those
     printed which it has not stopped itself."""
-    with Runner(domain) as made:
+    with Runner(domain, spawn=spawn) as made:
         yield made
         for process in made.processes.values():
             print(f'{process.name} (status {process.status}) printed: {process.output[-2000:]}')
+
+
+@pytest.fixture
+def runner_of_commands(domain):
+    """Starts nodes as their commands do, imports and all."""
+    with Runner(domain) as made:
+        yield made
 
 
 @pytest.fixture

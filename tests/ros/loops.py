@@ -1,6 +1,8 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Loops to disturb, with the plant or with a drive behind a CAN bus: same topics, same tests."""
 
+import time
+
 from engb_core.control.causes import Cause, CAUSES, Severity
 from engb_ros.live_loop import LiveLoop
 from engb_ros.nodes.controller_parameters import PARAMETERS
@@ -42,7 +44,7 @@ class ShippedLoop(LiveLoop):
     def go(self, angle):
         """Track `angle` [rad] and wait until the brake is there."""
         for _ in range(ATTEMPTS):
-            self._begin, self._watch = max(len(self.states) - 1, 0), Watch()
+            self._mark()
             try:
                 super().go(angle)
                 return
@@ -52,15 +54,85 @@ class ShippedLoop(LiveLoop):
             self.until(lambda: self.clear().success, 'the fault to be cleared')
         super().go(angle)
 
+    def reach(self, condition, what):
+        """Wait for `condition`; a fault that comes of lateness is cleared meanwhile."""
+        self._mark()
+        asked = time.monotonic()
+
+        def reached():
+            nonlocal asked
+            if condition():
+                return True
+            if self.is_in('fault') and time.monotonic() - asked > 0.3 and self.was_late():
+                asked = time.monotonic()
+                self.clear()
+            return False
+
+        self.until(reached, what)
+
+    def undisturbed(self, trial, angle=10.0):
+        """Return what `trial` returns, called at `angle` [rad]: again, where the controller found
+        a fault meanwhile that comes of lateness, and a trial proves nothing."""
+        for left in reversed(range(ATTEMPTS)):
+            self.go(angle)
+            self._mark()
+            told = len(self.state)
+            result = trial()
+            if (left == 0 or not self.was_late()
+                    or not any(message.data == 'fault' for message in self.state[told:])):
+                break
+        return result
+
+    def healthy(self):
+        """Clear a fault whose cause is over. A brake that was thrown out of its range, from where
+        no controller moves it, is started anew where it stands at a start."""
+        self.target = None
+        self._wait_for_samples()
+        if self.has(Cause.ANGLE_OUT_OF_RANGE):
+            print(f'out of its range, so homed: {self.words()}', flush=True)
+            for name in self.drive:
+                self.kill(name)
+            for name in self.drive:
+                self.start(name)
+            self._wait_for_samples()
+        self.until(lambda: self.clear().success, 'the fault to be cleared')
+
     def was_late(self):
         """Return whether what is latched comes of a drive or a machine that was late."""
         if self.causes[-1].data & OTHERS:
             return False
-        stamps = [message.header.stamp for message in self.states[self._begin:]]
-        times = [stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps]
-        gap = max((after - before for before, after in zip(times, times[1:], strict=False)),
-                  default=0.0)
+        gap, _ = self._gaps()
         return gap > STATE_TIMEOUT or self._watch.may_be_late()
+
+    def words(self):
+        """Return what the loop is at, and who let it wait."""
+        gap, pause = self._gaps()
+        others, everybody = self._watch.used()
+        return (f'{super().words()}; the drive told nothing for {1e3 * gap:.0f} ms at most, and '
+                f'was told nothing for {1e3 * pause:.0f} ms; of the machine others took '
+                f'{others:.0%}, everybody {everybody:.0%}')
+
+    def _mark(self):
+        """What `was_late` and `words` say is of the time from here on."""
+        self._begin, self._watch = max(len(self.states) - 1, 0), Watch()
+
+    def _wait_for_samples(self):
+        count = len(self.states)
+        self.until(lambda: len(self.states) > count + 20, 'the drive')
+
+    def _gaps(self):
+        """Return for how long the drive told nothing, and for how long its torque stood still
+        where it was not 0 [s]: each cycle gives it another one. By its own stamps."""
+        gap = pause = 0.0
+        since = before = torque = None
+        for message in self.states[self._begin:]:
+            now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+            effort = message.effort[0] if len(message.effort) else 0.0
+            gap = max(gap, now - before) if before is not None else 0.0
+            if effort != torque or effort == 0.0:
+                since = now
+            pause, before, torque = max(pause, now - since), now, effort
+        return gap, pause
 
 
 def plant(**parameters):

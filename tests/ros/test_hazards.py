@@ -45,10 +45,7 @@ def spoilt(runner, probe):
 def healthy(loop, angle=15.0):
     """End the fault, clear what it left, and track again."""
     loop.act('none')
-    loop.target = None
-    count = len(loop.states)
-    loop.until(lambda: len(loop.states) > count + 20, 'the drive')
-    loop.until(lambda: loop.clear().success, 'the fault to be cleared')
+    loop.healthy()
     loop.go(angle)
 
 
@@ -150,7 +147,7 @@ def test_several_sources_of_commands(runner, probe):
                     stamped(*arguments)
                     probe.spin(0.02)   # the controller reads the newest only
             return condition()
-        loop.until(step, what)
+        loop.reach(step, what)
 
     stack = (12.0, 'stack')
     loop.until(lambda: probe.subscribers(POSITION_COMMAND_STAMPED), 'the subscription')
@@ -179,19 +176,25 @@ def test_two_publishers_of_one_float64_do_not_swing_the_brake(runner, probe):
 
 def test_an_intruder_neither_silences_nor_hides(runner, probe):
     loop = closed_loop(runner, probe)
-    loop.go(10.0)
-    loop.during(1.5)
-    claims = probe.node.create_publisher(UInt64, CONTROLLER_ACTIVATION.name, 1)
-    torque = probe.node.create_publisher(Float64, EFFORT_COMMAND.name, 1)
-    claims.publish(UInt64(data=1))   # the most senior controller there ever was
-    loop.until(lambda: loop.is_in('degraded') and loop.has(Cause.OTHER_CONTROLLER), 'the intruder')
-    loop.during(1.0)
-    assert not loop.is_in('fault')
-    assert abs(loop.position - 10.0) < 0.5
-    for _ in range(30):
-        torque.publish(Float64(data=1e6))
-        loop.during(0.01)
-    assert loop.position < 44.0   # it was driven to 53 rad of 40
+
+    def intrude():
+        loop.during(1.5)
+        claims = probe.node.create_publisher(UInt64, CONTROLLER_ACTIVATION.name, 1)
+        torque = probe.node.create_publisher(Float64, EFFORT_COMMAND.name, 1)
+        claims.publish(UInt64(data=1))   # the most senior controller there ever was
+        loop.reach(lambda: loop.is_in('degraded') and loop.has(Cause.OTHER_CONTROLLER),
+                   'the intruder')
+        loop.during(1.0)
+        goes_on = not loop.is_in('fault') and abs(loop.position - 10.0) < 0.5
+        for _ in range(30):
+            torque.publish(Float64(data=1e6))
+            loop.during(0.01)
+        inside = loop.position < 44.0   # it was driven to 53 rad of 40
+        probe.node.destroy_publisher(claims)
+        probe.node.destroy_publisher(torque)
+        return goes_on and inside
+
+    assert loop.undisturbed(intrude), loop.words()
     runner.stop()
 
 

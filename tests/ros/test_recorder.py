@@ -40,10 +40,10 @@ def send(probe, runner, count, pause=0.001):
         time.sleep(pause)
 
 
-def until_recorded(runner, probe, *topics):
+def until_recorded(runner, probe, *topics, pause=None):
     """Wait until the recorder says that a message of each topic is in its bag."""
-    runner.wait_until(lambda: all(topic in probe.call('recorder', RECORDED).message
-                                  for topic in topics), 'a message in the bag', pause=probe.spin)
+    runner.wait_until(lambda: all(topic in probe.call('recorder', RECORDED).message for topic in
+                                  topics), 'a message in the bag', pause=pause or probe.spin)
 
 
 def read(path):
@@ -105,11 +105,13 @@ def test_a_best_effort_publisher_is_heard(runner, probe, tmp_path):
     foreign = probe.node.create_publisher(Float64, '/elsewhere/pressure', 10)
     runner.wait_until(lambda: publisher.get_subscription_count()
                       and foreign.get_subscription_count(), 'the recorder', pause=probe.spin)
-    for _ in range(20):
+
+    def publish():
         publisher.publish(Float64(data=1.5))
         foreign.publish(Float64(data=2.5))
-        time.sleep(0.02)
-    time.sleep(0.2)
+        probe.spin(0.02)
+
+    until_recorded(runner, probe, '/engb/effort_command', '/elsewhere/pressure', pause=publish)
     runner.stop()
     found = read(tmp_path / 'bag')
     assert found['/engb/effort_command'][-1].data == 1.5

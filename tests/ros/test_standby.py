@@ -1,19 +1,12 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A standby beside a primary: it waits, follows, takes over when the primary dies, and is told."""
 
-import gc
 import signal
-import threading
 import time
 
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import pytest
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import Parameter
-from rclpy.serialization import serialize_message
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from engb_core.control.causes import Cause
@@ -21,13 +14,11 @@ from engb_ros.interface import (
     CONTROLLER_STATE,
     DIAGNOSTICS,
     EFFORT_COMMAND,
-    JOINT_STATES,
     Service,
 )
-from engb_ros.nodes.controller import ControllerNode
-from engb_ros.nodes.messages import publisher_qos
 from engb_ros.runner import node_command
 from ros.loops import closed_loop, PATIENT, plant
+from ros.stepped import Stepped
 
 
 def told(loop):
@@ -194,71 +185,17 @@ def test_a_standby_without_a_primary_tells_that_it_is_not_ready(runner, probe, d
     runner.stop()
 
 
-class Stepped:
-    """A standby, and one node in the place of its drive and its primary, in this process: each
-    thing happens when the test says so."""
-
-    def __init__(self, domain):
-        self.context = rclpy.Context()
-        self.context.init(domain_id=domain)
-        self.node = rclpy.create_node('others', context=self.context, namespace='/engb')
-        self.torque = self.node.create_publisher(
-            Float64, EFFORT_COMMAND.name, publisher_qos(EFFORT_COMMAND))
-        self.states = self.node.create_publisher(
-            JointState, JOINT_STATES.name, publisher_qos(JOINT_STATES))
-        self.heard = []
-        self.node.create_subscription(Float64, EFFORT_COMMAND.name, self.heard.append, 100)
-        self.standby = ControllerNode(
-            context=self.context, namespace='/engb',
-            parameter_overrides=[Parameter('standby', value=True),
-                                 Parameter('autostart', value=False)])
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.standby)
-        self.executor.add_node(self.node)
-        self.standby.trigger_configure()
-        self.standby.trigger_activate()
-
-    def close(self):
-        self.executor.shutdown()
-        self.standby.destroy_node()
-        self.node.destroy_node()
-        self.context.try_shutdown()
-        # rclpy keeps the services of a node's states until it is collected: the next test's calls
-        # of `controller` would go to this one, which does not answer.
-        self.__dict__.clear()
-        gc.collect()
-
-    def sample(self):
-        """Give the standby a joint state."""
-        message = JointState(name=['motor'], position=[20.0], velocity=[0.0], effort=[0.1])
-        message.header.stamp = self.node.get_clock().now().to_msg()
-        self.standby._on_joint_states(bytes(serialize_message(message)))
-
-    def spin(self, seconds=0.02):
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.005)
-
-    def until(self, condition):
-        end = time.monotonic() + 30.0
-        while not condition():
-            assert time.monotonic() < end
-            self.spin()
-
-
 @pytest.fixture
 def stepped(domain):
-    made = Stepped(domain)
-    before = threading.active_count()
-    yield made
-    made.close()
-    assert threading.active_count() < before
+    """A standby whose primary the test plays."""
+    with Stepped(domain, standby=True) as made:
+        yield made
 
 
 def test_who_has_taken_over_goes_on_whoever_the_graph_still_shows(stepped):
     """The look at the graph may come between its first torque and the next sample: it had then
     been silent for a second, because it did not know who the dead primary was."""
-    standby = stepped.standby
+    standby = stepped.controller
 
     def took_over():
         stepped.sample()
@@ -283,7 +220,7 @@ def test_who_has_taken_over_goes_on_whoever_the_graph_still_shows(stepped):
 
 
 def test_a_standby_is_ready_once_it_hears_the_primary_and_reaches_the_drive(stepped):
-    standby = stepped.standby
+    standby = stepped.controller
 
     def ready():
         standby._look_for_others()

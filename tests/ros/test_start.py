@@ -91,7 +91,8 @@ def test_a_node_that_stood_still_is_asked_again(runner, probe):
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_in_the_midst_of_the_imports_is_a_clean_end_too(runner, number):
+def test_a_signal_in_the_midst_of_the_imports_is_a_clean_end_too(runner_of_commands, number):
+    runner = runner_of_commands
     process = runner.start('controller')
     libraries = Path(f'/proc/{process.process.pid}/maps')
     # It is importing ROS: Python's own handler would answer with a traceback.
