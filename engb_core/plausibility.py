@@ -6,100 +6,73 @@ effect looks like some other one. What tells it is the model file with no number
 
 Effort: which one factor makes the file's torque of the motion and the recorded effort most alike
 is known by projection. Where it is above 10 or below 0.1, or negative, and the two are alike then,
-effort is no torque in N·m: no machine differs from its file like that, whatever it misses.
+something is in another unit: no machine differs from its file like that, whatever it misses. So it
+is where position holds whole numbers only, where a second passes between samples, and where
+nothing could turn that fast.
 
-Position and time: the factors of the usual slips are known exactly. One is told where
+Which unit it is follows from what the file explains with the usual ones. Where several explain it,
+all of them are told as a question: who is told a wrong unit with certainty is worse off than who
+is asked.
+
+Where nothing of this is so, the recording as it stands may be one of such a machine with other
+numbers. Then a usual slip of position or time is told only where
 
 - the file explains most of the effort with it, and far more than with the recording as it stands,
-  or just more where another sign tells of a slip: as it stands that is no recording of such a
-  machine (effort is another quantity, a second passes between samples), or effort is then in a
-  known unit,
-- no factor nearby does it (then: clearly) better, and those further off do it worse: the data
-  determine it, and it is not a number of the file that is off by another factor,
+  or just more where effort is then in a known unit,
+- no factor nearby does it clearly better, and those further off do it worse: the data determine
+  it, and it is not a number of the file that is off by another factor,
 - a free refit of inertia, friction and load to the recording as it stands explains hardly more:
   a cause within the machine is not needed.
+
+Of two usual factors at once, of position and of effort, the last two are not asked: they are no
+chance.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 import dataclasses
 from dataclasses import dataclass
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from engb_core.command_law import command_law
 from engb_core.errors import InputError
 from engb_core.model import Joint, Model
-from engb_core.physics.inverse_dynamics import effort_of_motion
-from engb_core.physics.plant import load_torques, nominal_vector, physics_of
 from engb_core.recording import Recording
-from engb_core.signals.motion import Motion, motion_of
+from engb_core.unit_readings import clocks, OTHER_QUANTITY, Reading, SI, Unit, UnitReadings
 
 __all__ = ['Plausibility', 'refuse_implausible', 'refuse_unmeasured']
-
-Array = NDArray[np.float64]
 
 # What may be left of the effort, rms over rms, where the file explains it: three quarters of the
 # variance are gone.
 MOST = 0.5
-# A slip leaves at most this part of what is left as it stands (both with the best factor of
-# effort).
+# Half of the effort is along what the file wants: the factor between them is then one.
+ALIKE = math.sqrt(0.75)
+# A slip leaves at most this part of what is left without it (both with the best factor of
+# effort); of what fits that much worse nobody is asked.
 BETTER = 0.5
-# Effort that is off by more than such a factor, or by less than its inverse, is another quantity.
-OTHER_QUANTITY = 10.0
-# Torque constants in data sheets hold within so much; a unit is named if the factor is that near.
-LIKE = 1.25
-# Encoders that are told apart differ by more.
-NEAR = 1.05
-# How much more a free refit may leave unexplained at least, as a part of the scaled model's rms.
+# So many possibilities are told one by one.
+TOLD = 3
+# A free refit leaves at least this part of what the scaled model does.
 NEAR_FREE = 0.3
 # Factors beside a slip's own, in octaves, that tell whether the data determine it, and by how
-# much the outermost must be worse, and others may be better where another sign tells of a slip:
-# physics that the file lacks moves the best factor a little.
+# much the outermost must be worse, and the others may be better: physics that the file lacks, and
+# numbers that are off by a third, move the best factor a little.
 BESIDE, WORSE = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5), 1.1
-# An encoder's counts in a turn: powers of two, and four times the usual lines of optical ones.
-COUNTS = tuple(2 ** power for power in range(8, 25)) + tuple(
-    4 * lines for lines in (100, 200, 250, 360, 400, 500, 1000, 1250, 2000, 2500, 3600, 5000))
-# Sampling intervals of recordings [s]: 50 kHz to 17 Hz.
-INTERVALS = 2e-5, 0.06
 # Nobody records a motion with more than this from one sample to the next [s]: of what is faster
 # than 1 Hz nothing would be seen.
 SLOWEST = 0.5
+# Nothing turns faster [rad/s], nor moves so along an axis [m/s]: the fastest turbines of dentists'
+# drills and linear motors of magnetic trains do not.
+FASTEST = {'revolute': 1e5, 'prismatic': 200.0}
 # No encoder resolves a radian or a metre and no less: so many different whole numbers are counts.
 WHOLE = 10
-# Samples looked at: a diagnosis takes seconds, this must not.
-LONGEST = 10_000
 # A jump of the angle of at least this part of its range, against the motion, is a wrap.
 OF_RANGE = 0.9
 # Samples from one jump to the one back that a reading error takes at most.
 MISREAD = 5
-
-
-@dataclass(frozen=True)
-class _Unit:
-    """A usual slip: what one multiplies with to get SI units, what the numbers then are, and
-    whether the factor is one that was known before the data were seen."""
-
-    factor: float
-    name: str
-    known: bool = False
-
-
-_SI = _Unit(1.0, '')
-CLOCKS = (_Unit(1e-3, 'ms'), _Unit(1e-6, 'µs'), _Unit(1e-9, 'ns'))
-
-
-@dataclass(frozen=True)
-class _Likeness:
-    """Of recorded effort and the file's torque: what is left of effort at best, rms over rms; the
-    factor of effort that this takes; the motor's mean power [arbitrary unit]."""
-
-    left: float
-    factor: float
-    power: float
 
 
 @dataclass(frozen=True)
@@ -145,8 +118,7 @@ class Plausibility:
                 'one turn; add the turns (numpy.unwrap) before recording or importing it')
 
     def _whole(self) -> str:
-        position = self.recording.position
-        if np.unique(position).size < WHOLE or not (position == np.rint(position)).all():
+        if not self._counted:
             return ''
         return (f'position holds whole numbers only: counts of an encoder, not '
                 f'{self._si("position")}; record in SI units, or import the table with --unit '
@@ -156,152 +128,118 @@ class Plausibility:
         interval = self.recording.interval
         if interval <= SLOWEST:
             return ''
-        unit = next((unit for unit in CLOCKS
-                     if INTERVALS[0] <= interval * unit.factor <= INTERVALS[1]), None)
+        unit = next(iter(clocks(interval)), None)
         looks = '' if unit is None else f': time looks like {unit.name}, not s'
         remedy = '' if unit is None else (
             f', or import the table with --scale time={unit.factor:.7g}')
         return (f'samples lie {interval:.4g} s apart, and between them a motion is not seen'
                 f'{looks}; record faster{remedy}')
 
+    @property
+    def _counted(self) -> bool:
+        position = self.recording.position
+        return np.unique(position).size >= WHOLE and bool((position == np.rint(position)).all())
+
     def _units(self) -> str:
         if command_law(self.recording) is not None:
             # What was asked for need not be alike the torque of the motion, whatever its unit.
             return ''
-        recording = self._short()
-        stands = self._likeness(recording, 1.0, 1.0)
-        position, time, found = _SI, _SI, stands
-        slips = [(self._likeness(recording, place.factor, clock.factor), place, clock)
-                 for place, clock in self._slips(recording)]
-        # Nobody records effort in a unit that much larger, and position in a wrong one beside.
-        best = min((entry for entry in slips if abs(entry[0].factor) <= OTHER_QUANTITY),
-                   key=lambda entry: entry[0].left, default=(stands, _SI, _SI))
-        # Two known factors at once are no chance, and one is less so where something is wrong.
-        sure = not self._possible(stands) or self._effort_unit(best[0]).known
-        better, near = (1.0, WORSE) if sure else (BETTER, 1.0)
-        if best[0].left < MOST and best[0].left < better * stands.left \
-                and self._determined(recording, *best, near) \
-                and self._free(recording) >= NEAR_FREE * best[0].left:
-            found, position, time = best
-        if not found.left < MOST:
+        readings = UnitReadings(self.recording, self.model)
+        stands = readings.read(SI, SI)
+        slow = self.recording.interval > SLOWEST
+        fast = not slow and readings.speed > FASTEST[self.model.joint.type]
+        if slow or fast or self._counted or (stands.left < ALIKE and stands.efforts != (SI,)):
+            return self._certainly_not_si(readings, stands, slow, fast)
+        best = min((reading for place in readings.places(False) for clock in readings.clocks()
+                    if (place, clock) != (SI, SI)
+                    and _usual(reading := readings.read(place, clock))),
+                   key=lambda reading: reading.left, default=None)
+        if best is None or not best.efforts or not self._slipped(readings, stands, best):
             return ''
-        effort = self._effort_unit(found)
-        if effort is _SI and position is _SI and time is _SI:
-            return ''
-        told, remedy = [], []
-        for name, unit in (('position', position), ('effort', effort), ('time', time)):
-            if unit is not _SI:
-                told.append(f'{name} looks like {unit.name}, not {self._si(name)}')
-                remedy.append(f'--scale {name}={unit.factor:.7g}')
-        return (f'{" and ".join(told)}: scaled so, the model explains '
-                f'{1.0 - found.left ** 2:.0%} of it with no number changed; record in SI units, '
-                f'or import the table with {" ".join(remedy)}')
+        return self._told([(best.place, best.clock, effort) for effort in best.efforts], best.left)
 
-    def _possible(self, stands: _Likeness) -> bool:
-        """Whether the recording, as it stands, could be one of such a machine at all."""
-        return (1.0 / OTHER_QUANTITY <= abs(stands.factor) <= OTHER_QUANTITY
-                and self.recording.interval <= SLOWEST)
+    def _slipped(self, readings: UnitReadings, stands: Reading, best: Reading) -> bool:
+        """Whether a recording that could be one of such a machine is in other units."""
+        # Two usual factors at once are no chance.
+        two = best.efforts != (SI,)
+        if not best.left < min(MOST, (1.0 if two else BETTER) * stands.left):
+            return False
+        if best.place is not SI:        # Factors of time are a thousand apart.
+            beside = [readings.read(dataclasses.replace(
+                best.place, factor=best.place.factor * 2.0 ** octaves), best.clock).left
+                for octaves in BESIDE]
+            if min(beside[0], beside[-1]) <= WORSE * best.left or (
+                    not two and WORSE * min(beside) < best.left):
+                return False
+        return two or readings.left_by_free_refit() >= NEAR_FREE * best.left
 
-    def _effort_unit(self, found: _Likeness) -> _Unit:
-        """Return what effort is, told by the factor that makes it the torque of the motion."""
-        if found.factor < 0.0 and found.power > 0.0:
-            # The motor drives: it is the file's load that acts the other way.
-            return _SI
-        sign, opposite = (1.0, '') if found.factor > 0.0 else (-1.0, ' of the opposite sign')
-        size = abs(found.factor)
-        if 1.0 / OTHER_QUANTITY <= size <= OTHER_QUANTITY:
-            return _Unit(-1.0, 'a torque of the opposite sign (or position is counted '
-                         'backwards)') if opposite else _SI
-        linear = self.model.joint.type == 'prismatic'
-        constant = self.model.motor.torque_constant
-        known = [_Unit(1e-3, 'mN'), _Unit(1e3, 'kN')] if linear else [
-            _Unit(1e-3, 'mN·m'), _Unit(1e-2, 'N·cm'), _Unit(1e3, 'kN·m')]
-        known += [_Unit(constant, 'amperes'), _Unit(1e-3 * constant, 'milliamperes')]
-        near = min(known, key=lambda unit: abs(math.log(size / unit.factor)))
-        # What the file doesn't explain may be alike what it does, and take part in the factor.
-        if abs(math.log(size / near.factor)) < math.log(LIKE * (1.0 + found.left)):
-            return _Unit(sign * near.factor, near.name + opposite, known=True)
-        shown = float(f'{size:.2g}')
-        per = 'N/A' if linear else 'N·m/A'
-        return _Unit(sign * shown, (
-            f'a current of a motor with {shown:g} {per} (the file says {constant:g})'
-            if size < 1.0 else f'another quantity ({1.0 / size:.2g} of what the motion needs)')
-            + opposite)
+    def _certainly_not_si(self, readings: UnitReadings, stands: Reading, slow: bool,
+                          fast: bool) -> str:
+        """Tell what a recording that cannot be in SI units is in; ask where several units fit."""
+        fits = []
+        for place in readings.places(self._counted):
+            for clock in readings.clocks():
+                if (fast and place is SI) or (slow and clock is SI):
+                    continue
+                reading = readings.read(place, clock)
+                if reading.left < ALIKE and reading.efforts and _usual(reading):
+                    fits.append(reading)
+        least = min((self._cost(reading) for reading in fits if reading.left < MOST), default=0.0)
+        fits = sorted((reading for reading in fits if BETTER * self._cost(reading) < least),
+                      key=self._cost)
+        units = [(reading.place, reading.clock, effort)
+                 for reading in fits for effort in reading.efforts]
+        if 0 < len(units) <= TOLD:
+            return self._told(units, fits[0].left)
+        if self._counted:
+            remedies = [f' and --scale time={unit.factor:.7g}' for unit in clocks(
+                self.recording.interval)] if slow else []
+            return self._whole() + ''.join(remedies[:1])
+        if fast:
+            return (f'position moves at {readings.speed:.3g} {self._si("position")}/s, faster '
+                    'than anything does: it is in another unit; record in SI units, or import '
+                    'the table with --unit position=UNIT')
+        if slow or not (units or stands.left < MOST):
+            return ''       # The interval is told by itself.
+        return (f'effort is {1.0 / abs(stands.factor):.2g} of what the motion needs: effort or '
+                f'position is not in {self._si("effort")} and {self._si("position")}; record in '
+                'SI units, or import the table with --unit position=UNIT effort=UNIT')
+
+    @staticmethod
+    def _cost(reading: Reading) -> float:
+        """Return what is left, with what each further quantity in a wrong unit must be worth."""
+        wrong = (reading.place is not SI) + (reading.clock is not SI) + (SI not in reading.efforts)
+        return reading.left / BETTER ** wrong
+
+    def _told(self, units: Sequence[tuple[Unit, Unit, Unit]], left: float) -> str:
+        """Return the line for units of position, time and effort: one, or several that fit."""
+        explained = f'{1.0 - left ** 2:.0%} of it with no number changed'
+        wrong = [[(name, unit) for name, unit in (
+            ('position', place), ('effort', effort), ('time', clock)) if unit is not SI]
+            for place, clock, effort in units]
+        remedies = [' '.join(f'--scale {name}={unit.factor:.7g}' for name, unit in one)
+                    for one in wrong]
+        if len(units) == 1:
+            looks = ' and '.join(f'{name} looks like {unit.name}, not {self._si(name)}'
+                                 for name, unit in wrong[0])
+            return (f'{looks}: scaled so, the model explains {explained}; record in SI units, '
+                    f'or import the table with {remedies[0]}')
+        looks = ', or '.join(
+            ' and '.join(f'{name} in {unit.name}' for name, unit in one) + f' ({remedy})'
+            for one, remedy in zip(wrong, remedies, strict=True))
+        return (f'not in SI units; it looks like {looks}: which, the motion does not tell, and '
+                f'the model then explains up to {explained}; record in SI units, or import the '
+                'table with what is right of these')
 
     def _si(self, name: str) -> str:
         linear = self.model.joint.type == 'prismatic'
         return {'position': 'm' if linear else 'rad', 'effort': 'N' if linear else 'N·m',
                 'time': 's'}[name]
 
-    def _short(self) -> Recording:
-        """Return the recording, or its middle where it is long."""
-        recording = self.recording
-        if recording.time.size <= LONGEST:
-            return recording
-        begin = (recording.time.size - LONGEST) // 2
-        return recording.between(recording.time[begin], recording.time[begin + LONGEST])
 
-    def _slips(self, recording: Recording) -> Iterator[tuple[_Unit, _Unit]]:
-        """Yield what position and time may be."""
-        positions = [_Unit(1e-3, 'mm')] if self.model.joint.type == 'prismatic' else [
-            _Unit(math.pi / 180.0, 'degrees'), _Unit(2.0 * math.pi, 'turns')]
-        if self.model.joint.type != 'prismatic' and (
-                recording.position == np.rint(recording.position)).all():
-            positions += [_Unit(2.0 * math.pi / counts, f'counts of {_alike(counts)} in a turn')
-                          for counts in COUNTS]
-        times = [unit for unit in CLOCKS
-                 if INTERVALS[0] <= recording.interval * unit.factor <= INTERVALS[1]]
-        yield from ((position, _SI) for position in positions)
-        yield from ((_SI, time) for time in times)
-        yield from ((position, time) for position in positions[:2] for time in times)
-
-    def _likeness(self, recording: Recording, position: float, time: float) -> _Likeness:
-        """Return how alike effort and the torque that the file needs for the motion are."""
-        motion = _motion(recording, position, time)
-        effort = motion.effort[motion.known]
-        with np.errstate(all='ignore'):
-            wanted = effort_of_motion(motion.samples(), motion.step, physics_of(self.model))
-            wanted = wanted[motion.known]
-            both = float(effort @ wanted)
-            sizes = float(np.linalg.norm(effort) * np.linalg.norm(wanted))
-            cosine = both / sizes if sizes > 0.0 else 0.0
-        if not math.isfinite(cosine) or both == 0.0:
-            return _Likeness(1.0, 1.0, 1.0)
-        return _Likeness(math.sqrt(max(1.0 - cosine ** 2, 0.0)), float(wanted @ wanted) / both,
-                         float(effort @ motion.velocity[motion.known]))
-
-    def _determined(self, recording: Recording, found: _Likeness, position: _Unit,
-                    time: _Unit, near: float) -> bool:
-        """Whether the data tell the factor of position: none nearby is better, by more than
-        `near`, those further off are worse. (Factors of time are a thousand apart.)"""
-        if position is _SI:
-            return True
-        left = [self._likeness(recording, position.factor * 2.0 ** octaves, time.factor).left
-                for octaves in BESIDE]
-        return min(left) * near >= found.left and min(left[0], left[-1]) > WORSE * found.left
-
-    def _free(self, recording: Recording) -> float:
-        """Return what a free refit of inertia, friction, load and offset leaves, rms over rms."""
-        motion = _motion(recording, 1.0, 1.0)
-        speed = motion.velocity / (np.abs(motion.velocity).max() or 1.0)
-        angle = motion.position - motion.position.mean()
-        angle /= np.abs(angle).max() or 1.0
-        load = load_torques(nominal_vector(self.model), motion.position)
-        columns = np.stack([motion.acceleration, speed, np.tanh(50.0 * speed), load,
-                            np.ones(speed.size), *(angle ** power for power in (1, 2, 3))], 1)
-        columns = columns[motion.known]
-        columns = columns / np.maximum(np.abs(columns).max(axis=0), 1e-300)
-        effort = motion.effort[motion.known]
-        if not np.isfinite(columns).all():
-            return 0.0
-        fitted = columns @ np.linalg.lstsq(columns, effort, rcond=None)[0]
-        return _part(effort - fitted, effort)
-
-
-def _alike(counts: int) -> str:
-    """Return encoders' counts that a file with honest errors cannot tell from these."""
-    near = [other for other in COUNTS if other != counts and 1.0 / NEAR < other / counts < NEAR]
-    return ' or '.join(map(str, (counts, *near)))
+def _usual(reading: Reading) -> bool:
+    """Whether effort isn't in a unit so much larger, which nobody takes beside another slip."""
+    return (reading.place, reading.clock) == (SI, SI) or abs(reading.factor) <= OTHER_QUANTITY
 
 
 def refuse_implausible(recordings: Sequence[Recording], model: Model) -> None:
@@ -318,17 +256,3 @@ def refuse_unmeasured(recordings: Sequence[Recording], joint: Joint) -> None:
         fault = Plausibility(recording, Model(joint=joint)).fault_alone()
         if fault:
             raise InputError(f'{recording.name}: {fault}')
-
-
-def _motion(recording: Recording, position: float, time: float) -> Motion:
-    # A grid begins at 0, the middle of a long recording doesn't.
-    return motion_of(dataclasses.replace(
-        recording, time=(recording.time - recording.time[0]) * time,
-        position=recording.position * position, velocity=None, reference=None, signals={}))
-
-
-def _part(rest: Array, whole: Array) -> float:
-    """Return rms over rms; infinite where there is nothing to compare with."""
-    size = float(np.linalg.norm(whole))
-    left = float(np.linalg.norm(rest))
-    return left / size if size > 0.0 and math.isfinite(left) else math.inf

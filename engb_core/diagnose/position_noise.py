@@ -21,6 +21,7 @@ from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
 from engb_core.signals.filtering import Comparison
 from engb_core.signals.motion import Motion, motion_of
+from engb_core.signals.motion_band import count_of
 
 __all__ = ['position_noise']
 
@@ -43,14 +44,15 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
         comparison: the filter through which both sides pass.
         physics: of the model, which says how motion becomes effort.
     """
-    if motion.quantum <= 0.0:
+    count = count_of(recording.position)
+    if count <= 0.0:
         return np.zeros(comparison.grid.size)
     random = np.random.default_rng(SEED)
     true = np.interp(recording.time, motion.time, motion.position)
     drawn_efforts = np.empty((DRAWS, comparison.grid.size))
     for draw in range(DRAWS):
         phase = random.uniform()
-        counted = motion.quantum * (np.floor(true / motion.quantum + phase) + 0.5 - phase)
+        counted = count * (np.floor(true / count + phase) + 0.5 - phase)
         drawn = motion_of(replace(recording, position=counted), motion.bandwidth)
         drawn_efforts[draw] = comparison(
             effort_of_motion(drawn.samples(), drawn.step, physics))

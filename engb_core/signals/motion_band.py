@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.signal import welch
 
 from engb_core.recording import Recording
-from engb_core.signals.motion import quantum_of
+from engb_core.signals.motion import LEAST_STEPS, NO_STEP, quantum_of
 
-__all__ = ['COMPARED', 'told_up_to']
+__all__ = ['COMPARED', 'count_of', 'told_up_to']
 
 # Up to here [Hz] a model is compared with a recording: what counts do above it passes no filter.
 COMPARED = 20.0
@@ -49,9 +49,26 @@ def told_up_to(recording: Recording, inertia: float) -> float:
     return float(frequency[outweighed[0]]) if outweighed.size else np.inf
 
 
+def count_of(position: NDArray[np.float64]) -> float:
+    """Return the encoder's count [rad], also where its smallest usual step is several of them, as
+    of a shaft behind a gear: then the least distance between two places that were told."""
+    usual = quantum_of(position)
+    if usual <= 0.0 or _in_counts(position, usual):
+        return usual
+    apart = np.diff(np.unique(position))
+    apart = apart[apart > NO_STEP]
+    # Places are often written with so few digits that neighbours seem to differ in distance.
+    return float(np.mean(apart[apart < 1.5 * apart.min()]))
+
+
 def _in_counts(position: NDArray[np.float64], quantum: float) -> bool:
     """Whether the steps of a position are multiples of its smallest usual one: those of a position
-    that is given finely, and only moves slowly at times, lie a quarter of it off on average."""
+    that is given finely, and only moves slowly at times, lie a quarter of it off on average. Steps
+    at one speed are alike whatever they are given in, so the larger ones are asked if there are
+    as many as the smallest one was told from."""
     steps = np.abs(np.diff(position)) / quantum
     steps = steps[steps > 0.5]
+    several = steps[steps > 1.5]
+    if several.size > LEAST_STEPS:
+        steps = several
     return bool(np.mean(np.abs(steps - np.round(steps))) < 0.5 * 0.25)

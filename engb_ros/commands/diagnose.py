@@ -62,6 +62,8 @@ from engb_ros.numerics import computing
 
 if TYPE_CHECKING:
     from engb_core.diagnose.diagnosis import Diagnosis, NextExperiment
+    from engb_core.model import Model
+    from engb_ros.commands.inputs import Inputs
 
 __all__ = ['FILES', 'add_arguments', 'run', 'summary', 'write_results']
 
@@ -109,6 +111,9 @@ def run(arguments: argparse.Namespace) -> None:
             arguments.out, (*names, *recording_names(given)),
             [*([arguments.model] if model else []), *simulator, *given]) as scratch:
         inputs = read_inputs(given, model, arguments.namespace, progress, request)
+        if not simulator:
+            # What is no recording of a machine is told in one line, not below those of columns.
+            _refuse(inputs, model)
         notes = (*inputs.told, *lacks)
         for told in notes:
             print(told)
@@ -144,6 +149,14 @@ def run(arguments: argparse.Namespace) -> None:
     print(f'report: {Path(out) / REPORT}')
     if diagnosis.next_experiment is not None and diagnosis.next_experiment.time is not None:
         print(f'next experiment: {Path(out) / EXPERIMENT}')
+
+
+def _refuse(inputs: Inputs, model: Model | None) -> None:
+    from engb_core.plausibility import refuse_implausible, refuse_unmeasured
+    if model is None:
+        refuse_unmeasured(inputs.recordings, inputs.joint)
+    else:
+        refuse_implausible(inputs.recordings, model)
 
 
 def write_results(folder: Path, diagnosis: Diagnosis) -> None:

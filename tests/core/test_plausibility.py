@@ -11,7 +11,7 @@ import pytest
 from engb_core.diagnose.engine import diagnose
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
-from engb_core.model import Friction, LoadTorque, Model, Motor
+from engb_core.model import Friction, Joint, LoadTorque, Model, Motor
 from engb_core.plausibility import Plausibility
 from engb_core.recording import Recording, Reference
 from tests.core.test_command_law import PENDULUM, servo
@@ -70,6 +70,61 @@ def test_wrong_units_are_told(recording, change, words):
         diagnose([changed], MODEL)
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(('change', 'words'), [
+    # The file's numbers are all of them a third too small: between amperes and N·cm.
+    ({'effort': 1.6 / 0.0174}, ['effort in N·cm (--scale effort=0.01)', 'or effort in amperes',
+                                'the motion does not tell']),
+    ({'position': 0.5 / math.pi, 'effort': 1.6 / 0.0174}, [
+        'position in turns and effort in N·cm', 'or position in turns and effort in amperes']),
+    # Whole numbers are counts, and nothing is sampled each four seconds.
+    ({'position': 4096 / (2.0 * math.pi), 'time': 1e3}, ['counts of 4096', 'ms']),
+    ({'effort': 1e8}, [
+        'effort or position is not in N·m and rad', '--unit position=UNIT effort=UNIT']),
+])
+def test_what_the_motion_does_not_tell_is_asked(recording, change, words):
+    columns = {name: getattr(recording, name) * factor for name, factor in change.items()}
+    if 'counts' in words[0]:
+        columns['position'] = np.rint(columns['position'])
+    fault = Plausibility(dataclasses.replace(recording, **columns), MODEL).fault()
+    assert all(word in fault for word in words), fault
+
+
+def test_counts_of_which_the_file_tells_no_number_are_asked_for_with_the_time(recording):
+    counted = dataclasses.replace(recording, time=1e3 * recording.time, position=np.rint(
+        recording.position * 4096 / (2.0 * math.pi)))
+    nothing = Model(Motor(0.0174, 1e-9, 1e-9), LoadTorque(), Friction(0.02, 0.0, 1e-3))
+    fault = Plausibility(counted, nothing).fault()
+    assert fault.endswith('--unit position=N/rev, N the counts in a turn and --scale time=0.001')
+
+
+@pytest.mark.parametrize('change', [
+    {'position': 0.5 / math.pi, 'effort': 1e3}, {'position': 0.5 / math.pi, 'effort': 1 / 0.0174},
+    {'position': 180.0 / math.pi}])
+def test_units_are_told_beside_numbers_that_are_off_by_a_third(recording, change):
+    off = Model(Motor(0.0174, 4.5e-5, 1.5e-3),
+                LoadTorque(coefficients=(0.0, 6.5e-4, 1.3e-4), contact_angle=5.0),
+                Friction(0.008, 0.11, 1.5))
+    columns = {name: getattr(recording, name) * factor for name, factor in change.items()}
+    fault = Plausibility(dataclasses.replace(recording, **columns), off).fault()
+    for name, factor in change.items():
+        assert f'--scale {name}={1.0 / factor:.4g}'[:-1] in fault
+    assert Plausibility(recording, off).fault() == ''
+
+
+def test_an_axis_that_would_outrun_any_is_in_millimetres():
+    """Mass and drag alone say nothing of the unit: position in mm and force in mN are as true."""
+    time = np.arange(4000) / 1000.0
+    velocity = 1.2 * np.sin(2 * np.pi * 0.7 * time)
+    force = 3.0 * np.gradient(velocity, time) + 20.0 * velocity
+    axis = Model(Motor(35.0, 3.0, 20.0), LoadTorque(), Friction(0.0, 0.0, 1e-3),
+                 joint=Joint(type='prismatic'))
+    run = Recording('axis', time, np.cumsum(velocity) * 1e-3, force)
+    assert Plausibility(run, axis).fault() == ''
+    milli = dataclasses.replace(run, position=1e3 * run.position, effort=1e3 * run.effort)
+    assert 'position looks like mm, not m and effort looks like mN' in Plausibility(
+        milli, axis).fault()
 
 
 @pytest.fixture(scope='module', params=['stribeck_friction', 'asymmetric_friction'])

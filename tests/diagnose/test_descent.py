@@ -43,3 +43,21 @@ def test_work_within_work_stays_on_its_thread():
 
     assert all(len(names) == 1 for names in parallel_map(outer, range(3), 3))
     assert list(parallel_map(lambda item: item * item, range(5), 3)) == [0, 1, 4, 9, 16]
+
+
+def test_who_is_interrupted_does_not_wait_for_what_still_runs():
+    """Without numba one piece of work takes minutes."""
+    running, go_on, went_on = (threading.Event() for _ in range(3))
+
+    def work(item: int) -> None:
+        if item == 0:
+            running.wait(10.0)
+            raise KeyboardInterrupt
+        running.set()
+        go_on.wait(10.0)
+        went_on.set()
+
+    with pytest.raises(KeyboardInterrupt):
+        list(parallel_map(work, range(2), 2))
+    assert not went_on.is_set()
+    go_on.set()

@@ -11,6 +11,7 @@ from engb_core.model import Friction, LoadTorque, Model
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
 from engb_core.signals.motion import motion_of
+from engb_core.signals.motion_band import count_of
 from tests.core.bench import Bench, strokes
 
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
@@ -44,6 +45,30 @@ def test_an_encoder_without_counts_adds_nothing():
     (coarse,) = problem_of([replace(recording, position=0.05 * np.round(
         recording.position / 0.05))], MODEL).runs
     assert np.sqrt(np.mean(fine.counts ** 2)) < 0.2 * np.sqrt(np.mean(coarse.counts ** 2))
+
+
+def test_counts_that_pass_by_dozens_make_no_more_noise_than_they_are():
+    """Of a joint behind a gear the smallest usual step is many counts; written with few digits
+    they differ."""
+    count = 2.0 * np.pi / 800_000
+    recording = Bench(counts=800_000, noise=1e-3).run(strokes())
+    noise = []
+    for shown in (1.0, 1e-7, 5.0 * count):
+        given = replace(recording, position=shown * np.round(recording.position / shown)
+                        if shown < 1.0 else recording.position)
+        noise.append(problem_of([given], MODEL).runs[0].counts)
+    exact, rounded, coarser = (float(np.sqrt(np.mean(values ** 2))) for values in noise)
+    assert rounded == pytest.approx(exact, rel=0.1)
+    assert exact < 0.5 * coarser
+
+
+def test_a_count_is_told_of_moves_at_one_speed():
+    """Most of their steps are alike, and look like counts."""
+    count = 2e-4
+    steps = np.concatenate([np.full(2000, 31.3), np.linspace(31.0, 60.0, 700)]) * count
+    position = count * np.floor(np.cumsum(np.concatenate([steps, -steps])) / count)
+    assert count_of(position) == pytest.approx(count)
+    assert count_of(np.round(position, 5)) == pytest.approx(count, rel=0.02)
 
 
 @pytest.mark.parametrize('interval', [1, 5])

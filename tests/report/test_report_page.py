@@ -187,7 +187,7 @@ def test_without_the_plotting_packages(tmp_path, blocked, expected):
         assert not set(sys.modules) & set({blocked!r})
     ''')
     root = Path(__file__).parents[2]
-    subprocess.run([sys.executable, '-c', script], check=True, timeout=120,
+    subprocess.run([sys.executable, '-c', script], check=True, timeout=600,
                    env={'PYTHONPATH': f'{root}:{root / "tests"}', 'PATH': '/usr/bin:/bin',
                         'MPLCONFIGDIR': str(tmp_path)})
     html = (tmp_path / 'report.html').read_text()

@@ -57,6 +57,18 @@ def test_a_table_whose_name_is_no_utf_8(tmp_path, monkeypatch, capsys):
     assert 'b\\xffse.csv: time' in told and told.count('position: column') == 1
 
 
+def test_what_is_no_recording_of_a_machine_is_told_in_one_line(tmp_path, capsys):
+    """Not below lines of which column was taken for what."""
+    time = np.arange(500) / 1000.0
+    path = tmp_path / 'bench.csv'
+    path.write_text('t [s],phi [rad],M [Nm]\n' + ''.join(
+        f'{t:.3f},{np.sin(9.0 * t):.6f},0.05\n' for t in time))
+    assert main(['diagnose', str(path), '--out', str(tmp_path / 'out')]) == 2
+    told = capsys.readouterr()
+    assert told.out == '' and len(told.err.splitlines()) == 1
+    assert 'effort is 0.05 N·m in all 500 samples' in told.err
+
+
 @pytest.mark.parametrize('table', OTHER_TABLES, ids=[table.name for table in OTHER_TABLES])
 def test_each_table_of_a_drive_becomes_the_same_recording(tmp_path, table):
     """Their simulation is benchmarks/ten_tables.py's; here a motion of the same kind is read."""
