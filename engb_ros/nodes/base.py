@@ -321,6 +321,7 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, on_signal)
     node: ManagedNode | None = None
+    executor: Executor | None = None
     status = 0
     share_no_memory(os.environ)
     try:
@@ -361,6 +362,11 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
             except InputError as error:   # a bag that cannot be closed
                 status = _say(node, error)
         rclpy.try_shutdown()
+        # The middleware's threads end with the last reference to the node. Frozen it would outlive
+        # Python, and those threads would run on into the libraries' own end: a crash at times.
+        node = executor = None
+        gc.unfreeze()
+        gc.collect()
     return status
 
 
