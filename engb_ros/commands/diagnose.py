@@ -217,8 +217,8 @@ def _of_the_floor(diagnosis: Diagnosis) -> str:
     floors = (sum(entry.rms_after ** 2 for entry in rows)
               / sum((entry.noise_floor or 0.0) ** 2 for entry in rows)) ** 0.5
     if floors <= NEAR_FLOOR:
-        return ', down to the noise floor'
-    return f', down to {floors:.1f} noise floors'
+        return ', effort down to the noise floor'
+    return f', effort down to {floors:.1f} noise floors'
 
 
 def _wrapped(text: str, indent: str = '   ') -> list[str]:
