@@ -44,8 +44,8 @@ def _plain(value: Any) -> Any:
     come out of recordings, and paths may hold bytes that are no UTF-8."""
     if not isinstance(value, str):
         return value
-    value = printable(value)
-    return f"'{value}" if value.startswith(('=', '+', '-', '@')) else value
+    formula = value.startswith(('=', '+', '-', '@', '\t', '\r'))
+    return f"'{printable(value)}" if formula else printable(value)
 
 
 def _column(values: list[Any]) -> Any:

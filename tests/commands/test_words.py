@@ -92,7 +92,8 @@ def test_a_survey_holds_no_formula(tmp_path):
     write_table(tmp_path / 'survey', [{'recording': name, 'share': -0.5} for name in names])
     with open(tmp_path / 'survey.csv', encoding='utf-8', newline='') as file:
         rows = list(csv.DictReader(file))
-    assert [row['recording'] for row in rows] == [f"'{name}" for name in names[:-1]] + ['plain']
+    assert [row['recording'] for row in rows] == [
+        "'=1+1", "'+1", "'-2+3", "'@SUM(A1)", "'\\x09=1", "'\\x0d=1", 'plain']
     assert {row['share'] for row in rows} == {'-0.5'}       # a number stays one
 
 
