@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fitter
 
-__all__ = ['discrepancy_deviations', 'state_cells']
+__all__ = ['discrepancy_covariance', 'state_cells']
 
 Array = NDArray[np.float64]
 
@@ -43,9 +43,9 @@ def _part(values: Array, count: int) -> NDArray[np.int64]:
     return np.searchsorted(edges, values)
 
 
-def discrepancy_deviations(jacobian: Array, covariance: Array, weight: Array, sigma: Array,
+def discrepancy_covariance(jacobian: Array, covariance: Array, weight: Array, sigma: Array,
                            cells: NDArray[np.int64], size: float) -> Array:
-    """Return the standard deviations (k,) that the discrepancy gives to fitted numbers.
+    """Return the covariance (k, k) that the discrepancy gives to fitted numbers.
 
     Args:
         jacobian: (m, k) derivatives of the prediction.
@@ -58,4 +58,5 @@ def discrepancy_deviations(jacobian: Array, covariance: Array, weight: Array, si
     pull = weight ** 2 * sigma * size
     gradients = np.zeros((int(cells.max(initial=0)) + 1, jacobian.shape[1]))
     np.add.at(gradients, cells, jacobian * pull[:, None])
-    return np.sqrt(np.sum((gradients @ covariance) ** 2, axis=0))
+    moved = gradients @ covariance
+    return moved.T @ moved

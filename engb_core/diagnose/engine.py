@@ -240,7 +240,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         tell('taking the numbers from a sharper motion')
         told = at_full_bandwidth(fitter, explanation)
     findings, mismatch = findings_of(fitter, nominal, told.explanation, explanation.fit, numbers,
-                                     selection)
+                                     selection, told.told)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
     if findings and not (_carries_over(told, problem.model) and (

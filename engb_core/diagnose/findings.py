@@ -19,6 +19,7 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import part_left, rival_weights, something_known
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
+from engb_core.diagnose.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
@@ -37,20 +38,21 @@ NUMBER_BESIDE = 0.9
 
 
 def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: Fit,
-                numbers: list[NumberFinding], selection: Selection,
+                numbers: list[NumberFinding], selection: Selection, told: Fit,
                 ) -> tuple[list[EffectFinding], Array]:
     """Return the findings in order of share, and the mismatch (m,) [N·m] that they make up.
 
-    Parameters are those of the explanation's fit. How sure an effect is follows from `judged`, the
-    same effects fitted to the motion on which their rivals were fitted: numbers from a sharper
-    motion leave more on the smoothed one, which says nothing against the effect.
+    Parameters are those of `told`, the same effects at numbers between refit and file. How sure an
+    effect is follows from `judged`, the same effects fitted to the motion on which their rivals
+    were fitted: numbers from a sharper motion leave more on the smoothed one, which says nothing
+    against the effect.
 
     The mismatch is what the named physics adds to the effort, and what the wrong numbers change
     (all others as refitted: a file that was refitted around the effect would smear it), or,
     where nothing is named, what the nominal model leaves.
     """
     chosen = explanation.fit
-    physics = _physics(fitter, explanation, judged, selection)
+    physics = _physics(fitter, explanation, judged, selection, told)
     changed = _numbers(fitter, nominal, explanation, judged, numbers)
     findings = [finding for finding, _ in (*physics, *changed)]
     if physics and changed:
@@ -94,9 +96,8 @@ def _is_number(finding: EffectFinding) -> bool:
 
 
 def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: Selection,
-             ) -> list[tuple[EffectFinding, float]]:
+             told: Fit) -> list[tuple[EffectFinding, float]]:
     """Return the named effects, and by how much the reduced chi-square rises without each."""
-    told = explanation.fit
     variants = chosen.hypothesis.variants
     if not any(not variant.effect.unnamed for variant in variants):
         return []
@@ -215,8 +216,11 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation, chosen: Fit
 
 
 def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEstimate]:
-    """Return the effect's parameters, which are nominal numbers of the fit."""
+    """Return the effect's parameters, which are nominal numbers of the fit: all that is known is
+    that these are wrong, so that any of the others may stand as in the file."""
     fit = finding.fit if finding.fit.jacobian is not None else fitter.finish(finding.fit)
+    wrong = tuple(parameter.name for parameter in get_effect(finding.effect).parameters)
+    fit = with_averaged_numbers(fitter, fit, free=wrong)
     deviations = vector_deviations(fit, fitter)
     numbers = {number.name: (number, place)
                for place, number in enumerate(fit.hypothesis.numbers)}

@@ -300,10 +300,15 @@ def _middle_speed(speeds: Array) -> float:
 
 
 def _reference_load(loads: Array) -> float:
-    """Return the load at which a parabola through none crosses its best straight line over these
-    loads (n,); 0 where there is one load only."""
-    spread = float(np.var(loads)) if loads.size else 0.0
-    return float(np.cov(loads, loads ** 2, bias=True)[0, 1]) / spread if spread > 0.0 else 0.0
+    """Return the load at which friction that is curved over the load crosses the straight line of
+    the same mean friction over these loads (n,), ΣL²/ΣL; 0 where there is one load only.
+
+    A file whose friction is a straight line, and a machine, are compared by the friction that they
+    have on the whole; a best line with an offset would put a part of that into Coulomb friction.
+    """
+    if not loads.size or float(np.ptp(loads)) == 0.0:
+        return 0.0
+    return float(np.sum(loads ** 2) / np.sum(loads))
 
 
 def _loaded_share(loads: Array, model: Model) -> float:

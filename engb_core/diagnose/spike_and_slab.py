@@ -1,76 +1,108 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""Which nominal numbers a corrected model keeps as the file has them: spike and slab.
+"""Nominal numbers between a refit and the file: Bayesian model averaging by spike and slab.
 
 A refit moves every number a little, and on another motion each of these moves costs. A number is
 either as in the file (the spike) or anywhere about it (the slab: the file's own spread), the one
-as likely beforehand as the other. The Bayes factor of the two is the Savage-Dickey ratio: the
-posterior density at the file's values over the prior density there (Dickey, Annals of Mathematical
-Statistics 42 (1971) 204). A file that was refitted around what was missing has its numbers far
-from what they are beside it, and none is kept.
+as likely beforehand as the other. How likely each choice of numbers that stand is after the data
+follows from the posterior density at the file's values over the prior density there, the
+Savage-Dickey ratio (Dickey, Annals of Mathematical Statistics 42 (1971) 204). Where the data do
+not settle the choice, none is made: what is told is the mean over all choices, each weighted by
+its probability (Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14 (1999) 382). A
+file that was refitted around what was missing has its numbers far from what they are beside it,
+and none of them weighs.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import SHAPE_NUMBERS
-from engb_core.diagnose.uncertainty import correlation, vector_deviations
+from engb_core.diagnose.uncertainty import vector_covariance
 
-__all__ = ['kept_numbers', 'with_kept_numbers']
+__all__ = ['Average', 'average', 'with_averaged_numbers']
 
 Array = NDArray[np.float64]
 
-# Steps downhill for the others, once some numbers are as in the file.
-ROUNDS = 3
-# From this many times the file's spread on a deviation leaves what the file says, to rounding.
-UNTOLD = float(np.finfo(float).eps ** -0.5)
 
+@dataclass(frozen=True)
+class Average:
+    """The mean of a fit's vector over which numbers are as in the file.
 
-def with_kept_numbers(fitter: Fitter, fit: Fit) -> Fit:
-    """Return a finished fit with those numbers as in the file that it need not change."""
-    kept = kept_numbers(fitter, fit)
-    if not kept:
-        return fit
-    free = tuple(number for place, number in enumerate(fit.hypothesis.numbers)
-                 if place not in kept)
-    return fitter.finish(fitter.refit(fit, free, ROUNDS))
-
-
-def kept_numbers(fitter: Fitter, fit: Fit) -> list[int]:
-    """Return the places of the numbers of a finished fit that are rather as in the file.
-
-    One after another, the likeliest first, as long as all of them together become likelier.
+    Attributes:
+        vector: (size,) the mean.
+        kept: (numbers,) probability that each number is as in the file.
     """
+
+    vector: Array
+    kept: Array
+
+
+def with_averaged_numbers(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Fit:
+    """Return a finished fit at the mean over which of the file's numbers stand; the numbers named
+    in `free` do not."""
+    vector = np.clip(average(fitter, fit, free).vector, *fit.hypothesis.bounds)
+    return fitter.finish(fitter.evaluate(fit.hypothesis, vector))
+
+
+def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Average:
+    """Return the mean of a finished fit's vector over which of the file's numbers stand; those
+    named in `free`, and the knots of a load curve, which no file tells, do not."""
     numbers = fit.hypothesis.numbers
-    own = slice(len(numbers))
+    count = len(numbers)
     # In units of what the file is believed to: the slab's density at the file is that of 0.
-    spread = np.array([number.spread for number in numbers])
-    moved = (fit.vector[own] - fit.hypothesis.start_of_numbers()) / spread
-    deviations = np.minimum(vector_deviations(fit, fitter)[own] / spread, UNTOLD)
-    among = correlation(fit, fitter)[own, own] * np.outer(deviations, deviations)
-    # What the file says of a number counts beside what the recordings do.
-    among = among @ np.linalg.inv(among + np.eye(len(numbers)))
-    candidates = [place for place, number in enumerate(numbers)
-                  if number.name not in SHAPE_NUMBERS]
-    kept: list[int] = []
-    factor = 0.0
-    while candidates:
-        tried = [_log_bayes_factor(moved, among, [*kept, place]) for place in candidates]
-        best = int(np.argmax(tried))
-        if not tried[best] > factor:
-            break
-        factor = tried[best]
-        kept.append(candidates.pop(best))
-    return sorted(kept)
+    scale = np.ones(fit.vector.size)
+    scale[:count] = [number.spread for number in numbers]
+    covariance = vector_covariance(fit, fitter) / np.outer(scale, scale)
+    # What the file says of the numbers counts beside what the recordings do.
+    told = covariance[:, :count]
+    covariance = covariance - told @ np.linalg.solve(
+        told[:count] + np.eye(count), told.T)
+    file = np.zeros(fit.vector.size)
+    file[:count] = fit.hypothesis.start_of_numbers()
+    moved = (fit.vector - file) / scale
+    candidates = tuple(place for place, number in enumerate(numbers)
+                       if number.name not in (*SHAPE_NUMBERS, *free)
+                       # What the data do not move at all is as in the file whatever is chosen.
+                       and covariance[place, place] > np.finfo(float).eps)
+    choices = list(_choices(moved, covariance, candidates))
+    logarithms = np.array([choice.log_factor for choice in choices])
+    weights = np.exp(logarithms - logarithms.max())
+    weights /= weights.sum()
+    kept = np.zeros(count)
+    for weight, choice in zip(weights, choices, strict=True):
+        kept[list(choice.kept)] += weight
+    return Average(file + scale * (weights @ np.array([choice.mean for choice in choices])), kept)
 
 
-def _log_bayes_factor(moved: Array, among: Array, kept: list[int]) -> float:
-    """Return the logarithm of how much likelier the kept numbers are as in the file than free;
-    `moved` (k,) and their covariance `among` (k, k) in units of the file's spread."""
-    own = among[np.ix_(kept, kept)]
-    sign, size = np.linalg.slogdet(own)
-    if sign <= 0.0 or not np.isfinite(size):
-        return -np.inf
-    return float(-0.5 * size - 0.5 * moved[kept] @ np.linalg.solve(own, moved[kept]))
+@dataclass(frozen=True)
+class _Choice:
+    """One choice of numbers that are as in the file: their places, the logarithm of how much
+    likelier it is than that all are free, and the mean (size,) of all entries beside them."""
+
+    kept: tuple[int, ...]
+    log_factor: float
+    mean: Array
+
+
+def _choices(mean: Array, covariance: Array, candidates: tuple[int, ...],
+             kept: tuple[int, ...] = (), log_factor: float = 0.0) -> Iterator[_Choice]:
+    """Yield every choice of the candidates beside those that are kept, given mean (size,) and
+    covariance (size, size) of all entries beside these, in units of the file's spread."""
+    if not candidates:
+        yield _Choice(kept, log_factor, mean)
+        return
+    place, *others = candidates
+    yield from _choices(mean, covariance, tuple(others), kept, log_factor)
+    variance = covariance[place, place]
+    if variance <= np.finfo(float).eps:
+        # With those that are kept it is as in the file: no other choice.
+        return
+    gain = covariance[place] / variance
+    yield from _choices(
+        mean - gain * mean[place], covariance - np.outer(gain, covariance[place]), tuple(others),
+        (*kept, place), log_factor - 0.5 * (np.log(variance) + mean[place] ** 2 / variance))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 import math
 
 import numpy as np
@@ -11,12 +12,15 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import CLEAN_EXCESS, STANDS_OUT
 from engb_core.diagnose.descent import delay_held
 from engb_core.diagnose.diagnosis import ParameterEstimate
-from engb_core.diagnose.discrepancy import discrepancy_deviations, state_cells
+from engb_core.diagnose.discrepancy import discrepancy_covariance, state_cells
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
-__all__ = ['correlation', 'estimates', 'stands_out', 'vector_deviations']
+__all__ = ['estimates', 'stands_out', 'vector_covariance', 'vector_deviations']
+
+# From this many times what is believed beforehand on a deviation leaves that, to rounding.
+UNTOLD = float(np.finfo(float).eps ** -0.5)
 
 
 def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
@@ -30,41 +34,75 @@ def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
     deviation. The others are not to suffer from that: where the data leave a parameter of an
     effect freer than its bounds, these count as knowledge of it.
     """
-    gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
-    free = np.ones(fit.vector.size, bool)
-    held = delay_held(fit.hypothesis)
-    if held is not None:
-        # What was not free is known, and takes nothing from a lag that acts just like it.
-        free[held] = False
-    residual = (fit.residual / fitter.spread)[fitter.fitted]
-    gram, inflation = gram[np.ix_(free, free)], _inflation(residual)
-    width = (np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0))[free]
-    effects = (np.arange(free.size) >= len(fit.hypothesis.numbers))[free]
-    alone = _deviations(gram / inflation)
-    loose = effects & (alone > width)
-    deviations = np.zeros(free.size)
-    deviations[free] = _beside_bounds(gram / inflation, width, loose) if loose.any() else alone
+    told = _Information.of(fit, fitter)
+    deviations = np.zeros(fit.vector.size)
+    deviations[told.free] = _beside_bounds(told.noise, told.width, told.loose) \
+        if told.loose.any() else _deviations(told.noise)
     if by_noise_alone:
         return deviations
+    return np.hypot(deviations, np.sqrt(np.diag(_by_discrepancy(told, fit, fitter))))
+
+
+def vector_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return the covariance (size, size) of the entries of the fit's vector, of the same parts as
+    their deviations: noise, and the discrepancy, which moves several entries at once."""
+    told = _Information.of(fit, fitter)
+    inverse, norm = _inverse(told.noise + told.bounded)
+    found = np.zeros((fit.vector.size, fit.vector.size))
+    found[np.ix_(told.free, told.free)] = inverse / norm / norm[:, None]
+    return found + _by_discrepancy(told, fit, fitter)
+
+
+@dataclass(frozen=True)
+class _Information:
+    """What a finished fit's values tell of its entries.
+
+    Attributes:
+        free: (size,) whether each entry was free.
+        gram: (k, k) of the free ones, JᵀW²J.
+        noise: the same as Fisher information, with the residual's size and colour.
+        width: (k,) deviation of an even distribution between the bounds.
+        loose: (k,) effects' parameters that the data leave freer than that.
+        believed: (k,) deviation of what is believed of each beforehand.
+    """
+
+    free: NDArray[np.bool_]
+    gram: NDArray[np.float64]
+    noise: NDArray[np.float64]
+    width: NDArray[np.float64]
+    loose: NDArray[np.bool_]
+    believed: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, fit: Fit, fitter: Fitter) -> _Information:
+        gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
+        free = np.ones(fit.vector.size, bool)
+        held = delay_held(fit.hypothesis)
+        if held is not None:
+            # What was not free is known, and takes nothing from a lag that acts just like it.
+            free[held] = False
+        gram = gram[np.ix_(free, free)]
+        noise = gram / _inflation((fit.residual / fitter.spread)[fitter.fitted])
+        width = (np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0))[free]
+        effects = (np.arange(free.size) >= len(fit.hypothesis.numbers))[free]
+        return cls(free, gram, noise, width, effects & (_deviations(noise) > width),
+                   fit.hypothesis.prior[1][free])
+
+    @property
+    def bounded(self) -> NDArray[np.float64]:
+        """Return the information (k, k) that their bounds are of the loose ones, and, so that
+        what the data do not tell at all is finite, to rounding what is believed of the others."""
+        return np.diag(np.where(self.loose, self.width, UNTOLD * self.believed) ** -2.0)
+
+
+def _by_discrepancy(told: _Information, fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return the covariance (size, size) that the model's discrepancy gives to the entries."""
     unseen = max(reduced_chi_square(fit, fitter) - 1.0, CLEAN_EXCESS)
-    inverse, norm = _inverse(gram + np.diag(np.where(loose, width, np.inf) ** -2.0))
-    found = np.zeros(free.size)
-    found[free] = discrepancy_deviations(
-        fit.jacobian[:, free] / norm, inverse, fitter.weight, fitter.sigma, state_cells(fitter),
-        float(np.sqrt(unseen))) / norm
-    return np.hypot(deviations, found)
-
-
-def correlation(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
-    """Return how the entries of a finished fit's vector go together, (size, size), as the Fisher
-    information says."""
-    gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
-    inverse, _ = _inverse(gram)
-    own = np.sqrt(np.maximum(np.diag(inverse), 0.0))
-    # What does nothing at all goes with nothing.
-    told = own > 0.0
-    found = np.eye(own.size)
-    found[np.ix_(told, told)] = inverse[np.ix_(told, told)] / np.outer(own[told], own[told])
+    inverse, norm = _inverse(told.gram + told.bounded)
+    found = np.zeros((fit.vector.size, fit.vector.size))
+    found[np.ix_(told.free, told.free)] = discrepancy_covariance(
+        fit.jacobian[:, told.free] / norm, inverse, fitter.weight, fitter.sigma,
+        state_cells(fitter), float(np.sqrt(unseen))) / norm / norm[:, None]
     return found
 
 

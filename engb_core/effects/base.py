@@ -97,9 +97,10 @@ class Scene:
     while the shaft moves, what it is at m = `middle_speed`; `load_slope` is the root mean square
     of the load's slope in contact, while the disc turns where there is one;
     the load goes roughly with travel^`load_power`; `loaded_share` is the part of the dry friction
-    that goes with load, on average while the shaft moves; a parabola through none crosses its best
-    straight line over the loads at `reference_load`; a share of the load that changes in
-    proportion to it has at `effective_load` the value that least squares give for all loads;
+    that goes with load, on average while the shaft moves; friction that is curved over the load
+    crosses at `reference_load` the straight line of the same mean friction; a share of the load
+    that changes in proportion to it has at `effective_load` the value that least squares give for
+    all loads;
     `commanded` is True where effort is a command that follows from the reference.
     """
 

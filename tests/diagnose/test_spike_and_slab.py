@@ -1,14 +1,16 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""A corrected model changes no number of the file that may stand as it is."""
+"""A corrected model moves no number of the file farther than the recordings insist on."""
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.spike_and_slab import kept_numbers, with_kept_numbers
+from engb_core.diagnose.spike_and_slab import average, with_averaged_numbers
+from engb_core.diagnose.uncertainty import vector_covariance, vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 
@@ -22,20 +24,27 @@ def fitted(model: Model) -> tuple[Fitter, Fit]:
     return fitter, fitter.finish(fitter.refine(fitter.fit(variant, keep=2)))
 
 
-def names(fit: Fit, places: list[int]) -> set[str]:
-    return {fit.hypothesis.numbers[place].name for place in places}
+def probabilities(fitter: Fitter, fit: Fit, **options) -> dict[str, float]:
+    """Return how likely each number is as the file has it."""
+    return dict(zip((number.name for number in fit.hypothesis.numbers),
+                    average(fitter, fit, **options).kept, strict=True))
 
 
 def test_right_numbers_stay_and_the_wrong_one_is_changed():
     true = NOMINAL.motor.viscous_friction
     wrong = replace(NOMINAL, motor=replace(NOMINAL.motor, viscous_friction=1.6 * true))
     fitter, fit = fitted(wrong)
-    kept = names(fit, kept_numbers(fitter, fit))
-    assert 'inertia' in kept
-    assert 'viscous_friction' not in kept
-    model = with_kept_numbers(fitter, fit).hypothesis.corrected(
-        with_kept_numbers(fitter, fit).vector)
-    assert model.motor.inertia == wrong.motor.inertia
+    kept = probabilities(fitter, fit)
+    assert kept['inertia'] > 0.5
+    assert kept['viscous_friction'] < 0.1
+    told = with_averaged_numbers(fitter, fit)
+    model = told.hypothesis.corrected(told.vector)
+
+    def off(inertia: float) -> float:
+        return abs(inertia / wrong.motor.inertia - 1.0)
+
+    refit = fit.hypothesis.corrected(fit.vector)
+    assert off(model.motor.inertia) < 0.5 * off(refit.motor.inertia)
     assert model.motor.viscous_friction == pytest.approx(true, rel=0.1)
     effect = next(entry for entry in model.effects if entry.effect == 'asymmetric_friction')
     assert effect.parameters['asymmetry'] == pytest.approx(0.3, rel=0.1)
@@ -44,14 +53,35 @@ def test_right_numbers_stay_and_the_wrong_one_is_changed():
 def test_a_number_far_off_is_not_kept_however_many_others_are():
     far = replace(NOMINAL, motor=replace(NOMINAL.motor, inertia=1.5 * NOMINAL.motor.inertia))
     fitter, fit = fitted(far)
-    assert 'inertia' not in names(fit, kept_numbers(fitter, fit))
+    assert probabilities(fitter, fit)['inertia'] < 1e-3
 
 
-def test_what_the_recordings_hardly_tell_changes_nothing_else():
+def test_what_is_said_to_be_wrong_does_not_stand():
     fitter, fit = fitted(NOMINAL)
-    kept = with_kept_numbers(fitter, fit)
-    assert kept.jacobian is not None
-    free = len(kept.hypothesis.numbers)
-    assert free < len(fit.hypothesis.numbers)
-    sizes = [entry.hypothesis.named(entry.vector, 0)['asymmetry'] for entry in (kept, fit)]
-    assert sizes[0] == pytest.approx(sizes[1], rel=0.2)
+    assert probabilities(fitter, fit)['inertia'] > 0.5
+    free = average(fitter, fit, free=('inertia',))
+    place = [number.name for number in fit.hypothesis.numbers].index('inertia')
+    assert free.kept[place] == 0.0
+    assert np.all(free.kept <= 1.0 + 1e-12)
+
+
+def test_numbers_that_the_recordings_hardly_tell_do_not_change_the_effect():
+    """Of numbers that make up for each other in part, the mean is no nearer to any one choice."""
+    fitter, fit = fitted(NOMINAL)
+    told = with_averaged_numbers(fitter, fit)
+    assert told.jacobian is not None
+    sizes = [entry.hypothesis.named(entry.vector, 0)['asymmetry'] for entry in (told, fit)]
+    assert sizes[0] == pytest.approx(0.3, rel=0.05)
+    assert abs(sizes[0] - 0.3) < abs(sizes[1] - 0.3) + 0.01
+
+
+def test_deviations_are_those_of_the_covariance():
+    """Noise and discrepancy move several numbers at once: the covariance has both, as the
+    deviations have."""
+    fitter, fit = fitted(NOMINAL)
+    covariance = vector_covariance(fit, fitter)
+    # The covariance of effects' parameters that the data hardly tell has their bounds as well.
+    numbers = len(fit.hypothesis.numbers)
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance))[:numbers],
+                               vector_deviations(fit, fitter)[:numbers], rtol=1e-3)
+    assert np.linalg.eigvalsh(covariance).min() > -1e-9 * np.diag(covariance).max()
