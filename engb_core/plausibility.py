@@ -138,11 +138,15 @@ class Plausibility:
     @property
     def _counted(self) -> bool:
         position = self.recording.position
-        return np.unique(position).size >= WHOLE and bool((position == np.rint(position)).all())
+        # Numbers so large that no fraction has room in them are no counts either.
+        return bool(np.unique(position).size >= WHOLE and (position == np.rint(position)).all()
+                    and np.abs(position).max() < 2.0 ** 53)
 
     def _units(self) -> str:
         if command_law(self.recording) is not None:
             # What was asked for need not be alike the torque of the motion, whatever its unit.
+            return ''
+        if np.ptp(self.recording.position) == 0.0:
             return ''
         readings = UnitReadings(self.recording, self.model)
         stands = readings.read(SI, SI)

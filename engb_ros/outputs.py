@@ -331,6 +331,12 @@ def _scratch(told: str, target: Path, inside: bool = True) -> Iterator[Path]:
     except OSError as error:
         raise InputError(f'{told}: cannot be written to '
                          f'({error.strerror or error}); nothing was changed') from error
+    except InputError as error:
+        # Whoever writes into the hidden folder tells of a place that nobody named.
+        text = str(error).replace(str(scratch / target.name), told).replace(str(scratch), told)
+        if text == str(error):
+            raise
+        raise InputError(text) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
         os.close(lock)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import os
+import threading
 import time
 from typing import Any
 
@@ -13,7 +14,7 @@ import rclpy
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from engb_ros.interface import DEFAULT_NAMESPACE, Service, Topic
-from engb_ros.nodes.base import make_executor
+from engb_ros.nodes.base import make_executor, spin_once
 from engb_ros.nodes.messages import message_class, publisher_qos
 from engb_ros.transport import stay_on_this_computer
 
@@ -43,6 +44,8 @@ class Probe:
         self._clients: dict[str, Any] = {}
         self._discovered: set[Any] = set()
         self._publishers: dict[str, Any] = {}
+        self._closing = threading.Event()
+        self._threads: list[threading.Thread] = []
 
     def __enter__(self) -> Probe:
         return self
@@ -52,13 +55,16 @@ class Probe:
 
     def close(self) -> None:
         """Leave the graph."""
+        self._closing.set()
+        for thread in self._threads:
+            thread.join()
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
 
     def spin(self, timeout: float = 0.02) -> None:
         """Handle what has come, waiting no longer than `timeout` [s]."""
-        self._executor.spin_once(timeout_sec=timeout)
+        spin_once(self._executor, timeout)
 
     def listen(self, topic: Topic, callback: Callable[[Any], None] | None = None,
                depth: int = 10000) -> list[Any]:
@@ -72,14 +78,31 @@ class Probe:
                                       callback or messages.append, qos)
         return messages
 
-    def publish(self, topic: Topic, value: Any) -> None:
-        """Publish a message, or a Float64 of a number."""
+    def advertise(self, topic: Topic) -> Any:
+        """Return the publisher of `topic`."""
         if topic.name not in self._publishers:
             self._publishers[topic.name] = self.node.create_publisher(
                 message_class(topic.type), topic.name, publisher_qos(topic))
+        return self._publishers[topic.name]
+
+    def publish(self, topic: Topic, value: Any) -> None:
+        """Publish a message, or a Float64 of a number."""
         kind = message_class(topic.type)
-        self._publishers[topic.name].publish(
+        self.advertise(topic).publish(
             value if isinstance(value, kind) else kind(data=float(value)))
+
+    def repeat(self, period: float, callback: Callable[[], None]) -> None:
+        """Call `callback` every `period` [s] until the probe is closed, whatever this thread does
+        meanwhile: in a thread of its own, which may publish what was advertised before."""
+        def serve() -> None:
+            due = time.monotonic() + period
+            while not self._closing.wait(max(due - time.monotonic(), 0.0)):
+                callback()
+                due = max(due + period, time.monotonic())
+
+        thread = threading.Thread(target=serve, name='repeat', daemon=True)
+        self._threads.append(thread)
+        thread.start()
 
     def publishers(self, topic: Topic) -> int:
         """Return how many publish `topic`."""

@@ -86,8 +86,8 @@ def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLo
             continue
         rms = [float(np.sqrt(np.mean((run.measured - _predicted(problem, run, model))[rows] ** 2)))
                for model in (problem.model, corrected)]
-        floor = float(np.sqrt(np.mean(run.noise[rows] ** 2)))
-        found.append(QualityOfFit(run.recording.name, 'effort', *rms, floor, torque))
+        found.append(QualityOfFit(run.recording.name, 'effort', *rms,
+                                  _floor(run.noise[rows], *rms), torque))
         loop = loops.get(run.recording.name)
         if loop is not None:
             seen = np.interp(loop.time, run.motion.time[run.comparison.grid],
@@ -99,9 +99,16 @@ def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLo
             errors = [float(np.sqrt(np.mean((values - loop.recorded)[seen] ** 2)))
                       for values in (loop.simulated_before, loop.simulated_after)]
             if np.isfinite(errors).all():
-                found.append(QualityOfFit(run.recording.name, 'position', *errors,
-                                          run.motion.quantum / np.sqrt(12.0), angle))
+                found.append(QualityOfFit(run.recording.name, 'position', *errors, _floor(
+                    np.array(run.motion.quantum / np.sqrt(12.0)), *errors), angle))
     return tuple(found)
+
+
+def _floor(noise: Array, *errors: float) -> float:
+    """Return the rms of noise (n,), or the least of the rms `errors` of models in the same samples
+    if that is less: what is left holds all of the noise there is. An estimate from beside the
+    compared band takes what cogging or the ends of a motion do there for noise."""
+    return min(float(np.sqrt(np.mean(noise ** 2))), *errors)
 
 
 def simulated_loops(problem: Problem, corrected: Model) -> dict[str, ClosedLoop]:
@@ -132,11 +139,13 @@ def evidence_of(problem: Problem, fitter: Fitter, chosen: Fit, selection: Select
     traces = []
     for run in runs:
         grid = run.comparison.grid
+        before, after = (_predicted(problem, run, model) for model in (problem.model, corrected))
+        errors = [float(np.sqrt(np.mean((run.measured - effort) ** 2)))
+                  for effort in (before, after)]
         traces.append(Trace(
             run.recording.name, run.held_out, run.motion.time[grid], run.motion.position[grid],
-            run.motion.velocity[grid], run.measured, _predicted(problem, run, problem.model),
-            _predicted(problem, run, corrected), np.ones(grid.size, bool),
-            float(np.sqrt(np.mean(run.noise ** 2))),
+            run.motion.velocity[grid], run.measured, before, after, np.ones(grid.size, bool),
+            _floor(run.noise, *errors),
             channels_of(run, corrected, [finding.effect for finding in findings])))
     return Evidence(
         traces=tuple(traces), closed_loops=tuple(loops.values()),

@@ -133,8 +133,9 @@ class FirstModel:
             lines.append(f'{name:<22}{number.value:12.4g} ± {number.std:<10.2g}{number.unit}'
                          f'{doubt}')
         chosen = self.scores[0]
-        lines.append(f'load: {chosen.form}; blocks that it had not seen are predicted to '
-                     f'{chosen.rms:.3g} (noise {self.noise:.3g})')
+        unit = 'N' if self.model.joint.type == 'prismatic' else 'N·m'
+        lines.append(f'load: {chosen.form}; of stretches that were left out of the fit effort is '
+                     f'predicted to {chosen.rms:.3g} {unit} rms, noise {self.noise:.3g} {unit}')
         lines += [f'could not be told: {text}' for text in self.not_told]
         return '\n'.join(lines)
 
@@ -172,8 +173,9 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
     predicted = _design(data, form) @ fit
     told = _not_told(data, form, numbers, scores, joint)
     if beside:
-        told.insert(0, 'friction that grows with the load: beside it unseen blocks are predicted '
-                       'better; the model has none, for a diagnosis to name it')
+        told.insert(0, 'friction that grows with the load: stretches left out of the fit are '
+                       'predicted better with it; it is not in the model, so that a diagnosis '
+                       'can name it')
     if not fit[0] > 0.0:
         # A model needs one; the largest that the data leave room for is harmless.
         model = replace(model, motor=replace(model.motor, inertia=max(2.0 * deviations[0],
@@ -368,10 +370,11 @@ def _not_told(data: FilteredColumns, form: LoadForm, numbers: dict[str, Number],
             told.append(f'{text} ({numbers[name].value:.2g} ± {numbers[name].std:.2g} '
                         f'{numbers[name].unit})')
     if form.name == 'none':
-        told.append('an offset or a load: without them unseen blocks are predicted as well')
+        told.append('an offset or a load: stretches left out of the fit are predicted as '
+                    'well without them')
     elif form.name == 'offset':
-        told.append('a load that changes over the stroke: a constant predicts unseen blocks as '
-                    'well')
+        told.append('a load that changes over the stroke: a constant predicts stretches '
+                    'left out of the fit as well')
     others = [score.form for score in scores[1:]
               if score.behind <= score.error and score.form not in ('none', 'offset')
               and not score.form.startswith(form.name)]

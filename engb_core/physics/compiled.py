@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from engb_core.physics.code_cache import CodeCache
 
-__all__ = ['COMPILED', 'EffectFunction', 'PARAMETER_SIZE', 'call_effect', 'compiled',
+__all__ = ['COMPILED', 'EffectFunction', 'PARAMETER_SIZE', 'WHY_NOT', 'call_effect', 'compiled',
            'effect_function', 'handles', 'kernel', 'row_of']
 
 # Places for the parameters and constants of one effect.
@@ -28,12 +28,15 @@ _COMPILING = threading.Lock()
 try:
     import numba
 
-    COMPILED = True
-except ImportError:
+    COMPILED, WHY_NOT = True, ''
+except ImportError as error:
+    # One that is installed may not start beside another version of numpy.
     COMPILED = False
+    WHY_NOT = ('numba is not installed' if isinstance(error, ModuleNotFoundError)
+               and error.name == 'numba' else f'numba does not start ({error})')
     logging.getLogger(__name__).info(
-        'numba is not installed: simulation and diagnosis work, about 100 times slower '
-        '(pip install numba, or apt install python3-numba)')
+        '%s: simulation and diagnosis work, about 100 times slower '
+        '(pip install numba, or apt install python3-numba)', WHY_NOT)
 
 
 class EffectFunction:

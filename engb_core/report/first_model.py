@@ -57,7 +57,7 @@ def write_first_model_page(path: str | os.PathLike, first: FirstModel) -> None:
     page.table([Column('Form'), Column('Numbers', number=True),
                 Column('Behind the best, per value', number=True),
                 Column('± standard error', number=True),
-                Column('Error on unseen blocks', number=True)], [
+                Column('Error where left out of the fit', number=True)], [
         (score.form, str(score.numbers), number(score.behind, 3), number(score.error, 2),
          f'{number(score.rms, 3)} {torque}') for score in first.scores], chosen=[0],
         caption='Each block of time is predicted by a fit to all others; of the forms that are '

@@ -26,7 +26,8 @@ from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
 
 __all__ = ['CUT_OFF', 'LEAST_STEPS', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'NO_STEP',
-           'bridged', 'filtered', 'gaussian_kernel', 'motion_of', 'quantum_of', 'without_counts']
+           'OF_STEPS', 'bridged', 'filtered', 'gaussian_kernel', 'motion_of', 'quantum_of',
+           'without_counts']
 
 Array = NDArray[np.float64]
 
@@ -40,9 +41,10 @@ MOST_OF_RATE = 0.2
 GAP_STEPS = 4.5
 BESIDE_GAP = 0.01
 # What is less is rounding of the arithmetic and no step [rad]; from more than so many steps a
-# usual one is told.
+# usual one is told, the one that so many are smaller than.
 NO_STEP = 1e-12
 LEAST_STEPS = 50
+OF_STEPS = 0.02
 # The side signal that is more than none where the recorded effort is only a bound of the true one.
 CUT_OFF = 'effort_cut_off'
 
@@ -262,4 +264,4 @@ def quantum_of(position: Array) -> float:
     """Return the encoder's count [rad]: the smallest step that occurs again and again."""
     steps = np.abs(np.diff(position))
     steps = steps[steps > NO_STEP]
-    return float(np.quantile(steps, 0.02)) if steps.size > LEAST_STEPS else 0.0
+    return float(np.quantile(steps, OF_STEPS)) if steps.size > LEAST_STEPS else 0.0

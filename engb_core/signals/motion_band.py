@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.signal import welch
 
 from engb_core.recording import Recording
-from engb_core.signals.motion import LEAST_STEPS, NO_STEP, quantum_of
+from engb_core.signals.motion import LEAST_STEPS, NO_STEP, OF_STEPS, quantum_of
 
 __all__ = ['COMPARED', 'count_of', 'told_up_to']
 
@@ -55,17 +55,25 @@ def count_of(position: NDArray[np.float64]) -> float:
     usual = quantum_of(position)
     if usual <= 0.0 or _in_counts(position, usual):
         return usual
-    apart = np.diff(np.unique(position))
-    apart = apart[apart > NO_STEP]
+    apart = _apart(position)
     # Places are often written with so few digits that neighbours seem to differ in distance.
     return float(np.mean(apart[apart < 1.5 * apart.min()]))
+
+
+def _apart(position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far the places that were told lie from their next neighbours [rad]."""
+    apart = np.diff(np.unique(position))
+    return apart[apart > NO_STEP]
 
 
 def _in_counts(position: NDArray[np.float64], quantum: float) -> bool:
     """Whether the steps of a position are multiples of its smallest usual one: those of a position
     that is given finely, and only moves slowly at times, lie a quarter of it off on average. Steps
     at one speed are alike whatever they are given in, so the larger ones are asked if there are
-    as many as the smallest one was told from."""
+    as many as the smallest one was told from; and the places that they lead to, which lie nearer
+    together than a step that is two counts or more."""
+    if np.quantile(_apart(position), OF_STEPS) < 0.75 * quantum:
+        return False
     steps = np.abs(np.diff(position)) / quantum
     steps = steps[steps > 0.5]
     several = steps[steps > 1.5]

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-import importlib.util
 import os
 from pathlib import Path
 import shutil
@@ -125,8 +124,10 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
 
 
 def tell_what_is_missing() -> None:
-    """Say on standard error that computing takes long, where the compiler is not installed."""
-    if importlib.util.find_spec('numba') is None:
-        print('engb: numba is not installed: this takes about 100 times as long, for each minute '
-              'of recording at 1 kHz about a quarter of an hour; Ctrl-C ends it; pip install '
-              'numba, or apt install python3-numba', file=sys.stderr, flush=True)
+    """Say on standard error that computing takes long, where there is no compiler."""
+    from engb_core.physics.compiled import WHY_NOT
+    if WHY_NOT:
+        why = printable(' '.join(WHY_NOT.split()))
+        print(f'engb: {why}: this takes about 100 times as long, for each minute of recording at '
+              '1 kHz about a quarter of an hour; Ctrl-C ends it; pip install numba, or apt '
+              'install python3-numba', file=sys.stderr, flush=True)

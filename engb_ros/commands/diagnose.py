@@ -115,16 +115,15 @@ def run(arguments: argparse.Namespace) -> None:
             # What is no recording of a machine is told in one line, not below those of columns.
             _refuse(inputs, model)
         notes = (*inputs.told, *lacks)
-        for told in notes:
-            print(told)
+        # Told with the result: where there is none, a line says why, and it alone.
+        told = list(notes)
         recordings = inputs.recordings[:len(arguments.recordings)]
         holdout = inputs.recordings[len(arguments.recordings):]
         write_inputs(scratch, inputs)
         with computing(', '.join(arguments.recordings)):
             if simulator:
                 found = simulator_of(arguments, recordings, inputs.joint, request, progress)
-                for told in found.told:
-                    print(told)
+                told += found.told
                 model, notes = found.model, (*notes, *found.told)
                 model.write(scratch / SURROGATE)
             if model is None:
@@ -132,7 +131,8 @@ def run(arguments: argparse.Namespace) -> None:
                 first = first_model(recordings, inputs.joint, request.torque_constant, progress)
                 model = first.model
                 write_first_model(scratch / FIRST[0], scratch / FIRST[1], first)
-                print(f'no model was given: a first one is in {FIRST[0]}\n{first.summary()}')
+                told.append(
+                    f'no model was given: a first one is in {FIRST[0]}\n{first.summary()}')
                 notes = (*notes, 'No model was given: a first one was identified from these '
                          f'recordings ({FIRST[0]}).', *(f'The first model could not tell {text}.'
                                                         for text in first.not_told))
@@ -142,6 +142,7 @@ def run(arguments: argparse.Namespace) -> None:
             diagnosis.evidence, notes=(*notes, *diagnosis.evidence.notes)))
         progress('writing the report')
         write_results(scratch, diagnosis)
+    print(*told, sep='\n', end='\n' if told else '')
     if simulator:
         print(f'your simulator is described by {SURROGATE}; what is named here it lacks:')
     print(summary(diagnosis, said=notes))
@@ -217,8 +218,8 @@ def _of_the_floor(diagnosis: Diagnosis) -> str:
     floors = (sum(entry.rms_after ** 2 for entry in rows)
               / sum((entry.noise_floor or 0.0) ** 2 for entry in rows)) ** 0.5
     if floors <= NEAR_FLOOR:
-        return ', down to the noise floor'
-    return f', down to {floors:.1f} noise floors'
+        return ', effort down to the noise floor'
+    return f', effort down to {floors:.1f} noise floors'
 
 
 def _wrapped(text: str, indent: str = '   ') -> list[str]:

@@ -209,8 +209,9 @@ def _real(arguments: argparse.Namespace) -> None:
 def _proof(name: str) -> ModuleType:
     """Import a module of tests/proof: of the source tree that this file lies in, else as it was
     installed with the package."""
-    if importlib.util.find_spec('numba') is None:
-        raise InputError('engb prove needs numba: pip install numba')
+    from engb_core.physics.compiled import WHY_NOT
+    if WHY_NOT:
+        raise InputError(f'engb prove needs numba: {WHY_NOT}; pip install numba')
     root = Path(__file__).resolve().parents[2]
     if (root / 'tests' / 'proof' / 'prove.py').exists():
         if str(root) not in sys.path:

@@ -11,6 +11,8 @@ from pathlib import Path
 import tempfile
 from typing import Any
 
+from engb_core.printable import printable
+
 __all__ = ['write_table']
 
 
@@ -38,10 +40,12 @@ def write_table(path: Path, rows: Sequence[dict[str, Any]]) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return a cell that no spreadsheet takes for a formula: names come out of recordings."""
-    if isinstance(value, str) and value.startswith(('=', '+', '-', '@', '\t', '\r')):
-        return f"'{value}"
-    return value
+    """Return a cell that no spreadsheet takes for a formula and that is text for all others: names
+    come out of recordings, and paths may hold bytes that are no UTF-8."""
+    if not isinstance(value, str):
+        return value
+    formula = value.startswith(('=', '+', '-', '@', '\t', '\r'))
+    return f"'{printable(value)}" if formula else printable(value)
 
 
 def _column(values: list[Any]) -> Any:
@@ -51,7 +55,7 @@ def _column(values: list[Any]) -> Any:
     if given and all(isinstance(value, (int, float)) for value in given):
         return pyarrow.array([None if value is None else float(value) for value in values],
                              pyarrow.float64())
-    return pyarrow.array([None if value is None else str(value) for value in values],
+    return pyarrow.array([None if value is None else printable(str(value)) for value in values],
                          pyarrow.string())
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from engb_core.errors import InputError
 from engb_ros.tables.mat_file import check_mat
-from engb_ros.tables.table import Channel, MOST_BYTES, numbers_of, Samples, Table
+from engb_ros.tables.table import Channel, damaged, MOST_BYTES, numbers_of, Samples, Table
 from engb_ros.tables.units import parse_title
 
 __all__ = ['MOST_COLUMNS', 'ArrayTable', 'hdf5_table', 'mat_table', 'npz_table']
@@ -63,8 +63,8 @@ class ArrayTable(Table):
             try:
                 values = np.squeeze(np.asarray(getter()))
             except Exception as error:  # zipfile, zlib and h5py raise what they like when damaged
-                raise InputError(f'{self.path}: {self.channels[place].name} cannot be read '
-                                 f'({error})') from error
+                raise damaged(self.path, f'{self.channels[place].name} cannot be read',
+                              error) from error
             if column is not None:
                 values = values[:, column]
             found[place] = Samples(numbers_of(self.path, self.channels[place].name, values))
@@ -83,7 +83,7 @@ def npz_table(path: Path) -> ArrayTable:
                           else np.lib.format.read_array_header_2_0)(file)
             arrays[name] = (header[0], '', partial(archive.__getitem__, name))
     except Exception as error:      # zipfile and numpy raise what they like on a broken file
-        raise InputError(f'{path}: not a usable .npz file ({error})') from error
+        raise damaged(path, 'not a usable .npz file', error) from error
     return ArrayTable(path, 'npz', arrays)
 
 
@@ -98,7 +98,7 @@ def mat_table(path: Path) -> ArrayTable:
     try:
         data = loadmat(path, squeeze_me=True, struct_as_record=True)
     except Exception as error:      # scipy raises what it likes on a broken file
-        raise InputError(f'{path}: not a usable .mat file ({error})') from error
+        raise damaged(path, 'not a usable .mat file', error) from error
     flat: dict[str, np.ndarray] = {}
     opaque = []
     for name, value in data.items():
@@ -173,7 +173,7 @@ def hdf5_table(path: Path, kind: str = 'HDF5') -> ArrayTable:
 
         file.visititems(visit)
     except Exception as error:      # h5py raises what it likes on a broken file
-        raise InputError(f'{path}: not a usable {kind} file ({error})') from error
+        raise damaged(path, f'not a usable {kind} file', error) from error
     return ArrayTable(path, kind, arrays)
 
 

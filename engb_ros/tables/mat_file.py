@@ -13,6 +13,7 @@ import struct
 import zlib
 
 from engb_core.errors import InputError
+from engb_ros.tables.table import damaged
 
 __all__ = ['check_mat']
 
@@ -55,7 +56,7 @@ def check_mat(path: Path, most: int) -> None:
             elif kind == _MATRIX:
                 _check_matrix(body, order, _DEEPEST)
     except (ValueError, struct.error, zlib.error) as error:
-        raise InputError(f'{path}: not a usable .mat file ({error})') from error
+        raise damaged(path, 'not a usable .mat file', error) from error
 
 
 def _unpacked(path: Path, packed: memoryview, left: int, most: int) -> bytes:

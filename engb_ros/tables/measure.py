@@ -19,7 +19,7 @@ from engb_core.recording import Recording, Reference, Signal
 from engb_ros.tables.open import open_table
 from engb_ros.tables.request import Question, Request, settled
 from engb_ros.tables.roles import is_current, QUANTITIES, Roles, roles_of
-from engb_ros.tables.table import Table
+from engb_ros.tables.table import Channel, Table
 from engb_ros.tables.units import named, Unit, unit_of, units_of
 
 __all__ = ['Measured', 'measured_of']
@@ -30,6 +30,8 @@ _REFERENCES = ('reference', 'reference_velocity', 'reference_effort')
 _JOINT = ('time', 'position', 'velocity', 'effort', *_REFERENCES)
 # What a recording is of; all else is optional.
 _MEASURED = ('position', 'effort')
+_MEANING = {'position': 'the angle or travel of the axis',
+            'effort': 'the motor\'s torque or current'}
 _SI = Unit('given', 1.0)
 # Sampling intervals of benches [s], and how long a motion lasts at least [s]: what tells a time
 # without unit.
@@ -116,15 +118,28 @@ def _columns(table: Table, request: Request) -> tuple[dict[str, int], Request]:
 
 
 def _which(table: Table, role: str, roles: Roles, usual: int = 0) -> Question:
-    places = roles.unclear.get(role, ())
     if not table.channels:
         raise InputError(f'{table.path}: holds no column')
-    names = [table.channels[place].name or str(place)
-             for place in places or range(min(len(table.channels), 12))]
+    places = roles.unclear.get(role) or [
+        place for place, channel in enumerate(table.channels)
+        if place not in roles.chosen.values() and _may_be(channel, role)][:12]
+    if not places:
+        raise InputError(
+            f'{table.path}: holds no column that could be {role} (there is {table.listing()}); '
+            f'{_MEANING[role]} is needed, or, where a title is misleading, --column {role}=… and '
+            f'--unit {role}=…')
+    titles = [channel.name for channel in table.channels]
+    names = [titles[place] if titles[place] and titles.count(titles[place]) == 1 else str(place)
+             for place in places]
     proposed = names[usual if usual < len(names) else 0]
     return Question(f'which column is {role} (there is {table.listing()})',
                     f'--column {shlex.quote(f"{role}={proposed}")}', ('--column', f'{role}='),
                     tuple(names))
+
+
+def _may_be(channel: Channel, role: str) -> bool:
+    unit = unit_of(channel.unit) if channel.unit else None
+    return unit is None or unit.quantity in QUANTITIES[role]
 
 
 def _units(table: Table, roles: dict[str, int], request: Request) -> tuple[dict[str, Unit],

@@ -11,7 +11,7 @@ import numpy as np
 
 from engb_core.errors import InputError
 from engb_ros.tables.needs import needed
-from engb_ros.tables.table import Channel, MOST_BYTES, numbers_of, Samples, Table
+from engb_ros.tables.table import Channel, damaged, MOST_BYTES, numbers_of, Samples, Table
 from engb_ros.tables.units import parse_title
 
 __all__ = ['ColumnarTable', 'MdfTable', 'Ros1Table', 'TdmsTable']
@@ -51,7 +51,7 @@ class MdfTable(Table):
         except InputError:
             raise
         except Exception as error:      # asammdf raises what it likes on a broken file
-            raise InputError(f'{path}: not a usable {self.kind} file ({error})') from error
+            raise damaged(path, f'not a usable {self.kind} file', error) from error
         super().__init__(path, found)
 
     def read(self, channels: Iterable[int]) -> dict[int, Samples]:
@@ -66,7 +66,7 @@ class MdfTable(Table):
                 signal = self._file.get(group=group, index=index,
                                         ignore_invalidation_bits=False)
             except Exception as error:      # as above
-                raise InputError(f'{self.path}: {name} cannot be read ({error})') from error
+                raise damaged(self.path, f'{name} cannot be read', error) from error
             found[place] = Samples(
                 numbers_of(self.path, name, signal.samples),
                 np.asarray(signal.timestamps, float) if self.channels[place].clocked else None)
@@ -95,7 +95,7 @@ class TdmsTable(Table):
                         group.name, bool(channel.properties.get('wf_increment'))))
                     self._channels.append(channel)
         except Exception as error:      # npTDMS raises what it likes on a broken file
-            raise InputError(f'{path}: not a usable {self.kind} file ({error})') from error
+            raise damaged(path, f'not a usable {self.kind} file', error) from error
         super().__init__(path, found)
         starts = [self._start(place) for place, entry in enumerate(found) if entry.clocked]
         self._first = min(starts, default=0.0)
@@ -121,8 +121,7 @@ class TdmsTable(Table):
             except InputError:
                 raise
             except Exception as error:      # npTDMS raises what it likes on a broken file
-                raise InputError(f'{self.path}: {channel.name} cannot be read '
-                                 f'({error})') from error
+                raise damaged(self.path, f'{channel.name} cannot be read', error) from error
             time: np.ndarray | None = None
             if self.channels[place].clocked:
                 time = (self._start(place) - self._first + np.arange(values.size)
@@ -147,7 +146,7 @@ class ColumnarTable(Table):
                 self._file = _arrow_table(path)
                 schema, rows = self._file.schema, self._file.num_rows
         except (pyarrow.ArrowException, OSError) as error:
-            raise InputError(f'{path}: not a usable {kind} file ({error})') from error
+            raise damaged(path, f'not a usable {kind} file', error) from error
         self._names = schema.names
         super().__init__(path, [
             Channel(field.name, _arrow_unit(field) or parse_title(field.name)[1], rows)
@@ -164,7 +163,7 @@ class ColumnarTable(Table):
                      else self._file.select(names))
             columns = {name: table.column(name).to_numpy() for name in names}
         except (pyarrow.ArrowException, OSError) as error:
-            raise InputError(f'{self.path}: cannot be read ({error})') from error
+            raise damaged(self.path, 'cannot be read', error) from error
         return {place: Samples(numbers_of(self.path, self._names[place],
                                           columns[self._names[place]])) for place in places}
 
@@ -215,7 +214,7 @@ class Ros1Table(Table):
                     found.append(Channel(name, unit, connection.msgcount, connection.topic, True))
                     self._paths.append((connection.topic, way))
         except Exception as error:      # rosbags raises what it likes on a broken file
-            raise InputError(f'{path}: not a usable {self.kind} ({error})') from error
+            raise damaged(path, f'not a usable {self.kind}', error) from error
         super().__init__(path, found)
 
     def read(self, channels: Iterable[int]) -> dict[int, Samples]:
@@ -238,7 +237,7 @@ class Ros1Table(Table):
                     times.append((stamp - start) * 1e-9)
                     rows.append([_value(message, self._paths[place][1]) for place in here])
             except Exception as error:      # as above
-                raise InputError(f'{self.path}: {topic} cannot be read ({error})') from error
+                raise damaged(self.path, f'{topic} cannot be read', error) from error
             values = np.array(rows, float).reshape(len(times), len(here))
             for index, place in enumerate(here):
                 found[place] = Samples(values[:, index], np.array(times))

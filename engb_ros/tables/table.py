@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from engb_core.errors import InputError
 from engb_ros.tables.units import parse_title
 
-__all__ = ['MOST_BYTES', 'Channel', 'Samples', 'Table', 'numbers_of']
+__all__ = ['MOST_BYTES', 'Channel', 'Samples', 'Table', 'damaged', 'numbers_of']
 
 Array = NDArray[np.float64]
 
@@ -119,6 +119,12 @@ class Table(ABC):
             return f'no title, only numbers 0 to {len(names) - 1}'
         more = f' and {len(names) - _SHOWN} more' if len(names) > _SHOWN else ''
         return ', '.join(names[:_SHOWN]) + more
+
+
+def damaged(path: Path, what: str, error: Exception) -> InputError:
+    """Return what to raise where a reader of a format fell over a file."""
+    reason = ' '.join(str(error).split()) or type(error).__name__
+    return InputError(f'{path}: {what} ({reason}); write or copy the file again')
 
 
 def numbers_of(path: Path, name: str, values: object) -> Array:

@@ -36,6 +36,8 @@ _HEAD_BYTES = 1 << 20       # bytes that tell the encoding
 _LONGEST_LINE = 1 << 20
 _CHUNK = 1 << 16            # rows that are turned into numbers at once
 
+# Digits in groups beside a decimal point: 1,234.56.
+_GROUPED = re.compile(r'^\s*[+-]?\d{1,3}(?:,\d{3})+\.\d*\s*$')
 _COMMA = re.compile(r'^\s*[+-]?(?:\d{1,3}(?:\.\d{3})+|\d*),\d+(?:[eE][+-]?\d+)?\s*$')
 _CLOCK = re.compile(
     r'^\s*(?:(?P<y>\d{4})[-/](?P<m>\d\d?)[-/](?P<d>\d\d?)[T ]+'
@@ -77,9 +79,9 @@ class TextTable(Table):
         """Return columns; a cell without a number is not finite."""
         places = list(channels)
         parts: dict[int, list[Array]] = {place: [] for place in places}
-        found = dict.fromkeys(places, False)
-        strange: dict[int, str] = {}
-        filled = total = 0
+        found = dict.fromkeys(places, 0)
+        strange: dict[int, list[str]] = {place: [] for place in places}
+        total = 0
         days: dict[int, int] = {}
         try:
             for rows in _chunks(self._rows()):
@@ -88,23 +90,26 @@ class TextTable(Table):
                     column = [row[place] if place < len(row) else '' for row in rows]
                     values = _numbers(column, self._layout.comma, days, place)
                     good = np.isfinite(values)
-                    found[place] |= bool(good.any())
-                    bad = next((text for text, fine in zip(column, good, strict=True)
-                                if not fine and text.strip()
-                                and text.strip().casefold() not in ('nan', 'inf', '-inf')), None)
-                    if bad is not None:
-                        strange.setdefault(place, bad.strip())
+                    found[place] += int(good.sum())
+                    strange[place] += [
+                        text.strip() for text, fine in zip(column, good, strict=True)
+                        if not fine and text.strip()
+                        and text.strip().casefold() not in ('nan', 'inf', '-inf')]
                     parts[place].append(values)
-                    filled += int(good.sum())
         except csv.Error as error:
             raise InputError(f'{self.path}: not a table ({error})') from error
         if not total:
             raise InputError(f'{self.path}: holds no row of numbers')
         for place in places:
-            if not found[place]:
-                name = self.channels[place].name or str(place)
-                what = f'but {strange[place]!r}' if place in strange else 'at all'
-                raise InputError(f'{self.path}: column {name} holds no numbers {what}')
+            text = strange[place]
+            if found[place] > len(text):
+                continue
+            name = self.channels[place].name or str(place)
+            what = (f'numbers in {found[place]} rows and text, such as {text[0]!r}, in '
+                    f'{len(text)}' if found[place] and text
+                    else f'no numbers but {text[0]!r}' if text else 'no numbers at all')
+            raise InputError(f'{self.path}: column {name} holds {what}; name another one with '
+                             '--column, or correct the table')
         return {place: Samples(np.concatenate(values)) for place, values in parts.items()}
 
     def _rows(self) -> Iterator[list[str]]:
@@ -237,7 +242,7 @@ def _is_body(row: list[str]) -> bool:
 
 
 def _is_number(text: str) -> bool:
-    if _COMMA.match(text) or clock_seconds(text) is not None:
+    if _COMMA.match(text) or _GROUPED.match(text) or clock_seconds(text) is not None:
         return True
     try:
         float(text)
@@ -290,6 +295,8 @@ def _numbers(column: list[str], comma: bool, days: dict[int, int], place: int) -
         pass
     values = np.full(len(column), np.nan)
     for index, text in enumerate(plain):
+        if _GROUPED.match(text):
+            text = text.replace(',', '')
         try:
             values[index] = float(text)
         except ValueError:

@@ -167,6 +167,25 @@ def test_a_proof_deletes_no_results(refused, tmp_path):
     assert (tmp_path / 'results' / 'mine').read_text() == 'mine'
 
 
+@pytest.mark.parametrize('out', ['run1', 'run1.mcap', 'result'])
+def test_a_full_disk_is_told_of_the_place_that_was_named(tmp_path, table, out):
+    """Not of the hidden folder that nobody knows, and that is gone by then."""
+    code = ('import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))\n'
+            'from engb_ros.commands.main import main; sys.exit(main())')
+    command = ['import', 't.csv', *COLUMNS]
+    if out == 'result':
+        command = ['diagnose', 't.csv', '--torque-constant', '1', '--unit', 'time=s',
+                   'position=rad']
+    outcome = subprocess.run([sys.executable, '-c', code, *command, '--out', out], cwd=tmp_path,
+                             env=os.environ | {'PYTHONPATH': str(ROOT)}, capture_output=True,
+                             text=True)
+    last = outcome.stderr.splitlines()[-1]
+    assert outcome.returncode == 2 and 'cannot be written to (File too large)' in last
+    assert '.engb-' not in last
+    assert last.startswith(f'engb: --out {"result/t.mcap" if out == "result" else out}: ')
+    assert [entry.name for entry in tmp_path.iterdir()] == ['t.csv']
+
+
 def test_a_folder_whose_parent_is_not_writable(tmp_path):
     """Scratch lies inside the target: its parent may be read-only or another disk."""
     code = '''

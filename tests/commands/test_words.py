@@ -92,7 +92,8 @@ def test_a_survey_holds_no_formula(tmp_path):
     write_table(tmp_path / 'survey', [{'recording': name, 'share': -0.5} for name in names])
     with open(tmp_path / 'survey.csv', encoding='utf-8', newline='') as file:
         rows = list(csv.DictReader(file))
-    assert [row['recording'] for row in rows] == [f"'{name}" for name in names[:-1]] + ['plain']
+    assert [row['recording'] for row in rows] == [
+        "'=1+1", "'+1", "'-2+3", "'@SUM(A1)", "'\\x09=1", "'\\x0d=1", 'plain']
     assert {row['share'] for row in rows} == {'-0.5'}       # a number stays one
 
 
@@ -108,7 +109,7 @@ def test_a_key_given_twice_is_told(refused, tmp_path, bag, place):
 
 
 @pytest.mark.parametrize(('after', 'words'), [
-    (0.0049, 'down to the noise floor'), (0.0129, 'down to 2.8 noise floors'),
+    (0.0049, 'effort down to the noise floor'), (0.0129, 'effort down to 2.8 noise floors'),
     (0.023, 'down to 5.0 noise floors')])
 def test_the_noise_floor_is_claimed_where_it_is_reached(after, words):
     from dataclasses import replace
@@ -162,3 +163,19 @@ def test_without_numba_it_is_told_and_a_signal_ends_it(tmp_path):
     assert rest.splitlines()[-1] == 'engb: terminated'
     assert time.monotonic() - told < 20.0
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(('text', 'words'), [
+    ('raise ImportError("Numba needs NumPy 2.4\\nor less")',
+     'numba does not start (Numba needs NumPy 2.4 or less): this takes'),
+    ('import sys\nraise ModuleNotFoundError("none", name="numba")',
+     'numba is not installed: this')])
+def test_a_numba_that_does_not_start_is_told(tmp_path, text, words):
+    """It is found, and refuses to work beside another version of numpy."""
+    (tmp_path / 'numba').mkdir()
+    (tmp_path / 'numba' / '__init__.py').write_text(text)
+    done = subprocess.run(
+        [sys.executable, '-c', 'from engb_ros.commands.common import tell_what_is_missing\n'
+         'tell_what_is_missing()'], capture_output=True, text=True, check=True,
+        env=os.environ | {'PYTHONPATH': os.pathsep.join([str(tmp_path), str(ROOT)])})
+    assert words in done.stderr and done.stderr.count('\n') == 1

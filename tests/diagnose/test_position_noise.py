@@ -71,6 +71,15 @@ def test_a_count_is_told_of_moves_at_one_speed():
     assert count_of(np.round(position, 5)) == pytest.approx(count, rel=0.02)
 
 
+def test_a_count_is_told_of_one_speed_to_and_fro():
+    """All of its steps are 9 or 10 counts: both are near to the smaller one."""
+    count = 2.0 * np.pi / 16384.0
+    steps = np.concatenate([np.full(6000, 9.43), np.full(3000, -9.38)])
+    position = count * np.floor(np.cumsum(steps))
+    assert count_of(position) == pytest.approx(count)
+    assert count_of(np.deg2rad(np.round(np.rad2deg(position), 2))) < 1.2 * count
+
+
 @pytest.mark.parametrize('interval', [1, 5])
 def test_a_recording_that_ends_in_motion_does_not_stop_dead(interval):
     """The last samples need no torque that the same motion, recorded further, would not need."""

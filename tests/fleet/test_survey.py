@@ -77,6 +77,24 @@ def test_parquet_holds_the_same(engb, folder, model_file):
     assert {type(row['duration_s']) for row in table} <= {float, type(None)}
 
 
+def test_names_of_files_are_text_in_every_table(engb, model_file, tmp_path):
+    """A unit's folder may be called like a formula, and hold a byte that is no UTF-8."""
+    for name in (b'=cmd|\' /C calc\'!A0', b'b\xffse', b'-2+3', b'a\x1b[31m\nb'):
+        folder = tmp_path / 'data' / os.fsdecode(name)
+        folder.mkdir(parents=True)
+        (folder / 'run.mcap').write_bytes(b'nonsense')
+    outcome = engb('survey', 'data', '--model', model_file, '--out', 'fleet', '--jobs', '1',
+                   '--reports', 'none')
+    assert (outcome.status, outcome.err) == (0, '')
+    table = rows('fleet/survey.csv')
+    assert {row['unit'] for row in table} == {
+        "'=cmd|' /C calc'!A0", 'b\\xffse', "'-2+3", 'a\\x1b[31m\\x0ab'}
+    assert not any(cell.startswith(('=', '+', '-', '@')) for row in table
+                   for cell in row.values())
+    page = (tmp_path / 'fleet' / 'survey.html').read_text(encoding='utf-8')
+    assert 'b\\xffse' in page and '\x1b' not in page
+
+
 def test_an_interrupted_survey_goes_on(folder, model_file, tmp_path):
     for number in range(4):
         shutil.copytree(folder / 'unit_b' / 'run', folder / f'unit_{number}' / 'run')

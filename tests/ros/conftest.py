@@ -1,6 +1,7 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Real nodes as real processes over real DDS, each test in a ROS domain of its own."""
 
+import gc
 import os
 
 import pytest
@@ -15,6 +16,23 @@ from engb_ros.transport import stay_on_this_computer  # noqa: E402
 from ros.forked import NodeServer  # noqa: E402
 
 stay_on_this_computer(os.environ)
+
+
+@pytest.fixture(scope='session')
+def _frozen():
+    """What pytest has imported need not be walked again and again."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.fixture(autouse=True)
+def _no_collection(_frozen):
+    """No test waits for the garbage collector in its midst: it takes a tenth of a second and more,
+    in which nobody sends commands; watchdogs wait no longer than two."""
+    gc.disable()
+    yield
+    gc.enable()
+    gc.collect()
 
 
 @pytest.fixture

@@ -10,7 +10,9 @@ from engb_ros.runner import RunnerError
 from tests.machine import Watch
 
 # As the controller is shipped [s].
-STATE_TIMEOUT = next(spec.default for spec in PARAMETERS if spec.name == 'state_timeout')
+STATE_TIMEOUT, COMMAND_TIMEOUT = (
+    next(spec.default for spec in PARAMETERS if spec.name == name)
+    for name in ('state_timeout', 'command_timeout'))
 
 # For what is not about timeouts, and has two controllers whose words are mixed [s].
 PATIENT = {'state_timeout': 1.5, 'command_timeout': 2.0}
@@ -44,7 +46,8 @@ class ShippedLoop(LiveLoop):
     def go(self, angle):
         """Track `angle` [rad] and wait until the brake is there."""
         for _ in range(ATTEMPTS):
-            self._mark()
+            if not self.is_in('fault'):   # else it is of the time since it was well
+                self._mark()
             try:
                 super().go(angle)
                 return
@@ -98,23 +101,26 @@ class ShippedLoop(LiveLoop):
         self.until(lambda: self.clear().success, 'the fault to be cleared')
 
     def was_late(self):
-        """Return whether what is latched comes of a drive or a machine that was late."""
+        """Return whether what is latched comes of a drive, commands, or a machine that was
+        late."""
         if self.causes[-1].data & OTHERS:
             return False
         gap, _ = self._gaps()
-        return gap > STATE_TIMEOUT or self._watch.may_be_late()
+        return (gap > STATE_TIMEOUT or self.pause > COMMAND_TIMEOUT
+                or self._watch.may_be_late())
 
     def words(self):
         """Return what the loop is at, and who let it wait."""
         gap, pause = self._gaps()
         others, everybody = self._watch.used()
         return (f'{super().words()}; the drive told nothing for {1e3 * gap:.0f} ms at most, and '
-                f'was told nothing for {1e3 * pause:.0f} ms; of the machine others took '
+                f'was told nothing for {1e3 * pause:.0f} ms; commands came '
+                f'{1e3 * self.pause:.0f} ms apart at most; of the machine others took '
                 f'{others:.0%}, everybody {everybody:.0%}')
 
     def _mark(self):
         """What `was_late` and `words` say is of the time from here on."""
-        self._begin, self._watch = max(len(self.states) - 1, 0), Watch()
+        self._begin, self._watch, self.pause = max(len(self.states) - 1, 0), Watch(), 0.0
 
     def _wait_for_samples(self):
         count = len(self.states)

@@ -34,8 +34,10 @@ class Named(Shipped):
     """The loop as shipped, under a stack that stamps, names and counts its commands; its clock
     is the probe's, and `wanted` what it asks for by `by`."""
 
+    command_period = PERIOD
+
     def __init__(self, runner, probe, folder, by='angle', **arguments):
-        self.wanted, self.by, self.counter, self._last = None, by, 0, 0
+        self._wanted, self.by, self.counter = None, by, 0
         super().__init__(runner, probe, folder, **arguments)
 
     def clock(self):
@@ -52,18 +54,19 @@ class Named(Shipped):
             self.clock() + round(1e9 * ahead), 10**9)
         return made
 
-    def pump(self):
-        wanted, self.target = self.wanted, None
-        if wanted is not None and self._due():
-            self.counter += 1
-            self.probe.publish(BY[self.by][0], self.message(wanted, self.counter))
-        super().pump()
+    @property
+    def wanted(self):
+        return self._wanted
 
-    def _due(self):
-        now = self.probe.node.get_clock().now().nanoseconds
-        if now - self._last < 1e9 * PERIOD:
+    @wanted.setter
+    def wanted(self, value):
+        self._wish('_wanted', value, BY[self.by][0])
+
+    def command(self):
+        if self._wanted is None:
             return False
-        self._last = now
+        self.counter += 1
+        self.probe.publish(BY[self.by][0], self.message(self._wanted, self.counter))
         return True
 
     def applied(self):
@@ -150,15 +153,23 @@ class TurnedClock(Named):
 
     def __init__(self, runner, probe, folder):
         self.shift = 0
+        probe.advertise(CLOCK)
         super().__init__(runner, probe, folder, use_sim_time='true')
 
     def clock(self):
         return super().clock() + self.shift
 
-    def pump(self):
+    def _tick(self):
         message = Clock()
         message.clock.sec, message.clock.nanosec = divmod(self.clock(), 10**9)
         self.probe.publish(CLOCK, message)
+
+    def command(self):
+        self._tick()
+        return super().command()
+
+    def pump(self):
+        self._tick()
         super().pump()
 
 

@@ -109,3 +109,46 @@ def test_a_current_taken_as_a_torque_is_told(tmp_path):
     columns = {'time': 't', 'position': 'phi', 'effort': 'current'}
     measured, _ = measured_of(path, Request(columns=columns, plain_is_si=True))
     assert '--torque-constant' in measured.told[-1]
+
+
+def bench(head, row):
+    """Return a table of 300 samples with these titles."""
+    return head + ''.join(row(n / 100.0, 90.0 * np.sin(n / 9.0), np.cos(n / 9.0))
+                          for n in range(300))
+
+
+def test_a_column_of_two_alike_titles_is_proposed_by_its_number(tmp_path):
+    """The command that the line prints has to work."""
+    path = tmp_path / 'bench.csv'
+    path.write_text(bench('t [s],phi [deg],phi [deg],I [A]\n',
+                          lambda t, phi, i: f'{t},{phi},{phi},{i}\n'))
+    with pytest.raises(InputError, match=r'--column position=1 .*position may be 1, 2') as told:
+        measured_of(path, Request(torque_constant=1.0))
+    assert 'phi [deg]' in str(told.value)
+    measured_of(path, Request(torque_constant=1.0, columns={'position': '1'}))
+
+
+@pytest.mark.parametrize('clue', ['t [s],phi [deg],n [rpm]', 't [s],phi [deg],T_coil [°C]'])
+def test_no_column_is_proposed_whose_unit_says_that_it_is_something_else(tmp_path, clue):
+    path = tmp_path / 'bench.csv'
+    path.write_text(bench(clue + '\n', lambda t, phi, i: f'{t},{phi},{i}\n'))
+    with pytest.raises(InputError) as told:
+        measured_of(path, Request(torque_constant=1.0))
+    text = str(told.value)
+    assert 'holds no column that could be effort' in text and clue.split(',')[2] in text
+    assert 'torque or current' in text and 'effort=t' not in text and 'effort=phi' not in text
+
+
+def test_digits_in_groups_are_one_number(tmp_path):
+    path = tmp_path / 'bench.csv'
+    path.write_text('t;q\n0;1,234.5\n1;-12,345,678.25\n2;900.0\n')
+    assert read_table(path, WANTED)['position'].tolist() == [1234.5, -12345678.25, 900.0]
+
+
+def test_a_column_that_is_mostly_text_is_no_column_of_numbers(tmp_path):
+    path = tmp_path / 'bench.csv'
+    path.write_text('t,q\n' + ''.join(f'{n},{"1.5" if n % 3 == 0 else "OVER"}\n'
+                                      for n in range(300)))
+    with pytest.raises(InputError, match="column q holds numbers in 100 rows and text, such as "
+                       "'OVER', in 200"):
+        read_table(path, WANTED)

@@ -4,8 +4,10 @@
 import numpy as np
 import pytest
 
+from engb_core.errors import InputError
 from engb_ros.tables.measure import measured_of
 from engb_ros.tables.request import Request
+from engb_ros.tables.table import damaged
 
 TIME = np.arange(2000) * 1e-3
 ANGLE = 90.0 * np.sin(2.0 * TIME)
@@ -164,3 +166,21 @@ def test_read_alike(tmp_path, write, name):
     np.testing.assert_allclose(recording.position,
                                np.deg2rad(90.0 * np.sin(2.0 * (time + start))), atol=6e-3)
     np.testing.assert_allclose(recording.effort, 0.1 * np.cos(2.0 * (time + start)), atol=6e-4)
+
+
+@pytest.mark.parametrize(('write', 'name'), [
+    (mdf, 'a.mf4'), (mdf3, 'a.mdf'), (mat73, 'a.mat'), (ros1, 'a.bag'), (parquet, 'a.parquet'),
+    (arrow, 'a.arrow'), (hdf5, 'a.h5'), (mat5, 'a.mat'), (arrow_stream, 'a.arrow')])
+def test_a_file_that_was_cut_off_is_told_with_the_remedy(tmp_path, write, name):
+    path = tmp_path / name
+    write(path)
+    path.write_bytes(path.read_bytes()[:700])
+    with pytest.raises(InputError) as told:
+        measured_of(path, REQUEST)
+    text = str(told.value)
+    assert text.startswith(f'{path}: ') and 'write or copy the file again' in text
+    assert '()' not in text and '\n' not in text
+
+
+def test_an_error_without_words_is_told_by_its_kind(tmp_path):
+    assert '(AssertionError)' in str(damaged(tmp_path, 'cannot be read', AssertionError()))

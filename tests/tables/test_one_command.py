@@ -8,6 +8,7 @@ import os
 import numpy as np
 import pytest
 
+from engb_core.model import Model
 from engb_ros.commands.main import main
 from engb_ros.tables.measure import measured_of
 from engb_ros.tables.request import Request
@@ -67,6 +68,19 @@ def test_what_is_no_recording_of_a_machine_is_told_in_one_line(tmp_path, capsys)
     told = capsys.readouterr()
     assert told.out == '' and len(told.err.splitlines()) == 1
     assert 'effort is 0.05 N·m in all 500 samples' in told.err
+
+
+@pytest.mark.parametrize('how', ['no model', 'model'])
+def test_too_little_motion_is_told_in_one_line(tmp_path, capsys, how):
+    path = tmp_path / 'bench.csv'
+    path.write_text('t [s],phi [rad],M [Nm]\n' + ''.join(
+        f'{n / 1000.0:.3f},3.0,{0.05 + 0.01 * np.sin(n):.5f}\n' for n in range(500)))
+    Model().write(tmp_path / 'model.yaml')
+    given = ['--model', str(tmp_path / 'model.yaml')] if how == 'model' else []
+    assert main(['diagnose', str(path), *given, '--out', str(tmp_path / 'out')]) == 2
+    told = capsys.readouterr()
+    assert told.out == '' and len(told.err.splitlines()) == 1
+    assert 'bench' in told.err and 'too little motion' in told.err
 
 
 @pytest.mark.parametrize('table', OTHER_TABLES, ids=[table.name for table in OTHER_TABLES])
