@@ -159,9 +159,7 @@ class LiveLoop:
         self.runner.check()
 
     def go(self, angle: float) -> None:
-        """Track `angle` [rad] and wait until the brake is there, enabled.
-
-        After a kill the graph shows the dead one for 20 s; degraded for that alone counts, too.
+        """Track `angle` [rad] and wait until the brake is there (`tracks`).
 
         Raises:
             RunnerError: it is not there within a minute, or the controller stays in a fault, which
@@ -178,8 +176,7 @@ class LiveLoop:
                 fault_since = time.monotonic()
             elif time.monotonic() - fault_since > LASTING_FAULT:
                 raise RunnerError(f'a fault keeps the brake from {angle} rad')
-            return abs(self.position - angle) < 0.3 and (
-                self.is_in('enabled') or self._is_degraded_by_the_dead())
+            return abs(self.position - angle) < 0.3 and self.tracks()
 
         self.until(there, f'{angle} rad')
 
@@ -187,9 +184,12 @@ class LiveLoop:
         """Whether the controller's last word was this state."""
         return bool(self.state) and self.state[-1].data == state
 
-    def _is_degraded_by_the_dead(self) -> bool:
-        return (self._killed and self.is_in('degraded')
-                and self.has(_STILL_SHOWN) and not self.has(_DEGRADES & ~_STILL_SHOWN))
+    def tracks(self) -> bool:
+        """Whether it is enabled, or degraded by nothing but somebody whom this loop has killed:
+        the graph shows him until his lease of 20 s ends."""
+        return self.is_in('enabled') or (
+            self._killed and self.is_in('degraded')
+            and self.has(_STILL_SHOWN) and not self.has(_DEGRADES & ~_STILL_SHOWN))
 
     def has(self, cause: Cause) -> bool:
         """Whether the controller reports this cause."""

@@ -14,7 +14,7 @@ import rclpy
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from engb_ros.interface import DEFAULT_NAMESPACE, Service, Topic
-from engb_ros.nodes.base import make_executor
+from engb_ros.nodes.base import make_executor, spin_once
 from engb_ros.nodes.messages import message_class, publisher_qos
 from engb_ros.transport import stay_on_this_computer
 
@@ -64,7 +64,7 @@ class Probe:
 
     def spin(self, timeout: float = 0.02) -> None:
         """Handle what has come, waiting no longer than `timeout` [s]."""
-        self._executor.spin_once(timeout_sec=timeout)
+        spin_once(self._executor, timeout)
 
     def listen(self, topic: Topic, callback: Callable[[Any], None] | None = None,
                depth: int = 10000) -> list[Any]:

@@ -16,7 +16,7 @@ from rcl_interfaces.msg import SetParametersResult
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.exceptions import ROSInterruptException
+from rclpy.exceptions import InvalidHandle, ROSInterruptException
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -35,7 +35,7 @@ from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
 from engb_ros.nodes.realtime import use_realtime
 from engb_ros.transport import share_no_memory, word_about
 
-__all__ = ['ManagedNode', 'make_executor', 'run']
+__all__ = ['ManagedNode', 'make_executor', 'run', 'spin_once']
 
 # After the signal to stop, a node that still has work may finish it [s]; launch waits 5 s.
 LONGEST_FINISH = 3.0
@@ -306,6 +306,20 @@ def make_executor(context: rclpy.Context | None = None) -> Executor:
     return SingleThreadedExecutor(context=context)
 
 
+def spin_once(executor: Executor, timeout: float) -> bool:
+    """Handle what has come, waiting no longer than `timeout` [s]; return whether it was of
+    something that had been destroyed.
+
+    The EventsExecutor raises then: what is destroyed may have an event in its queue, such as
+    another publisher that offers less than a subscription asks for.
+    """
+    try:
+        executor.spin_once(timeout_sec=timeout)
+    except InvalidHandle:
+        return True
+    return False
+
+
 def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None) -> int:
     """Run a node until SIGINT or SIGTERM; return the exit status (2 where input was bad).
 
@@ -321,6 +335,7 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, on_signal)
     node: ManagedNode | None = None
+    executor: Executor | None = None
     status = 0
     share_no_memory(os.environ)
     try:
@@ -341,7 +356,8 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         executor = make_executor()
         executor.add_node(node)
         while not stopped:
-            executor.spin_once(timeout_sec=node.poll_period)
+            if spin_once(executor, node.poll_period):
+                node.get_logger().info('an event came of what had been destroyed')
             node.poll()
             if node._less_is_offered:
                 node.settle_for_less()
@@ -349,7 +365,7 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         while node.finishing() and time.monotonic() < end:
             pause = time.monotonic() + 0.1
             while time.monotonic() < pause:
-                executor.spin_once(timeout_sec=0.02)
+                spin_once(executor, 0.02)
     except InputError as error:
         status = _say(node or make_node, error)
     except (KeyboardInterrupt, ROSInterruptException):
@@ -361,6 +377,11 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
             except InputError as error:   # a bag that cannot be closed
                 status = _say(node, error)
         rclpy.try_shutdown()
+        # The middleware's threads end with the last reference to the node. Frozen it would outlive
+        # Python, and those threads would run on into the libraries' own end: a crash at times.
+        node = executor = None
+        gc.unfreeze()
+        gc.collect()
     return status
 
 

@@ -71,8 +71,8 @@ def test_a_killed_controller_and_its_restart_in_mid_stroke(runner, probe, drive)
     loop.until(lambda: loop.effort == 0.0, 'the drive to let go')
     loop.target = None
     loop.start('controller')
-    begin = len(loop.states)
-    loop.until(lambda: loop.is_in('ready') and len(loop.states) > begin + 50, 'the restart')
+    begin = len(loop.efforts)
+    loop.until(lambda: loop.is_in('ready') and len(loop.efforts) > begin + 50, 'the restart')
     # It holds what it found; it neither jumps to zero nor to the old command.
     held = [message.position[0] for message in loop.states[-30:]]
     assert max(held) - min(held) < 1.0

@@ -57,6 +57,31 @@ def test_who_is_signalled_again_while_it_ends_ends_with_status_0_too(runner, pro
     assert process.status == 0
 
 
+# Runs a node and prints which of the middleware's threads are left when it has ended.
+THREADS = '''
+from importlib import import_module
+from pathlib import Path
+import sys
+import_module(sys.argv.pop(1)).main()
+names = [path.read_text().strip() for path in Path('/proc/self/task').glob('*/comm')]
+print('left:', [name for name in names if name.startswith('dds.')])
+'''
+
+
+@pytest.mark.parametrize('name', ['controller', 'recorder', 'can_bridge'])
+def test_no_thread_of_the_middleware_outlives_a_node(runner, probe, tmp_path, bus, name):
+    """They ran on into the process's end, which then crashed at times, or hung."""
+    options = {'recorder': {'bag': str(tmp_path / 'bag')}, 'can_bridge': bus}.get(name, {})
+    command = node_command(name, parameters=options)
+    process = runner.start_command(name, [
+        sys.executable, '-c', THREADS, f'engb_ros.nodes.{name}', *command[4:]])
+    runner.wait_until(lambda: name in probe.node.get_node_names(), 'the node', pause=probe.spin)
+    comm = Path(f'/proc/{process.process.pid}/task')
+    assert any(path.read_text().startswith('dds.') for path in comm.glob('*/comm'))
+    runner.stop()
+    assert process.output_path.read_text().splitlines()[-1] == 'left: []'
+
+
 @pytest.mark.parametrize('name', [*NODES, 'excitation', 'can_bridge', 'drive_emulator'])
 def test_every_node_goes_through_its_states_twice(runner, probe, tmp_path, bus, name):
     options = {'recorder': {'bag': str(tmp_path / 'bag')}, 'can_bridge': bus,
