@@ -144,7 +144,10 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
 
     tells, fit, least = _tells(fitter, linear, before), linear, MOST
     if tells and rings(linear):
-        fit, least = _bent(fitter, linear), 0.0
+        bent = _bent(fitter, linear)
+        # One that does not ring has been led astray: then the linear shaft stands.
+        if rings(bent):
+            fit, least = bent, 0.0
     elif before - 1.0 > MUCH:
         fit = _hardened(fitter, linear)
     if share(fit) < least or not rings(fit):
