@@ -53,6 +53,19 @@ def test_a_resonance_above_the_band_is_heard(ringing):
     assert [part.shape for part in found.parts] == [run.measured.shape for run in found.runs]
 
 
+def test_a_bent_shaft_that_was_led_astray_leaves_the_linear_one(monkeypatch, ringing):
+    def astray(fitter: Fitter, linear: Fit) -> Fit:
+        vector = linear.vector.copy()
+        names = [entry.name for entry in get_effect(RESONANCE).parameters]
+        vector[len(linear.hypothesis.numbers) + names.index('frequency')] = np.log(900.0)
+        return replace(linear, vector=vector)
+
+    monkeypatch.setattr(wide_band, '_bent', astray)
+    found = resonance_beside(problem_of([ringing], NOMINAL), NOMINAL)
+    assert found is not None
+    assert found.finding.parameters['frequency'].value == pytest.approx(24.0, rel=0.1)
+
+
 @pytest.mark.parametrize(('frequency', 'every'), [(85.0, 1), (70.0, 2)])
 def test_a_resonance_above_60_hz_is_heard(frequency, every):
     # Sampled at 1 kHz in a wider band; at 500 Hz there is none, and its flank must do.
