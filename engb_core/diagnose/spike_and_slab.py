@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.nominal import SHAPE_NUMBERS
+from engb_core.diagnose.nominal import DELAY, SHAPE_NUMBERS
 from engb_core.diagnose.uncertainty import vector_covariance
 
 __all__ = ['Average', 'average', 'with_averaged_numbers']
@@ -51,7 +51,8 @@ def with_averaged_numbers(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) 
 
 def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Average:
     """Return the mean of a finished fit's vector over which of the file's numbers stand; those
-    named in `free`, and the knots of a load curve, which no file tells, do not."""
+    named in `free`, and what no file tells, the knots of a load curve and by how much samples of
+    effort and position are apart, do not."""
     numbers = fit.hypothesis.numbers
     count = len(numbers)
     # In units of what the file is believed to: the slab's density at the file is that of 0.
@@ -66,7 +67,7 @@ def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Average:
     file[:count] = fit.hypothesis.start_of_numbers()
     moved = (fit.vector - file) / scale
     candidates = tuple(place for place, number in enumerate(numbers)
-                       if number.name not in (*SHAPE_NUMBERS, *free)
+                       if number.name not in (*SHAPE_NUMBERS, DELAY, *free)
                        # What the data do not move at all is as in the file whatever is chosen.
                        and covariance[place, place] > np.finfo(float).eps)
     choices = list(_choices(moved, covariance, candidates))

@@ -65,6 +65,11 @@ def test_what_is_said_to_be_wrong_does_not_stand():
     assert np.all(free.kept <= 1.0 + 1e-12)
 
 
+def test_no_file_says_how_far_effort_and_position_are_apart():
+    fitter, fit = fitted(NOMINAL)
+    assert probabilities(fitter, fit)['sampling_delay'] == 0.0
+
+
 def test_numbers_that_the_recordings_hardly_tell_do_not_change_the_effect():
     """Of numbers that make up for each other in part, the mean is no nearer to any one choice."""
     fitter, fit = fitted(NOMINAL)
