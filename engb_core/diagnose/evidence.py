@@ -180,7 +180,8 @@ def _pictures(problem: Problem, traces: list[Trace], corrected: Model,
         found.append(ResidualOver(
             name, tables[0][name][1], 0.5 * (edges[1:] + edges[:-1]), curves[0], curves[1],
             curves[2], curves[3],
-            'Before, the residual follows this coordinate; after, it is flat.'))
+            'What follows the coordinate is a mismatch that depends on it; what lies along the '
+            'zero line is noise.'))
     return found
 
 

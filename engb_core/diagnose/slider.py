@@ -45,7 +45,7 @@ def _text(text: str) -> str:
     text = _REPEATS.sub(
         lambda match: f'repeats every {2.0 * math.pi / float(match[1]):.3g} m', text)
     text = text.replace(' per motor revolution', '').replace('the motor torque', 'the motor force')
-    return re.sub(r'\brad\b', 'm', text.replace('N·m', 'N'))
+    return re.sub(r'\brad\b', 'm', text.replace('kg·m²', 'kg').replace('N·m', 'N'))
 
 
 def _unit(unit: str) -> str:

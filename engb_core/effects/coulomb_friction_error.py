@@ -18,7 +18,7 @@ EFFECT = Effect(
     equation='C₀ sat(ω) with the true C₀',
     reference='equation (13)',
     statement=lambda p: (NUMBER_OFF + 'the Coulomb friction is '
-                         f"{p['coulomb']:.4g}, not the model's value."),
+                         f"{p['coulomb']:.4g} N·m, not the model's value."),
     reveals='velocity',
     picture='friction_over_speed',
     seen='The same step at every reversal, at all loads and speeds.',

@@ -19,7 +19,7 @@ EFFECT = Effect(
     reference='equation (1)',
     statement=lambda p: (
         NUMBER_OFF + 'the inertia is '
-        f"{p['inertia']:.4g}, not the model's value."),
+        f"{p['inertia']:.4g} kg·m², not the model's value."),
     reveals='acceleration',
     picture='torque_over_acceleration',
     seen='The residual is proportional to acceleration.',

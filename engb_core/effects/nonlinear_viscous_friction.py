@@ -21,7 +21,7 @@ EFFECT = Effect(
     statement=lambda p: (
         f"Drag {'grows faster' if p['quadratic_viscous_friction'] > 0 else 'grows slower'} "
         'than in proportion to speed: an additional '
-        f"{p['quadratic_viscous_friction']:.3g}·ω·|ω|."),
+        f"{p['quadratic_viscous_friction']:.3g}·ω·|ω| N·m, ω in rad/s."),
     reveals='velocity',
     picture='friction_over_speed',
     seen='Drag bends upwards, or flattens, over speed.',

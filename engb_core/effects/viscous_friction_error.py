@@ -19,7 +19,7 @@ EFFECT = Effect(
     reference='equation (1)',
     statement=lambda p: (NUMBER_OFF + 'the viscous friction '
                          'coefficient is '
-                         f"{p['viscous_friction']:.4g}, not the model's value."),
+                         f"{p['viscous_friction']:.4g} N·m·s/rad, not the model's value."),
     reveals='velocity',
     picture='friction_over_speed',
     seen='The residual is proportional to speed.',

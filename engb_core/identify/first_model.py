@@ -361,10 +361,12 @@ def _model(fit: Array, form: LoadForm, data: FilteredColumns, joint: Joint,
 def _not_told(data: FilteredColumns, form: LoadForm, numbers: dict[str, Number],
               scores: Sequence[FormScore], joint: Joint) -> list[str]:
     told = []
-    words = {'inertia': 'the inertia: the axis is hardly accelerated; record faster starts',
-             'viscous_friction': 'viscous friction: speeds differ too little; record slow and '
-                                 'fast strokes',
-             'coulomb': 'Coulomb friction: record strokes in both directions'}
+    words = {'inertia': 'the inertia: what it needs is too small beside the rest; record faster '
+                        'starts',
+             'viscous_friction': 'viscous friction: what changes with speed is too small beside '
+                                 'the rest; record slow and fast strokes',
+             'coulomb': 'Coulomb friction: it is too small beside the rest; record slow strokes '
+                        'in both directions'}
     for name, text in words.items():
         if not numbers[name].determined:
             told.append(f'{text} ({numbers[name].value:.2g} ± {numbers[name].std:.2g} '

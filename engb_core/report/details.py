@@ -69,7 +69,7 @@ def _candidates(page: Page, diagnosis: Diagnosis) -> None:
     candidates = sorted(diagnosis.evidence.candidates, key=lambda entry: -entry.probability)
     unit = next((row.unit for row in diagnosis.held_out if row.quantity == 'effort'), 'N·m')
     page.begin_details(f'All hypotheses that were weighed ({len(candidates)})')
-    page.table([Column('Hypothesis'), Column('Probability', number=True),
+    page.table([Column('Hypothesis'), Column('Among these', number=True),
                 Column('Held-out rms', number=True), Column('Explains', number=True),
                 Column('Remark', kind='wrap')],
                [(effect_names(entry.effects, start=True), probability(entry.probability),

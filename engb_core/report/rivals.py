@@ -27,8 +27,10 @@ def add_rivals(page: Page, diagnosis: Diagnosis) -> None:
                       diagnosis.verdict, 'How sure, and why not something else'))
     held = [entry.held_out_rms for entry in candidates]
     page.text(f'{len(candidates)} hypotheses were fitted together with the nominal numbers and '
-              'judged on data that the fit had not seen. A probability of 90 % means that of such '
-              'claims nine in ten hold.')
+              'judged on data that the fit had not seen. The probability below compares these '
+              'alone. The one that is told with a name counts as well how often the cause is '
+              'something else and its formula does not quite fit: of names told with 90 % about '
+              'nine in ten are right.')
     unit = next((row.unit for row in diagnosis.held_out if row.quantity == 'effort'), 'N·m')
     best = min((value for value in held if np.isfinite(value)), default=math.nan)
     named = tuple(sorted(entry.effect for entry in diagnosis.effects))
@@ -43,7 +45,7 @@ def add_rivals(page: Page, diagnosis: Diagnosis) -> None:
     if rest >= 0.01:
         rows.append(('None of these', probability(rest), bar(rest), '–', '–', ''))
         chosen += [len(rows) - 1] if unknown else []
-    page.table([Column('Hypothesis'), Column('Probability', number=True), Column('', kind='bars'),
+    page.table([Column('Hypothesis'), Column('Among these', number=True), Column('', kind='bars'),
                 Column('Held-out rms', number=True), Column('Explains', number=True),
                 Column('Remark', kind='wrap')],
                rows, chosen=chosen)

@@ -122,13 +122,15 @@ def run(arguments: argparse.Namespace) -> None:
         write_inputs(scratch, inputs)
         with computing(', '.join(arguments.recordings)):
             if simulator:
-                found = simulator_of(arguments, recordings, inputs.joint, request, progress)
+                found = simulator_of(arguments, recordings, inputs.joint, inputs.request,
+                                     progress)
                 told += found.told
                 model, notes = found.model, (*notes, *found.told)
                 model.write(scratch / SURROGATE)
             if model is None:
                 from engb_core.identify.first_model import first_model
-                first = first_model(recordings, inputs.joint, request.torque_constant, progress)
+                first = first_model(recordings, inputs.joint,
+                                    inputs.request.torque_constant, progress)
                 model = first.model
                 write_first_model(scratch / FIRST[0], scratch / FIRST[1], first)
                 told.append(

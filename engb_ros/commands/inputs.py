@@ -27,12 +27,14 @@ __all__ = ['Inputs', 'add_table_options', 'read_inputs', 'recording_names', 'req
 @dataclass(frozen=True)
 class Inputs:
     """Recordings in the order given; `tables` are those that came as tables, by their file's name
-    as a recording; `told` says which column was taken for what."""
+    as a recording; `told` says which column was taken for what, `request` all that was said of
+    them, answers included."""
 
     recordings: list[Recording]
     tables: dict[str, Measured]
     joint: Joint
     told: tuple[str, ...]
+    request: Request
 
 
 def recording_names(paths: Sequence[str]) -> tuple[str, ...]:
@@ -90,7 +92,7 @@ def read_inputs(paths: Sequence[str], model: Model | None, namespace: str | None
                  if new is not old]
     joint = model.joint if model else Joint(recordings[0].joint, kinds.pop() if kinds
                                             else 'revolute')
-    return Inputs(recordings, tables, joint, tuple(told))
+    return Inputs(recordings, tables, joint, tuple(told), request)
 
 
 def write_inputs(folder: Path, inputs: Inputs) -> None:

@@ -59,9 +59,9 @@ def run(arguments: argparse.Namespace) -> None:
         inputs = read_inputs(arguments.recordings, None, arguments.namespace, progress, request)
         from engb_core.identify.first_model import first_model
         with computing(', '.join(arguments.recordings)):
-            first = first_model(inputs.recordings, inputs.joint, request.torque_constant,
-                                progress)
-        if request.torque_constant is None:
+            first = first_model(inputs.recordings, inputs.joint,
+                                inputs.request.torque_constant, progress)
+        if inputs.request.torque_constant is None:
             first = replace(first, not_told=(*first.not_told, NO_CONSTANT))
         write_first_model(scratch / out.name, scratch / page.name, first)
     for told in inputs.told:

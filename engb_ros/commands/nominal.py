@@ -88,6 +88,7 @@ def simulator_of(arguments: argparse.Namespace, real: Sequence[Recording], joint
     else:
         inputs = read_inputs(arguments.simulated, None, None, progress, request)
         simulated, told = list(inputs.recordings), list(inputs.told)
+        request = inputs.request
     surrogate = surrogate_of(simulated, real, joint, request.torque_constant, progress)
     if not arguments.fmu:
         units = ('rad', 'N·m') if joint.type == 'revolute' else ('m', 'N')

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import math
 import sys
 from typing import Any, TYPE_CHECKING
@@ -15,9 +15,8 @@ from engb_ros.tables.request import Question, Request
 
 if TYPE_CHECKING:
     from engb_core.model import Model
-    from engb_ros.tables.measure import Measured
 
-__all__ = ['TABLES', 'add_table_options', 'pairs_of', 'read_tables', 'request_of']
+__all__ = ['TABLES', 'add_table_options', 'pairs_of', 'request_of']
 
 TABLES = '.csv, .npz, .mat, .h5, .mf4, .tdms, .parquet, .arrow or .bag'
 
@@ -65,22 +64,6 @@ def request_of(arguments: argparse.Namespace, model: Model | None = None,
         ask=_ask if sys.stdin.isatty() and sys.stderr.isatty() else None, **numbers)
 
 
-def read_tables(paths: Sequence[str], request: Request, progress: Callable[[str], None],
-                ) -> list[Measured]:
-    """Read tables, telling what was taken for what; an answer for one holds for all.
-
-    Raises:
-        InputError: one can't be read, or does not tell all that is needed.
-    """
-    from engb_ros.tables.measure import measured_of
-    found = []
-    for path in paths:
-        progress(f'reading {path}')
-        measured, request = measured_of(path, request)
-        found.append(measured)
-    return found
-
-
 def pairs_of(entries: Sequence[str], option: str, example: str) -> dict[str, str]:
     """Return NAME=VALUE options as a mapping.
 
@@ -115,6 +98,7 @@ def _numbers(entries: Sequence[str], option: str) -> dict[str, float]:
 def _ask(question: Question) -> str:
     choices = f' ({", ".join(question.choices[:8])})' if question.choices else ''
     default = f' [{question.default}]' if question.default else ''
-    print(printable(f'What is {question.subject}?{choices}{default}: '), end='', file=sys.stderr,
-          flush=True)
+    # What is being done stands in the line.
+    print('\r\033[K' + printable(f'What is {question.subject}?{choices}{default}: '), end='',
+          file=sys.stderr, flush=True)
     return sys.stdin.readline()

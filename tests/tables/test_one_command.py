@@ -2,8 +2,13 @@
 """One command from somebody's table to the right name; the others are run by
 benchmarks/ten_tables.py."""
 
+import contextlib
 import json
 import os
+from pathlib import Path
+import pty
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -15,6 +20,8 @@ from engb_ros.tables.request import Request
 
 from .other_benches import OTHER_TABLES
 from .simulated_bench import sampled, TABLES, write_table
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize('table', TABLES, ids=[table.name for table in TABLES])
@@ -102,3 +109,40 @@ def test_each_table_of_a_drive_becomes_the_same_recording(tmp_path, table):
     np.testing.assert_allclose(recording.position - recording.position[0],
                                position - position[0], atol=2e-4)
     np.testing.assert_allclose(recording.effort, effort, atol=1e-3 * gear)
+
+
+def at_a_terminal(arguments, answers, folder):
+    """Run `engb` at a terminal of its own, answer each question; return what stood there."""
+    here, there = pty.openpty()
+    running = subprocess.Popen([sys.executable, '-m', 'engb_ros.commands.main', *arguments],
+                               stdin=there, stdout=there, stderr=there, cwd=folder,
+                               env=os.environ | {'PYTHONPATH': str(ROOT)})
+    os.close(there)
+    shown = ''
+    for question, answer in answers:
+        while question not in shown:
+            shown += os.read(here, 4096).decode()
+        os.write(here, f'{answer}\n'.encode())
+    with contextlib.suppress(OSError):      # EIO: the other end is closed
+        while part := os.read(here, 4096):
+            shown += part.decode()
+    os.close(here)
+    assert running.wait() == 0, shown
+    return shown
+
+
+def test_an_answer_at_the_terminal_is_what_the_model_says(tmp_path):
+    """The torque constant went into torques, and not into the model's motor."""
+    rng = np.random.default_rng(1)
+    time = np.arange(4000) / 1000.0
+    angle = 200.0 * np.sin(7.0 * time) + 90.0 * np.sin(17.0 * time)
+    current = 1e-4 * np.gradient(np.gradient(np.deg2rad(angle), time), time) / 0.07
+    current += 0.3 * np.sign(np.gradient(angle)) + rng.normal(0.0, 0.01, time.size)
+    (tmp_path / 'bench.csv').write_text('t [s],phi [deg],I [A]\n' + ''.join(
+        f'{t:.3f},{a:.3f},{i:.4f}\n' for t, a, i in zip(time, angle, current, strict=True)))
+    shown = at_a_terminal(['model', 'bench.csv', '--out', 'model.yaml'],
+                          [('What is the torque constant', '0.07')], tmp_path)
+    assert Model.read(tmp_path / 'model.yaml').motor.torque_constant == 0.07
+    assert 'could not be told: the torque constant' not in shown
+    # The question has a line of its own.
+    assert '\r\033[KWhat is the torque constant' in shown
