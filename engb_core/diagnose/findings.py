@@ -103,8 +103,11 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         return []
     before = max(selection.excess_before, selection.nominal_excess)
     share = max(0.0, 1.0 - selection.excess_after / before)
-    # What refitted numbers explain says nothing of an effect.
-    known = something_known(part_left(fitter, fitter.base(), chosen), _rare(variants))
+    # What refitted numbers explain says nothing of an effect, but where the effect is one of them
+    # that is wrong: then what the others explain does not.
+    wrong = all(variant.number_only for variant in variants)
+    without = fitter.base(chosen.hypothesis.numbers if wrong else None)
+    known = something_known(part_left(fitter, without, chosen), _rare(variants))
     # What wrong numbers or another load curve explain says nothing of how nearly right an effect's
     # formula is: rivals are weighed by what the same numbers leave without any effect.
     to_explain = excess(fitter.base(chosen.hypothesis.numbers), fitter)

@@ -136,12 +136,30 @@ def _forward(result: Search, before: float) -> Fit:
         wanted = partial(_worth, fitter=fitter, whole=before, others=candidates)
         if size > 1 and wanted(chosen, best):
             chosen = _begun_again(result, chosen, best)
+        elif size == 1 and not wanted(chosen, best):
+            # Alone each may be in the wrong place, or hide behind the other.
+            best = _of_best_pair(result, best, before)
         if not wanted(chosen, best):
             break
         chosen = best
         if excess(chosen, fitter) < FURTHER_LEAST:
             break
     return chosen
+
+
+def _of_best_pair(result: Search, single: Fit, before: float) -> Fit:
+    """Return the best fit of one effect, also of those begun where the best pair has them, if that
+    takes away as much of the excess `before` as two effects must; the pair itself, where neither
+    of it is worth that alone."""
+    fitter = result.fitter
+    pairs = [fit for fit in result.of_size(2) if _harmless(fit, result.base)]
+    if not pairs:
+        return single
+    pair = simplest(sorted(pairs, key=lambda fit: price(fit, fitter)), fitter)
+    if before - excess(pair, fitter) <= max(2.0 * FIRST_PART * before, FURTHER_LEAST):
+        return single
+    again = _begun_again(result, single, pair)
+    return again if before - excess(again, fitter) > FIRST_PART * before else pair
 
 
 def _begun_again(result: Search, chosen: Fit, larger: Fit) -> Fit:

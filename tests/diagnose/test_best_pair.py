@@ -1,0 +1,49 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Two effects that are found together only."""
+
+from dataclasses import replace
+
+import pytest
+
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.reduced_chi_square import excess
+from engb_core.diagnose.search import Search, search
+from engb_core.diagnose.selection import select
+from engb_core.model import EffectSetting
+
+from .simulated_brake import equal_strokes, NOMINAL, recorded
+
+STROKES = equal_strokes(8.0)
+BOTH = {'torque_ripple', 'asymmetric_friction'}
+
+
+@pytest.fixture(scope='module')
+def found() -> Search:
+    """Return all fits to a brake with two effects."""
+    brake = replace(NOMINAL, effects=(
+        EffectSetting('torque_ripple', {'relative_amplitude': 0.08, 'order': 6.0, 'phase': 0.4,
+                                         'second_sine': 0.0, 'second_cosine': 0.0}),
+        EffectSetting('asymmetric_friction', {'asymmetry': 0.25})))
+    return search(Fitter(problem_of([recorded(
+        brake, lambda time, _: STROKES.at(time), STROKES.duration, noise=0.002)], NOMINAL)))
+
+
+def led_astray(found: Search) -> Search:
+    """Return the search with no single effect that
+    explains anything: as multistart may leave it where the cost has many minima."""
+    def nothing(fit: Fit) -> Fit:
+        return replace(fit, residual=found.base.residual, cost=found.base.cost)
+
+    fits = {key: nothing(fit) if len(key) == 1 else fit for key, fit in found.fits.items()}
+    variants = {key: nothing(fit) if len(key) == 1 else fit
+                for key, fit in found.variants.items()}
+    return Search(found.fitter, found.base, fits, variants)
+
+
+def test_a_pair_is_found_though_neither_is_worth_anything_alone(found):
+    assert set(select(found).chosen.hypothesis.ids) == BOTH
+    spoilt = led_astray(found)
+    best = min(excess(fit, found.fitter) for fit in spoilt.of_size(1))
+    assert best == pytest.approx(excess(found.base, found.fitter))
+    assert set(select(spoilt).chosen.hypothesis.ids) == BOTH
