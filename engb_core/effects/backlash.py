@@ -92,7 +92,7 @@ EFFECT = Effect(
                   logarithmic=True, form=0.15),
         Parameter('inertia_fraction', '-', 0.01, 0.9, starts=(0.18, 0.35)),
         # Of the constant friction, and of what load adds: the two need not sit on one side.
-        Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.4, 0.7)),
+        Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.1, 0.4, 0.7)),
         Parameter('loaded_friction_fraction', '-', 0.0, 1.0, starts=(0.3,)),
     ),
     stages={'shift': _shift, 'torque': _torque},

@@ -11,10 +11,10 @@ from engb_core.diagnose.diagnosis import Diagnosis, NominalChange, ParameterEsti
 from engb_core.report.alike import alike_together
 from engb_core.report.layout import Column, Page
 from engb_core.report.pictures import Units
+from engb_core.report.rivals import hypothesis_name
 from engb_core.report.text import clean
 from engb_core.report.wording import (
     capital,
-    effect_names,
     estimate,
     parameter_name,
     percent,
@@ -72,7 +72,7 @@ def _candidates(page: Page, diagnosis: Diagnosis) -> None:
     page.table([Column('Hypothesis'), Column('Among these', number=True),
                 Column('Held-out rms', number=True), Column('Explains', number=True),
                 Column('Remark', kind='wrap')],
-               [(effect_names(entry.effects, start=True), probability(entry.probability),
+               [(hypothesis_name(diagnosis, entry.effects), probability(entry.probability),
                  quantity(entry.held_out_rms, unit), percent(entry.share), entry.remark)
                 for entry in candidates[:ROWS]])
     page.end_details()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -11,7 +12,7 @@ from engb_core.diagnose.diagnosis import Diagnosis
 from engb_core.report.layout import bar, Column, Page
 from engb_core.report.wording import effect_names, number, percent, probability, quantity
 
-__all__ = ['add_rivals']
+__all__ = ['add_rivals', 'hypothesis_name']
 
 # Rows that a reader takes in at once; the details hold all.
 CANDIDATES = 6
@@ -26,7 +27,9 @@ def add_rivals(page: Page, diagnosis: Diagnosis) -> None:
                   'unexplained': 'Why none of the known effects'}.get(
                       diagnosis.verdict, 'How sure, and why not something else'))
     held = [entry.held_out_rms for entry in candidates]
-    page.text(f'{len(candidates)} hypotheses were fitted together with the nominal numbers and '
+    count = ('One hypothesis was' if len(candidates) == 1
+             else f'{len(candidates)} hypotheses were')
+    page.text(f'{count} fitted together with the nominal numbers and '
               'judged on data that the fit had not seen. The probability below compares these '
               'alone. The one that is told with a name counts as well how often the cause is '
               'something else and its formula does not quite fit: of names told with 90 % about '
@@ -35,7 +38,7 @@ def add_rivals(page: Page, diagnosis: Diagnosis) -> None:
     best = min((value for value in held if np.isfinite(value)), default=math.nan)
     named = tuple(sorted(entry.effect for entry in diagnosis.effects))
     shown = candidates[:CANDIDATES]
-    rows = [(effect_names(entry.effects, start=True), probability(entry.probability),
+    rows = [(hypothesis_name(diagnosis, entry.effects), probability(entry.probability),
              bar(entry.probability), quantity(entry.held_out_rms, unit), percent(entry.share),
              entry.remark or _why_not(entry.held_out_rms, best)) for entry in shown]
     unknown = diagnosis.verdict == 'unexplained'
@@ -49,6 +52,14 @@ def add_rivals(page: Page, diagnosis: Diagnosis) -> None:
                 Column('Held-out rms', number=True), Column('Explains', number=True),
                 Column('Remark', kind='wrap')],
                rows, chosen=chosen)
+
+
+def hypothesis_name(diagnosis: Diagnosis, effects: Sequence[str]) -> str:
+    """Return a hypothesis's name; the one without effects says that nothing is missing only where
+    nothing is."""
+    if not effects and diagnosis.verdict != 'consistent':
+        return 'No effect added'
+    return effect_names(effects, start=True)
 
 
 def _why_not(rms: float, best: float) -> str:

@@ -808,3 +808,20 @@ def test_a_drive_that_falls_silent_while_a_load_is_held_is_ramped_down_from_that
     assert bench.controller.on_tick(bench.now) == pytest.approx(torque, abs=0.01)
     bench.now += 0.02
     assert 0.0 < bench.controller.on_tick(bench.now) < torque
+
+
+@pytest.mark.parametrize('after', [0.1, 0.2, 0.26, 0.3, 0.34, 0.4])
+def test_a_computer_that_stalls_once_in_a_move_leaves_the_brake_near_it(after):
+    """The drive keeps to the last torque for less than its `command_timeout` of 0.1 s."""
+    brake = Brake().at(0.5)
+    brake.asked = Command(20.0)
+    brake.run(after)
+    for _ in range(round(0.09 / DT)):
+        brake.brake.advance()
+        brake.now += DT
+    highest = brake.angle
+    for _ in range(round(0.8 / DT)):
+        highest = max(highest, brake.run(DT).angle)
+    assert highest < 23.0
+    assert brake.angle == pytest.approx(20.0, abs=0.3)
+    assert brake.state is State.ENABLED

@@ -16,6 +16,7 @@ import pytest
 
 from engb_core.report.layout import Column, Page
 from engb_core.report.page import diagnosis_page, write_report
+from engb_core.report.rivals import hypothesis_name
 
 from .samples import ALL, consistent, empty, explained, HOSTILE, partly, prismatic, unexplained
 
@@ -208,3 +209,8 @@ def test_page_serves_other_reports():
     assert 'A &lt;lead&gt;' in page.html()
     with pytest.raises(ValueError, match='backend'):
         Page('x', backend='gnuplot')
+
+
+def test_nothing_is_missing_only_where_nothing_is():
+    assert hypothesis_name(unexplained(), ()) == 'No effect added'
+    assert hypothesis_name(consistent(), ()) == 'Nothing missing'

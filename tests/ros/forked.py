@@ -97,6 +97,7 @@ class NodeServer:
         """Fork a node of this package; start anything else as it is."""
         if command[:3] != START:
             return spawn_process(command, environment, output_path)
+        output_path.touch()   # it may be read before the new process has opened it
         self._wire.sendall(json.dumps(
             {'arguments': command[3:], 'environment': environment, 'output': str(output_path),
              'folder': os.getcwd()}).encode() + b'\n')

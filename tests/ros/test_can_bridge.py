@@ -160,8 +160,8 @@ def test_a_drive_that_does_not_obey_is_told(runner, probe, bus):
         loop.until(lambda state=state: drive[-1].data == state, fault)
         loop.until(lambda: bridge['drive_mode'] == 'off', 'its mode')
         loop.set_parameter('drive_emulator', 'fault', 'none')
-        loop.target = None
-        loop.until(lambda: loop.clear().success and drive[-1].data == 'obeys', 'recovery')
+        loop.healthy()
+        loop.until(lambda: drive[-1].data == 'obeys', 'recovery')
         loop.go(15.0)
     loop.during(0.5)   # at rest, so the torque that is held on is the load's
     loop.set_parameter('drive_emulator', 'fault', 'holds_on')
