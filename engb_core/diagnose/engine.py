@@ -227,7 +227,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
     told = CorrectedModels(explanation, explanation.models(),
-                           explained_problem(fitter, explanation.fit))
+                           explained_problem(fitter, explanation.fit), explanation.fit)
     numbers: list[NumberFinding] = []
     if not selection.consistent:
         tell('telling wrong numbers from missing physics')
@@ -240,7 +240,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         tell('taking the numbers from a sharper motion')
         told = at_full_bandwidth(fitter, explanation)
     findings, mismatch = findings_of(fitter, nominal, told.explanation, explanation.fit, numbers,
-                                     selection, told.told)
+                                     selection, told.averaged)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
     if findings and not (_carries_over(told, problem.model) and (
@@ -374,7 +374,7 @@ def _without_names(fitter: Fitter, explanation: Explanation, findings: list[Effe
     dropped = (*explanation.dropped, *(entry.effect for entry in findings))
     alone = Explanation(base, None, 0.0, reduced_chi_square(base, fitter), dropped,
                         carried_over=False)
-    return CorrectedModels(alone, alone.models(), fitter.problem)
+    return CorrectedModels(alone, alone.models(), fitter.problem, base)
 
 
 def _that_helps(told: CorrectedModels, otherwise: tuple[Model, ...]) -> Model:

@@ -22,7 +22,7 @@ from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.multistart import is_multimodal
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
-from engb_core.diagnose.spike_and_slab import with_averaged_numbers
+from engb_core.diagnose.spike_and_slab import average, with_averaged_numbers
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 from engb_core.signals.motion import MOTION_BANDWIDTH
@@ -46,19 +46,14 @@ class CorrectedModels:
         explanation: evaluated on the motion that the search worked on.
         models: corrected model files, the fullest one first.
         problem: the recordings' motion that these were fitted to.
-        averaged: the explanation's fit at the mean over which of the file's numbers stand (None:
-            as it is): what is told of its effects.
+        averaged: the explanation's fit at the mean over which of the file's numbers stand: what
+            is told of its effects.
     """
 
     explanation: Explanation
     models: tuple[Model, ...]
     problem: Problem
-    averaged: Fit | None = None
-
-    @property
-    def told(self) -> Fit:
-        """The fit of which the effects' parameters are told."""
-        return self.explanation.fit if self.averaged is None else self.averaged
+    averaged: Fit
 
     @cached_property
     def unseen_errors(self) -> tuple[list[Array], ...]:
@@ -80,25 +75,25 @@ def at_full_bandwidth(fitter: Fitter, explanation: Explanation) -> CorrectedMode
     corner = MOST_OF_RATE / fitter.problem.scene.sampling
     if is_multimodal(fit) or fitter.problem.coarse or corner < SHARPER * MOTION_BANDWIDTH:
         averaged = with_averaged_numbers(fitter, fit)
-        return CorrectedModels(explanation, _models(explanation, averaged),
+        return CorrectedModels(explanation, _models(explanation, averaged.vector),
                                explained_problem(fitter, fit), averaged)
     other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier,
                    fitter.load_shape)
     moved = other.finish(_best_form(other, other.refine(
         other.evaluate(fit.hypothesis, fit.vector), ROUNDS)))
     table = None if explanation.table is None else best_table(other, moved)
-    averaged = with_averaged_numbers(other, moved)
-    here, told = (fitter.finish(fitter.evaluate(fit.hypothesis, fit.vector))
-                  for fit in (moved, averaged))
+    mean = average(other, moved).vector
+    here, averaged = (fitter.finish(fitter.evaluate(moved.hypothesis, vector))
+                      for vector in (moved.vector, mean))
     return CorrectedModels(replace(explanation, fit=here),
-                           _models(replace(explanation, fit=moved, table=table), averaged),
-                           explained_problem(other, moved), told)
+                           _models(replace(explanation, fit=moved, table=table), mean),
+                           explained_problem(other, moved), averaged)
 
 
-def _models(explanation: Explanation, averaged: Fit) -> tuple[Model, ...]:
-    """Return the corrected models; in the one with a table all numbers are free, as the table was
-    fitted beside them."""
-    return (*explanation.models()[:-1], averaged.hypothesis.corrected(averaged.vector))
+def _models(explanation: Explanation, mean: Array) -> tuple[Model, ...]:
+    """Return the corrected models, the plain one with the numbers `mean` (size,); in the one with
+    a table all numbers are free, as the table was fitted beside them."""
+    return (*explanation.models()[:-1], explanation.fit.hypothesis.corrected(mean))
 
 
 def explained_problem(fitter: Fitter, fit: Fit) -> Problem:

@@ -128,8 +128,7 @@ def _forward(result: Search, before: float) -> Fit:
     for size in range(1, MOST_EFFECTS + 1):
         if size > 2:
             extend(result, chosen)
-        candidates = sorted((fit for fit in result.of_size(size) if _harmless(fit, chosen)),
-                            key=lambda fit: price(fit, fitter))
+        candidates = _candidates(result, size, chosen)
         if not candidates:
             break
         best = simplest(candidates, fitter)
@@ -147,15 +146,21 @@ def _forward(result: Search, before: float) -> Fit:
     return chosen
 
 
+def _candidates(result: Search, size: int, chosen: Fit) -> list[Fit]:
+    """Return the fits with so many effects that do no harm beside what is chosen, best first."""
+    return sorted((fit for fit in result.of_size(size) if _harmless(fit, chosen)),
+                  key=lambda fit: price(fit, result.fitter))
+
+
 def _of_best_pair(result: Search, single: Fit, before: float) -> Fit:
     """Return the best fit of one effect, also of those begun where the best pair has them, if that
     takes away as much of the excess `before` as two effects must; the pair itself, where neither
     of it is worth that alone."""
     fitter = result.fitter
-    pairs = [fit for fit in result.of_size(2) if _harmless(fit, result.base)]
+    pairs = _candidates(result, 2, result.base)
     if not pairs:
         return single
-    pair = simplest(sorted(pairs, key=lambda fit: price(fit, fitter)), fitter)
+    pair = simplest(pairs, fitter)
     if before - excess(pair, fitter) <= max(2.0 * FIRST_PART * before, FURTHER_LEAST):
         return single
     again = _begun_again(result, single, pair)

@@ -34,7 +34,7 @@ class Average:
     """The mean of a fit's vector over which numbers are as in the file.
 
     Attributes:
-        vector: (size,) the mean.
+        vector: (size,) the mean, within the bounds.
         kept: (numbers,) probability that each number is as in the file.
     """
 
@@ -45,8 +45,7 @@ class Average:
 def with_averaged_numbers(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Fit:
     """Return a finished fit at the mean over which of the file's numbers stand; the numbers named
     in `free` do not."""
-    vector = np.clip(average(fitter, fit, free).vector, *fit.hypothesis.bounds)
-    return fitter.finish(fitter.evaluate(fit.hypothesis, vector))
+    return fitter.finish(fitter.evaluate(fit.hypothesis, average(fitter, fit, free).vector))
 
 
 def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Average:
@@ -77,7 +76,8 @@ def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Average:
     kept = np.zeros(count)
     for weight, choice in zip(weights, choices, strict=True):
         kept[list(choice.kept)] += weight
-    return Average(file + scale * (weights @ np.array([choice.mean for choice in choices])), kept)
+    mean = file + scale * (weights @ np.array([choice.mean for choice in choices]))
+    return Average(np.clip(mean, *fit.hypothesis.bounds), kept)
 
 
 @dataclass(frozen=True)

@@ -48,9 +48,7 @@ def vector_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     their deviations: noise, and the discrepancy, which moves several entries at once."""
     told = _Information.of(fit, fitter)
     inverse, norm = _inverse(told.noise + told.bounded)
-    found = np.zeros((fit.vector.size, fit.vector.size))
-    found[np.ix_(told.free, told.free)] = inverse / norm / norm[:, None]
-    return found + _by_discrepancy(told, fit, fitter)
+    return told.of_all(inverse / norm / norm[:, None]) + _by_discrepancy(told, fit, fitter)
 
 
 @dataclass(frozen=True)
@@ -94,16 +92,21 @@ class _Information:
         what the data do not tell at all is finite, to rounding what is believed of the others."""
         return np.diag(np.where(self.loose, self.width, UNTOLD * self.believed) ** -2.0)
 
+    def of_all(self, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the covariance (size, size) of all entries from that of the free ones (k, k):
+        what was not free is known."""
+        found = np.zeros((self.free.size, self.free.size))
+        found[np.ix_(self.free, self.free)] = covariance
+        return found
+
 
 def _by_discrepancy(told: _Information, fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     """Return the covariance (size, size) that the model's discrepancy gives to the entries."""
     unseen = max(reduced_chi_square(fit, fitter) - 1.0, CLEAN_EXCESS)
     inverse, norm = _inverse(told.gram + told.bounded)
-    found = np.zeros((fit.vector.size, fit.vector.size))
-    found[np.ix_(told.free, told.free)] = discrepancy_covariance(
+    return told.of_all(discrepancy_covariance(
         fit.jacobian[:, told.free] / norm, inverse, fitter.weight, fitter.sigma,
-        state_cells(fitter), float(np.sqrt(unseen))) / norm / norm[:, None]
-    return found
+        state_cells(fitter), float(np.sqrt(unseen))) / norm / norm[:, None])
 
 
 def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],

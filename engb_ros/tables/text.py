@@ -80,7 +80,9 @@ class TextTable(Table):
         places = list(channels)
         parts: dict[int, list[Array]] = {place: [] for place in places}
         found = dict.fromkeys(places, 0)
-        strange: dict[int, list[str]] = {place: [] for place in places}
+        # Cells of text are counted, not kept: a damaged file may hold nothing else.
+        strange = dict.fromkeys(places, 0)
+        example: dict[int, str] = {}
         total = 0
         days: dict[int, int] = {}
         try:
@@ -91,23 +93,25 @@ class TextTable(Table):
                     values = _numbers(column, self._layout.comma, days, place)
                     good = np.isfinite(values)
                     found[place] += int(good.sum())
-                    strange[place] += [
-                        text.strip() for text, fine in zip(column, good, strict=True)
-                        if not fine and text.strip()
-                        and text.strip().casefold() not in ('nan', 'inf', '-inf')]
+                    bad = [text.strip() for text, fine in zip(column, good, strict=True)
+                           if not fine and text.strip()
+                           and text.strip().casefold() not in ('nan', 'inf', '-inf')]
+                    if bad:
+                        example.setdefault(place, bad[0])
+                    strange[place] += len(bad)
                     parts[place].append(values)
         except csv.Error as error:
             raise InputError(f'{self.path}: not a table ({error})') from error
         if not total:
             raise InputError(f'{self.path}: holds no row of numbers')
         for place in places:
-            text = strange[place]
-            if found[place] > len(text):
+            if found[place] > strange[place]:
                 continue
             name = self.channels[place].name or str(place)
-            what = (f'numbers in {found[place]} rows and text, such as {text[0]!r}, in '
-                    f'{len(text)}' if found[place] and text
-                    else f'no numbers but {text[0]!r}' if text else 'no numbers at all')
+            text = example.get(place)
+            what = ('no numbers at all' if text is None
+                    else f'numbers in {found[place]} rows and text, such as {text!r}, in '
+                    f'{strange[place]}' if found[place] else f'no numbers but {text!r}')
             raise InputError(f'{self.path}: column {name} holds {what}; name another one with '
                              '--column, or correct the table')
         return {place: Samples(np.concatenate(values)) for place, values in parts.items()}

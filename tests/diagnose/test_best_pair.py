@@ -30,8 +30,8 @@ def found() -> Search:
 
 
 def led_astray(found: Search) -> Search:
-    """Return the search with no single effect that
-    explains anything: as multistart may leave it where the cost has many minima."""
+    """Return the search with no single effect that explains anything, as multistart may leave it
+    where the cost has many minima."""
     def nothing(fit: Fit) -> Fit:
         return replace(fit, residual=found.base.residual, cost=found.base.cost)
 

@@ -50,7 +50,7 @@ def kept_of(extra, truth: Model = MODEL, pace=changing_pace, noise: float = 1e-3
     base = fitter.finish(fitter.refine(fitter.base()))
     table = best_table(fitter, base)
     explanation = Explanation(base, table, 1.0, reduced_chi_square(base, fitter))
-    told = CorrectedModels(explanation, explanation.models(), fitter.problem)
+    told = CorrectedModels(explanation, explanation.models(), fitter.problem, explanation.fit)
     return len(told.models), len(that_carries(fitter, fitter.nominal(), told).models)
 
 
