@@ -19,6 +19,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
+from engb_core.diagnose.probability import part_left, something_known
 from engb_core.diagnose.ranking import price, simplest
 from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.reduced_chi_square import excess
@@ -154,14 +155,15 @@ def _candidates(result: Search, size: int, chosen: Fit) -> list[Fit]:
 
 def _of_best_pair(result: Search, single: Fit, before: float) -> Fit:
     """Return the best fit of one effect, also of those begun where the best pair has them, if that
-    takes away as much of the excess `before` as two effects must; the pair itself, where neither
-    of it is worth that alone."""
+    is likelier right than wrong, by what it leaves on what no fit has seen; the pair itself, where
+    neither of it is worth much of the excess `before` alone. Two that are worth nothing alone can
+    be bent to each other, and a wrong pair keeps other causes from being asked."""
     fitter = result.fitter
     pairs = _candidates(result, 2, result.base)
     if not pairs:
         return single
     pair = simplest(pairs, fitter)
-    if before - excess(pair, fitter) <= max(2.0 * FIRST_PART * before, FURTHER_LEAST):
+    if something_known(part_left(fitter, result.base, pair), 2) < 0.5:
         return single
     again = _begun_again(result, single, pair)
     return again if before - excess(again, fitter) > FIRST_PART * before else pair
