@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 import pytest
 
+from engb_core.diagnose import selection
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.reduced_chi_square import excess
@@ -72,5 +73,7 @@ def test_a_pair_that_explains_a_half_is_none(found):
     """It is likelier wrong than right, and kept other causes from being asked: on a real machine
     two lags that nearly cancel each other hid the scale of the torque."""
     pairs = with_pairs(found, lambda fit: np.sqrt(0.5) * found.base.residual)
-    assert set(select(pairs).chosen.hypothesis.ids) != BOTH
-    assert len(select(pairs).chosen.hypothesis.variants) < 2
+    single = pairs.of_size(1)[0]
+    before = excess(found.base, found.fitter)
+    assert selection._of_best_pair(pairs, single, before) is single
+    assert selection._of_best_pair(led_astray(found), single, before) is not single
