@@ -22,7 +22,7 @@ from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
 from engb_core.signals.filtering import Comparison
-from engb_core.signals.motion import Motion, motion_of
+from engb_core.signals.motion import Motion, motion_of, passing
 from engb_core.signals.motion_band import count_of
 from engb_core.signals.sampling_noise import sampling_noise
 
@@ -53,9 +53,13 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
     # Counts are a part of the noise that is seen.
     own = np.sqrt(max(noise.white ** 2 - count ** 2 / 12.0, 0.0))
     random = np.random.default_rng(SEED)
+    fast = passing(recording)
     drawn_efforts = np.empty((DRAWS, comparison.grid.size))
     for draw in range(DRAWS):
-        phase = random.uniform()
+        # Where several counts pass between samples the roundings are independent of one another
+        # (Bennett, Bell System Technical Journal 27 (1948) 446); the smoothed motion, which lies
+        # close to the counts that it was made of, would have them all alike.
+        phase = np.where(fast, random.uniform(size=fast.size), random.uniform())
         taken = recording.time + noise.jitter * random.standard_normal(recording.time.size)
         true = np.interp(taken, motion.time, motion.position) + own * random.standard_normal(
             taken.size)
