@@ -19,6 +19,7 @@ from engb_core.command_law import command_law
 from engb_core.model import Model
 from engb_core.recording import Recording, Signal
 from engb_core.signals.motion import CUT_OFF, quantum_of
+from engb_core.signals.stamps import evenly_timed, stamps_vary
 
 __all__ = ['DataFault', 'cleaned']
 
@@ -47,8 +48,10 @@ class DataFault:
 
 
 def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFault]]:
-    """Return the recording without samples that cannot be true, and what is wrong with it."""
-    faults: list[DataFault] = []
+    """Return the recording without samples that cannot be true, at the times at which they were
+    taken, and what is wrong with it."""
+    faults: list[DataFault] = _jitter(recording)
+    recording = evenly_timed(recording)
     position_bad = _impossible(recording, model)
     effort_bad = _spikes(recording.effort)
     for bad, what in ((position_bad, 'position'), (effort_bad, 'effort')):
@@ -62,7 +65,7 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
                 f'{int(bad.sum())} samples of effort are spikes '
                 f'(first at {times[0]:.3f} s); they are left out. Look at the current '
                 'sensor and at the bus.'))
-    faults += [*_lost(recording), *_jitter(recording)]
+    faults += _lost(recording)
     keep = ~(position_bad | effort_bad)
     computed = _computed(recording)
     # A command is cut off by its own law, which is no fault.
@@ -173,15 +176,15 @@ def _lost(recording: Recording) -> list[DataFault]:
 
 
 def _jitter(recording: Recording) -> list[DataFault]:
-    step = np.diff(recording.time)
-    usual = step[step < 1.9 * recording.interval]
-    spread = float(np.std(usual)) if usual.size else 0.0
-    if spread < 0.1 * recording.interval:
+    spread = stamps_vary(recording)
+    if spread == 0.0:
         return []
+    even = '' if evenly_timed(recording) is recording else \
+        'The positions say that the samples were taken evenly: they are used so. '
     return [DataFault(
         'jittering_stamps', recording.name, 0.0, recording.duration,
         f'The time between samples varies by {spread * 1e3:.2g} ms about '
-        f'{recording.interval * 1e3:.3g} ms. Stamp the samples where they are taken.')]
+        f'{recording.interval * 1e3:.3g} ms. {even}Stamp the samples where they are taken.')]
 
 
 def _repeated(recording: Recording) -> list[DataFault]:
