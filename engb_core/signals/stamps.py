@@ -27,6 +27,8 @@ VARY = 0.1
 # Samples over which jitter is averaged: it becomes a tenth, and clocks that drift apart by a
 # thousandth move by a tenth of a sample meanwhile.
 AVERAGED = 100
+# Samples that are late where some were lost before.
+STAYS = 5
 
 
 def stamps_vary(recording: Recording) -> float:
@@ -64,12 +66,17 @@ def _even_times(time: Array) -> Array:
 
 def _numbers(time: Array, step: float) -> Array:
     """Return the number (n,) of each sample, the lost ones counted: a phase-locked loop."""
-    first = time[:AVERAGED]
+    first = time[:2 * STAYS]
     expected = float(np.median(first - step * np.arange(first.size))) - step
     number = np.empty(time.size)
     count = -1.0
     for place, stamp in enumerate(time.tolist()):
-        passed = max(1.0, float(round((stamp - expected) / step)))
+        passed = 1.0
+        if stamp - expected > 1.5 * step:
+            # A single late stamp is none that was lost: those after it are late as well.
+            following = time[place:place + STAYS]
+            late = (following - expected) / step - np.arange(following.size)
+            passed = max(1.0, float(np.round(np.min(late))))
         count += passed
         expected += passed * step
         expected += (stamp - expected) / AVERAGED

@@ -117,5 +117,6 @@ def test_the_noise_of_counts_is_what_counts_do(interval, speed):
     exact, counted = runs
     _, before, after = np.intersect1d(exact.comparison.grid, counted.comparison.grid,
                                       return_indices=True)
-    off = (counted.predicted(physics_of(model))[after] - exact.predicted(physics_of(model))[before])
+    off = (counted.predicted(physics_of(model))[after]
+           - exact.predicted(physics_of(model))[before])
     assert 0.7 < np.mean((off / counted.counts[after]) ** 2) < 1.4
