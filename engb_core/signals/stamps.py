@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter1d
 from engb_core.recording import Recording
 from engb_core.signals.sampling_noise import sampling_noise
 
-__all__ = ['evenly_timed', 'stamps_vary']
+__all__ = ['VARY', 'evenly_timed', 'stamps_vary']
 
 Array = NDArray[np.float64]
 
