@@ -55,7 +55,8 @@ class BrakeController:
         self.clamp = FinalClamp(settings.supervisor)
         self.loop = PositionLoop(model, settings.loop)
         self.source = ReferenceSource(settings.reference)
-        self._velocity = VelocityWatch(settings.supervisor.velocity_tolerance)
+        self._velocity = VelocityWatch(settings.supervisor.velocity_tolerance,
+                                       self._largest_acceleration(model))
         self.supervisor.watch_commands = settings.reference.kind == 'command'
         self.report = Report()
         self.setpoint = Setpoint(0.0)
@@ -88,6 +89,7 @@ class BrakeController:
         """Change settings while running; the torque doesn't jump. `reference` is not changed."""
         self.settings = replace(settings, reference=self.settings.reference)
         self.supervisor.settings = self.clamp.settings = settings.supervisor
+        self._velocity.acceleration = self._largest_acceleration(self.model)
         self.loop.set_settings(settings.loop)
         if self._force is not None and settings.force is not None:
             self._force.apply(settings.force, settings.loop.disturbance_cutoff)
@@ -118,6 +120,7 @@ class BrakeController:
             force.command = self._force.command
         self._force = force
         self._slow = 2.0 * prepared.model.friction.saturation_velocity
+        self._velocity.acceleration = self._largest_acceleration(prepared.model)
         self.loop.set_model(prepared.model)
 
     @property
@@ -125,6 +128,11 @@ class BrakeController:
         settings = self.settings
         return AcceptanceBounds(highest_torque=settings.supervisor.effort_limit,
                                 low=settings.position_min, high=settings.position_max)
+
+    def _largest_acceleration(self, model: Model) -> float:
+        """Return the motor's [rad/s²]: with the whole torque, and a load with friction of as much
+        again; a brake that were heavier could not be held, and is not accepted."""
+        return 2.0 * self.settings.supervisor.effort_limit / model.motor.inertia
 
     # Inputs.
 
@@ -228,8 +236,9 @@ class BrakeController:
         supervisor.watch(now)
         if not supervisor.accept_state(now, stamp, position, velocity):
             return None
-        time = supervisor.states.time
-        velocity = self._velocity.step(supervisor.states.taken.time, position, velocity)
+        states = supervisor.states
+        time = states.time
+        velocity = self._velocity.step(states.taken.time, states.span, position, velocity)
         report, settings = self.report, self.settings
         report.position_output, report.effort_output = position, effort
         # Slower than this its friction may hold it either way: it stands.

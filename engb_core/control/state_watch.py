@@ -38,8 +38,9 @@ class StateWatch:
 
     How far it may have moved is told by the stamps, which do not wait as messages do. A message
     can be late, never early: what one stamp alone is ahead of the steady clock, more than two
-    before it were, gives no room. And a sample that used the room of a pause, from which the next
-    one is back, was none of the drive's: no single message makes the angle lost.
+    before it were, gives no room, and turns the loop's time on no farther. And a sample that used
+    the room of a pause, from which the next one is back, was none of the drive's: no single
+    message makes the angle lost.
 
     Args:
         note: called with a cause and the time when a sample shows one.
@@ -48,6 +49,8 @@ class StateWatch:
         settings: `largest_speed`, `jump_time`.
         time: [s], continuous: what the loop integrates over.
         taken: when the samples were taken, evenly spaced.
+        span: from the sample that was used before to the last one, in which the motor may have
+            been moved and sped up [s].
         lost: the angle jumped and stayed; until `believe`.
     """
 
@@ -59,7 +62,7 @@ class StateWatch:
 
     def reset(self) -> None:
         """Forget the past: the next sample is believed."""
-        self.time = 0.0
+        self.time = self.span = 0.0
         self.taken.reset()
         self.lost = False
         self._seen = False
@@ -82,7 +85,7 @@ class StateWatch:
         self.lost = False
         self._jumped = None
         self._far = False
-        self._trusted, self._since = self._angle, 0.0
+        self._trust(self._angle)
 
     def accept(self, now: float, stamp: float, position: float, velocity: float) -> bool:
         """Return whether a sample may be used; see `Supervisor.accept_state`."""
@@ -113,11 +116,11 @@ class StateWatch:
             room = passed - max(ahead - max(self._earliest, before), 0.0)
             self._earliest = max(min(ahead, before), self._earliest - _DRIFT * waited)
         self._ahead = ahead
-        self.time += passed
         self.taken.step(passed, stamped=not was_set)
         self._stamp, self._now = stamp, now
         usual = max(self.taken.spacing, _SHORTEST)
         span = max(room, usual)
+        self.time += min(passed, span)
         self._since += span
         came_from, self._angle = self._angle, position
         jumps = abs(position - came_from) > reach * span
@@ -125,21 +128,25 @@ class StateWatch:
             if not jumps:
                 self._before, self._between = self._trusted, self._since
                 self._far = abs(position - self._trusted) > reach * usual
-                self._trusted, self._since = position, 0.0
+                self._trust(position)
                 return True
             if self._far and abs(position - self._before) <= min(
                     reach * (self._between + self._since), abs(position - self._trusted)):
                 self._note(Cause.STATE_JUMP, now)
                 self._far = False
-                self._trusted, self._since = position, 0.0
+                self._trust(position)
                 return True
             self._jumped = now
         elif jumps and abs(position - self._trusted) <= reach * self._since:
             self._jumped = None
             self.lost = self._far = False
-            self._trusted, self._since = position, 0.0
+            self._trust(position)
             return True
         self._note(Cause.STATE_JUMP, now)
         if now - self._jumped > self.settings.jump_time:
             self.lost = True
         return False
+
+    def _trust(self, position: float) -> None:
+        self._trusted = position
+        self.span, self._since = self._since, 0.0

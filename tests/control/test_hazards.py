@@ -517,12 +517,12 @@ def test_samples_in_bunches_with_stamps_of_when_they_were_read_make_no_wild_velo
 def test_the_velocity_of_a_coarse_encoder_is_believed():
     """24 counts a turn, as three Hall sensors at four pole pairs give."""
     count = math.tau / 24.0
-    watch = VelocityWatch(25.0)
+    watch = VelocityWatch(25.0, 2e4)
     wrong, angle, time = False, 0.0, 0.0
     for _ in range(2000):
         time += DT
         angle += 100.0 * DT
-        assert watch.step(time, count * math.floor(angle / count), 100.0) == 100.0
+        assert watch.step(time, DT, count * math.floor(angle / count), 100.0) == 100.0
         wrong = wrong or watch.wrong
     assert not wrong
 
