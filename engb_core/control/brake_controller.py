@@ -55,8 +55,8 @@ class BrakeController:
         self.clamp = FinalClamp(settings.supervisor)
         self.loop = PositionLoop(model, settings.loop)
         self.source = ReferenceSource(settings.reference)
-        self._velocity = VelocityWatch(settings.supervisor.velocity_tolerance,
-                                       self._largest_acceleration(model))
+        self._velocity = VelocityWatch(settings.supervisor.velocity_tolerance)
+        self._set_acceleration(model)
         self.supervisor.watch_commands = settings.reference.kind == 'command'
         self.report = Report()
         self.setpoint = Setpoint(0.0)
@@ -89,7 +89,7 @@ class BrakeController:
         """Change settings while running; the torque doesn't jump. `reference` is not changed."""
         self.settings = replace(settings, reference=self.settings.reference)
         self.supervisor.settings = self.clamp.settings = settings.supervisor
-        self._velocity.acceleration = self._largest_acceleration(self.model)
+        self._set_acceleration(self.model)
         self.loop.set_settings(settings.loop)
         if self._force is not None and settings.force is not None:
             self._force.apply(settings.force, settings.loop.disturbance_cutoff)
@@ -120,7 +120,7 @@ class BrakeController:
             force.command = self._force.command
         self._force = force
         self._slow = 2.0 * prepared.model.friction.saturation_velocity
-        self._velocity.acceleration = self._largest_acceleration(prepared.model)
+        self._set_acceleration(prepared.model)
         self.loop.set_model(prepared.model)
 
     @property
@@ -129,10 +129,11 @@ class BrakeController:
         return AcceptanceBounds(highest_torque=settings.supervisor.effort_limit,
                                 low=settings.position_min, high=settings.position_max)
 
-    def _largest_acceleration(self, model: Model) -> float:
-        """Return the motor's [rad/s²]: with the whole torque, and a load with friction of as much
-        again; a brake that were heavier could not be held, and is not accepted."""
-        return 2.0 * self.settings.supervisor.effort_limit / model.motor.inertia
+    def _set_acceleration(self, model: Model) -> None:
+        """Say what the motor's largest is: with the whole torque, and a load with friction of as
+        much again (a brake that were heavier could not be held, and is not accepted)."""
+        limit = 2.0 * self.settings.supervisor.effort_limit / model.motor.inertia
+        self._velocity.acceleration = self.supervisor.states.acceleration = limit
 
     # Inputs.
 
@@ -234,11 +235,12 @@ class BrakeController:
         """Take a joint state; return the torque to send [N·m], None: send nothing."""
         supervisor = self.supervisor
         supervisor.watch(now)
-        if not supervisor.accept_state(now, stamp, position, velocity):
-            return None
         states = supervisor.states
+        if not supervisor.accept_state(now, stamp, position, velocity):
+            return self._hold_load(now) if states.in_doubt else None
         time = states.time
         velocity = self._velocity.step(states.taken.time, states.span, position, velocity)
+        states.velocity = velocity
         report, settings = self.report, self.settings
         report.position_output, report.effort_output = position, effort
         # Slower than this its friction may hold it either way: it stands.
@@ -344,6 +346,19 @@ class BrakeController:
         self._handled = 0
         self._ramping = False
         self.report = Report()
+
+    def _hold_load(self, now: float) -> float | None:
+        """Return what holds the load [N·m], as long as nobody knows where the motor is: what
+        speeds it up or damps it was meant for a moment, and would throw a free motor out of its
+        range."""
+        supervisor = self.supervisor
+        if self.silent or supervisor.stop not in (None, Stop.HOLD):
+            return None
+        dt, self._last = now - self._last, now
+        torque = self.clamp.step(self.loop.held_torque(self.report.position_output), dt)
+        supervisor.torques.asked(torque, dt)
+        self.report.effort_command = torque
+        return torque
 
     def _let_go(self, dt: float) -> float:
         """Return the next torque of a stop that ends without any [N·m]."""

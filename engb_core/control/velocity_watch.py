@@ -39,15 +39,16 @@ class VelocityWatch:
 
     Args:
         tolerance: [rad/s]; 0: what is told is used, whatever it is.
-        acceleration: the motor's largest [rad/s²].
 
     Attributes:
+        acceleration: the motor's largest [rad/s²]; whoever knows it says.
         wrong: the told velocity is not that of the angles.
         used: the velocity that was returned last [rad/s].
     """
 
-    def __init__(self, tolerance: float, acceleration: float) -> None:
-        self.tolerance, self.acceleration = tolerance, acceleration
+    def __init__(self, tolerance: float) -> None:
+        self.tolerance = tolerance
+        self.acceleration = math.inf
         self._count = math.inf
         self.reset()
 

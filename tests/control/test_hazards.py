@@ -517,7 +517,7 @@ def test_samples_in_bunches_with_stamps_of_when_they_were_read_make_no_wild_velo
 def test_the_velocity_of_a_coarse_encoder_is_believed():
     """24 counts a turn, as three Hall sensors at four pole pairs give."""
     count = math.tau / 24.0
-    watch = VelocityWatch(25.0, 2e4)
+    watch = VelocityWatch(25.0)
     wrong, angle, time = False, 0.0, 0.0
     for _ in range(2000):
         time += DT

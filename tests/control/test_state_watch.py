@@ -120,7 +120,7 @@ def test_a_clock_that_was_set_is_told_and_the_steady_clock_goes_on(feed, passed,
     (0.09375, 0.0)])
 def test_late_samples_are_no_clock_jump(feed, passed, waited):
     feed()
-    feed(waited=DT + max(passed - waited, 0.0))   # what comes sooner makes up for one that was late
+    feed(waited=DT + max(passed - waited, 0.0))   # one that was late itself
     assert feed(passed=passed, waited=waited)
     assert feed.told == []
     assert feed.watch.time == pytest.approx(DT + passed, abs=2e-4)   # clocks may drift
@@ -421,3 +421,30 @@ def test_a_jump_without_a_pause_is_one(steady):
         assert steady(0.9 * count * REACH)
     assert not steady(2.0 * REACH)
     assert not steady(2.0 * REACH)
+
+
+def test_the_next_true_angle_is_believed_after_some_that_walked_away(steady):
+    """Each within `largest_speed` of the one before, but sped up as no motor is."""
+    steady.watch.acceleration = 0.2 * REACH / DT**2
+    for count in (1.0, 2.0, 3.0):
+        assert steady(position=0.9 * REACH * count, passed=DT / 8.0)
+    assert steady(position=0.0, passed=DT / 8.0)
+    assert steady.told == [Cause.STATE_JUMP]
+    assert steady(position=0.1)
+    assert steady.told == []
+
+
+def test_what_walks_away_as_a_motor_does_is_where_the_motor_is(steady):
+    steady.watch.acceleration = 2.0 * REACH / DT**2
+    for count in (1.0, 2.0, 3.0):
+        steady.watch.velocity = 0.9 * REACH / DT
+        assert steady(position=0.9 * REACH * count)
+    assert not steady(position=0.0)
+
+
+def test_a_lasting_jump_is_not_believed_however_far_the_motor_could_have_gone(steady):
+    steady.watch.acceleration = 2.0 * REACH / DT**2
+    for _ in range(100):
+        assert not steady(position=1.5 * REACH)
+    assert steady.watch.lost
+    assert steady.watch.in_doubt

@@ -15,7 +15,8 @@ class Feed:
     """A watch, and an angle that moves."""
 
     def __init__(self, tolerance=25.0):
-        self.watch = VelocityWatch(tolerance, FASTEST)
+        self.watch = VelocityWatch(tolerance)
+        self.watch.acceleration = FASTEST
         self.time = self.angle = 0.0
         for _ in range(3):
             self(0.1)   # the encoder's count is finer than what moves below
