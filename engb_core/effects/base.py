@@ -21,6 +21,33 @@ and, before all of them, where effort is a command (command_law.py):
 and, behind them, what a recording makes of it:
 
     measurement  returns the effort that is recorded, given sample[EFFORT], the true one [N·m]
+
+What a sample holds, by the names of its places. From the beginning:
+
+    TIME_STEP        since the sample before; functions have to hold for any       [s]
+    TIME             since the start                                               [s]
+    POSITION         of the motor; a prismatic axis: metres, newtons for N·m       [rad]
+    VELOCITY         of the motor                                                  [rad/s]
+    ACCELERATION     of the motor, the mean over the step before                   [rad/s²]
+    DISC_SPEED       of the brake disc, 0 where none is recorded                   [rad/s]
+    DISC_ANGLE       that it has turned                                            [rad]
+    PAD_TEMPERATURE  20 where none is recorded                                     [°C]
+
+then as the stages pass; each is right from its stage on:
+
+    INERTIA          of the model                                                  [kg·m²]
+    VISCOUS          viscous friction of the model                                 [N·m·s/rad]
+    COULOMB          Coulomb friction of the model, without what load adds         [N·m]
+    SHIFT            of the load side against the motor (behind the stage shift)   [rad]
+    LOAD             load torque, positive against a positive effort               [N·m]
+    LOAD_GAIN        how much friction grows with load                             [N·m/N·m]
+    LEVEL            dry friction, Coulomb's and what load adds, without direction [N·m]
+    DIRECTION        of the motion, −1 to 1, proportional to velocity close to rest [-]
+    EFFORT           in the stages actuation and measurement only                  [N·m]
+    REFERENCE        in the stage command only                                     [rad]
+    TORQUE           in no stage; scratch of the inverse dynamics                  [N·m]
+
+A torque that resists has the sign of the velocity: it is what the motor must give.
 """
 
 from __future__ import annotations

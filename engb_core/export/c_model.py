@@ -96,7 +96,10 @@ void engb_plant_advance(engb_plant *plant, double effort, double duration, doubl
                         double pad_temperature)
 {{
     const long steps = engb_max_long(1, (long)ceil(duration / plant->step - 1e-9));
-    plant->sample[ENGB_TIME_STEP] = duration / (double)steps;
+    const double inner = duration / (double)steps;
+    /* A difference of times is a step but for its last digits, which impacts would magnify. */
+    plant->sample[ENGB_TIME_STEP] =
+        fabs(inner - plant->step) < 1e-9 * plant->step ? plant->step : inner;
     plant->sample[ENGB_DISC_SPEED] = disc_speed;
     plant->sample[ENGB_PAD_TEMPERATURE] = pad_temperature;
     {advance}(plant->nominal, plant->cogging, engb_bounds, engb_owner, plant->parameters,
