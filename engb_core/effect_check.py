@@ -254,7 +254,8 @@ def compared(values: Array, samples: Array) -> Array:
     """Return `values` (n,) at the moving ones of samples (n, SAMPLE_SIZE), through a 60 Hz
     low-pass."""
     moving = ~maximum_filter1d(np.abs(samples[:, VELOCITY]) < 0.3, 41)
-    return convolve1d(values * moving, gaussian_kernel(60.0, TICK))[moving]
+    filtered: Array = convolve1d(values * moving, gaussian_kernel(60.0, TICK))
+    return filtered[moving]
 
 
 def _strokes() -> Array:

@@ -117,7 +117,7 @@ class Quantity:
         unit: SI, '1' for none.
         array: member of engb_plant that holds it.
         index: its place there.
-        value: what the model says.
+        value: what the model says [`unit`].
     """
 
     name: str
@@ -146,6 +146,9 @@ class CModel:
 
 def c_model(model: Model) -> CModel:
     """Return the simulated brake as C.
+
+    Args:
+        model: with its effects and laws.
 
     Raises:
         InputError: an effect holds Python that does not become C; the message names the line.
@@ -263,7 +266,11 @@ def _beside(effects: list[tuple[Effect, list[float]]]) -> Iterator[str]:
 
 
 def feedforward_header(model: Model) -> str:
-    """Return engb_feedforward.h: the torque of `control.feedforward.Feedforward`, bit by bit."""
+    """Return engb_feedforward.h: the torque of `control.feedforward.Feedforward`, bit by bit.
+
+    Args:
+        model: whose nominal numbers it has; effects are not in it.
+    """
     translator = Translator({})
     gain = translator.function(load_friction_gain, (REAL, REAL, REAL, REAL))
     friction, load = model.friction, model.load_torque
