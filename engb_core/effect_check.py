@@ -255,7 +255,8 @@ def compared(values: Array, samples: Array) -> Array:
     low-pass."""
     moving = ~maximum_filter1d(np.abs(samples[:, VELOCITY]) < 0.3, 41)
     filtered: Array = convolve1d(values * moving, gaussian_kernel(60.0, TICK))
-    return filtered[moving]
+    judged: Array = filtered[moving]
+    return judged
 
 
 def _strokes() -> Array:
