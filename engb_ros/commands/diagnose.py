@@ -51,7 +51,7 @@ from engb_ros.commands.inputs import (
     write_first_model,
     write_inputs,
 )
-from engb_ros.commands.nominal import (
+from engb_ros.commands.nominal_source import (
     add_nominal,
     model_given,
     simulator_of,
