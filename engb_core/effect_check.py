@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, maximum_filter1d
 
-from engb_core.command_law import Commanded, CommandLaw
 from engb_core.effects.base import (
     DIRECTION,
     Effect,
@@ -31,6 +30,7 @@ from engb_core.effects.base import (
 from engb_core.effects.catalogue import get_effect, registered
 from engb_core.errors import InputError, raised_at
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
+from engb_core.physics.command_law import Commanded, CommandLaw
 from engb_core.physics.compiled import handles, PARAMETER_SIZE
 from engb_core.physics.inverse_dynamics import effort_of_motion, measured
 from engb_core.physics.plant import physics_of, setting_values

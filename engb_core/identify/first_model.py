@@ -42,7 +42,6 @@ from engb_core.errors import InputError
 from engb_core.identify.load_forms import contact_form, FilteredColumns, load_forms, LoadForm
 from engb_core.model import Friction, Joint, Model, Motor
 from engb_core.physics.plant import load_torques, physics_of
-from engb_core.plausibility import refuse_unmeasured
 from engb_core.recording import Recording
 from engb_core.signals.filtering import (
     comparison_of,
@@ -51,6 +50,7 @@ from engb_core.signals.filtering import (
     slowest_speed,
 )
 from engb_core.signals.motion import motion_of
+from engb_core.signals.plausibility import refuse_unmeasured
 
 __all__ = ['FirstModel', 'FormScore', 'Number', 'first_model']
 

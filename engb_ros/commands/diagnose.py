@@ -155,7 +155,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _refuse(inputs: Inputs, model: Model | None) -> None:
-    from engb_core.plausibility import refuse_implausible, refuse_unmeasured
+    from engb_core.signals.plausibility import refuse_implausible, refuse_unmeasured
     if model is None:
         refuse_unmeasured(inputs.recordings, inputs.joint)
     else:
