@@ -35,7 +35,8 @@ def stamp(probe, shift=0.0):
 def sample(loop, shift=0.0, position=0.0, velocity=0.0, effort=0.0):
     """Return a joint state that differs from the newest one in something."""
     message = JointState(name=['motor'], position=[loop.position + position],
-                         velocity=[velocity], effort=[loop.effort + effort])
+                         velocity=[] if velocity is None else [velocity],
+                         effort=[loop.effort + effort])
     message.header.stamp = stamp(loop.probe, shift)
     return message
 
@@ -51,6 +52,12 @@ MESSAGES = {
         loop, effort=effort)) for effort in (1e5, -1e5, 5.0, -5.0)},
     **{f'speed {velocity:g}': (JOINT_STATES, lambda loop, velocity=velocity: sample(
         loop, velocity=velocity)) for velocity in (399.0, -399.0, 1e5, -1e5)},
+    'speed 399, stamped ahead': (JOINT_STATES, lambda loop: sample(
+        loop, shift=0.09, velocity=399.0)),
+    **{f'angle off by {angle}, no speed': (JOINT_STATES, lambda loop, angle=angle: sample(
+        loop, position=angle, velocity=None)) for angle in (1.5, -1.5)},
+    **{f'angle off by {angle}, and its speed': (JOINT_STATES, lambda loop, angle=angle: sample(
+        loop, position=angle, velocity=266.0 * angle)) for angle in (1.5, -1.5)},
     **{f'angle off by {angle}': (JOINT_STATES, lambda loop, angle=angle: sample(
         loop, position=angle)) for angle in (1.5, -1.5, 10.0, -10.0, 1e5)},
     **{f'stamp off by {shift}': (JOINT_STATES, lambda loop, shift=shift: sample(
