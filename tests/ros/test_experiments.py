@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from engb_core.control.disturbance_observer import DisturbanceObserver
-from engb_core.identify.nominal import fit_free_motor
+from engb_core.identify.nominal_plant import fit_free_motor
 from engb_core.model import Model
 from engb_core.reproduce import chosen
 from engb_core.reproduce.drawn_brakes import draw_brake
