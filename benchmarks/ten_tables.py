@@ -8,6 +8,7 @@ There are twice ten: of a bench with one loop, and of drives as machine builders
 
 from __future__ import annotations
 
+import argparse
 import json
 from pathlib import Path
 import subprocess
@@ -20,15 +21,22 @@ from tests.tables.other_benches import OTHER_TABLES  # noqa: E402
 from tests.tables.simulated_bench import BenchTable, TABLES, write_table  # noqa: E402
 
 
-def main() -> None:
+def main(words: list[str] | None = None) -> None:
     """Print a line for each table, and how many of each ten got the right name."""
     tables = [table.name for table in (*TABLES, *OTHER_TABLES)]
-    seed = int(sys.argv[1]) if len(sys.argv) > 1 else 0
+    parser = argparse.ArgumentParser(description=(__doc__ or '').splitlines()[0])
+    parser.add_argument('seed', nargs='?', type=int, default=0)
+    parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(tables))
+    arguments = parser.parse_args(words)
+    unknown = [name for name in arguments.names if name not in tables]
+    if unknown:
+        parser.error(f'there is no table {unknown[0]}; known: {", ".join(tables)}')
     with tempfile.TemporaryDirectory() as folder:
         for which in (TABLES, OTHER_TABLES):
-            chosen = [table for table in which if table.name in (sys.argv[2:] or tables)]
-            right = sum(_right(table, Path(folder), seed) for table in chosen)
-            print(f'{right} of {len(chosen)} right (seed {seed})', flush=True)
+            chosen = [table for table in which if table.name in (arguments.names or tables)]
+            if chosen:
+                right = sum(_right(table, Path(folder), arguments.seed) for table in chosen)
+                print(f'{right} of {len(chosen)} right (seed {arguments.seed})', flush=True)
 
 
 def _right(table: BenchTable, folder: Path, seed: int) -> bool:

@@ -27,8 +27,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from engb_core import read  # noqa: E402
 from engb_core.model import Model  # noqa: E402
-from engb_core.plausibility import Plausibility  # noqa: E402
 from engb_core.recording import Recording  # noqa: E402
+from engb_core.signals.plausibility import Plausibility  # noqa: E402
 from tests.proof.generate import DEFAULT_STRATA, generate  # noqa: E402
 
 ROTARY = {'degrees': 180.0 / math.pi, 'turns': 0.5 / math.pi, 'counts': 0.0}

@@ -26,7 +26,7 @@ from engb_core.effects.catalogue import catalogue  # noqa: E402
 # Pages in the order of the site, under their headings.
 PAGES = {
     'Begin': ('install', 'from-a-table', 'your-simulator'),
-    'Understand': ('diagnosis', 'effects', 'laws'),
+    'Understand': ('diagnosis', 'statistics', 'effects', 'laws'),
     'Extend and integrate': ('add-an-effect', 'library', 'export', 'integrate', 'ros2-control',
                              'can-faults', 'hazards', 'security'),
     'Reference': ('api', 'contract', 'versions', 'changelog'),

@@ -16,12 +16,14 @@ if TYPE_CHECKING:
     from engb_core.errors import InputError
     from engb_core.library import Diagnosis, load_model, predict, read, Recording, simulate
     from engb_core.model import Model
+    from engb_core.recording import Reference, Signal
 
-__all__ = ['Diagnosis', 'InputError', 'Model', 'Recording', 'diagnose', 'effects', 'load_model',
-           'predict', 'read', 'simulate']
+__all__ = ['Diagnosis', 'InputError', 'Model', 'Recording', 'Reference', 'Signal', 'diagnose',
+           'effects', 'load_model', 'predict', 'read', 'simulate']
 
 # Public name → where it is defined.
-_HOME = {'InputError': 'engb_core.errors', 'Model': 'engb_core.model'}
+_HOME = {'InputError': 'engb_core.errors', 'Model': 'engb_core.model',
+         'Reference': 'engb_core.recording', 'Signal': 'engb_core.recording'}
 _PACKAGES = {'diagnose', 'effects'}
 
 

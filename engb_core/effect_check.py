@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, maximum_filter1d
 
-from engb_core.command_law import Commanded, CommandLaw
 from engb_core.effects.base import (
     DIRECTION,
     Effect,
@@ -29,9 +28,10 @@ from engb_core.effects.base import (
     VELOCITY,
 )
 from engb_core.effects.catalogue import get_effect, registered
-from engb_core.errors import InputError
+from engb_core.errors import InputError, raised_at
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
-from engb_core.physics.compiled import PARAMETER_SIZE
+from engb_core.physics.command_law import Commanded, CommandLaw
+from engb_core.physics.compiled import handles, PARAMETER_SIZE
 from engb_core.physics.inverse_dynamics import effort_of_motion, measured
 from engb_core.physics.plant import physics_of, setting_values
 from engb_core.physics.sample_table import sample_table
@@ -139,12 +139,28 @@ def _functions(effect: Effect) -> Iterator[str]:
                     result = function.definition(row, np.zeros(STATE_SIZE), sample)
                 except (ArithmeticError, ValueError):
                     result = math.nan
+                except Exception as error:
+                    # Somebody else's code may raise anything.
+                    yield f'{stage} cannot be computed: {raised_at(error)}'
+                    return
                 if not math.isfinite(result):
                     yield (f'{stage} gives {result} at {velocity:g} rad/s with '
                            f'{_shown(effect, values)}')
-        words = effect.statement(values)
+        try:
+            words = effect.statement(values)
+        except Exception as error:
+            yield f'statement gives no sentence: {raised_at(error)}'
+            return
         if not (isinstance(words, str) and words.strip()):
             yield 'statement gives no sentence'
+    for stage, function in effect.stages.items():
+        try:
+            handles([function])
+        except Exception as error:
+            # The compiler's own message has dozens of lines, the first of which say what it is.
+            said = ' '.join(str(error).split())[:300]
+            yield (f'{stage} cannot be compiled: use numbers, arrays and functions of math only '
+                   f'({said})')
 
 
 def _in_motion(effect: Effect) -> Iterator[str]:
@@ -238,7 +254,9 @@ def compared(values: Array, samples: Array) -> Array:
     """Return `values` (n,) at the moving ones of samples (n, SAMPLE_SIZE), through a 60 Hz
     low-pass."""
     moving = ~maximum_filter1d(np.abs(samples[:, VELOCITY]) < 0.3, 41)
-    return convolve1d(values * moving, gaussian_kernel(60.0, TICK))[moving]
+    filtered: Array = convolve1d(values * moving, gaussian_kernel(60.0, TICK))
+    judged: Array = filtered[moving]
+    return judged
 
 
 def _strokes() -> Array:

@@ -1,9 +1,11 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The errors that a user can mend."""
 
+import traceback
+
 from engb_core.printable import printable
 
-__all__ = ['InputError']
+__all__ = ['InputError', 'raised_at']
 
 
 class InputError(Exception):
@@ -14,3 +16,9 @@ class InputError(Exception):
 
     def __init__(self, message: str) -> None:
         super().__init__(printable(' '.join(str(message).split())))
+
+
+def raised_at(error: Exception) -> str:
+    """Return what somebody else's file raised, and at which of its lines."""
+    line = traceback.extract_tb(error.__traceback__)[-1].lineno
+    return f'{type(error).__name__}: {error} (line {line} of the file)'

@@ -77,6 +77,9 @@ def read(path: str | os.PathLike[str], model: Model | None = None) -> Run:
 def load_model(path: str | os.PathLike[str]) -> Model:
     """Read a model file.
 
+    Args:
+        path: of a YAML file, format engb-model/1.
+
     Raises:
         InputError: missing, or a value that is wrong; the message names it.
     """
@@ -168,13 +171,22 @@ def diagnose(recordings: Run | Sequence[Run], model: Model,
 
 
 def predict(recording: Run, model: Model) -> Array:
-    """Return the effort (n,) [N·m] that the model says the recorded motion needs."""
+    """Return the effort (n,) [N·m] that the model says the recorded motion needs.
+
+    Args:
+        recording: its motion is taken, not its effort.
+        model: the nominal or a corrected model.
+    """
     from engb_core.prediction import predict_effort
     return predict_effort(recording, model)
 
 
 def simulate(recording: Run, model: Model) -> tuple[Array, Array]:
     """Return position (n,) [rad] and velocity (n,) [rad/s] of the model in the recorded loop.
+
+    Args:
+        recording: its reference is tracked, from its first position on.
+        model: with the controller that closed the loop.
 
     Raises:
         InputError: the recording has no reference, or the model no controller.

@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from engb_core.errors import InputError
-from engb_core.yaml_text import load_yaml, shown
+from engb_core.yaml_text import check_keys, key_text, list_at, load_yaml, number_at, shown
 
 __all__ = ['Cogging', 'Controller', 'EffectSetting', 'Friction', 'Joint', 'LoadTorque', 'Model',
            'Motor']
@@ -30,7 +30,12 @@ _FASTEST_LOOP = 1e5
 
 @dataclass(frozen=True)
 class Joint:
-    """Name in JointState, and 'revolute' (rad, N·m) or 'prismatic' (m, N)."""
+    """Which joint it is.
+
+    Attributes:
+        name: in JointState.
+        type: 'revolute' (rad, N·m) or 'prismatic' (m, N for every rad, N·m below).
+    """
 
     name: str = 'motor'
     type: str = 'revolute'
@@ -38,7 +43,13 @@ class Joint:
 
 @dataclass(frozen=True)
 class Motor:
-    """`torque_constant` K_T [N·m/A], `inertia` J [kg·m²], `viscous_friction` B [N·m·s/rad]."""
+    """The motor, with all that moves with it.
+
+    Attributes:
+        torque_constant: K_T [N·m/A].
+        inertia: J [kg·m²] of all that moves, at the motor.
+        viscous_friction: B [N·m·s/rad].
+    """
 
     torque_constant: float = 0.0174
     inertia: float = 6.813e-5
@@ -49,7 +60,12 @@ class Motor:
 class LoadTorque:
     """T_L(θ): a polynomial of s = θ − contact_angle, or amplitude·sin(θ + phase).
 
-    `coefficients` p0… [N·m, N·m/rad, …]; `contact_angle` [rad] or None (s = θ everywhere).
+    Attributes:
+        form: 'polynomial' or 'sinusoid'.
+        coefficients: p0, p1, … [N·m, N·m/rad, N·m/rad², …]; 0 below the contact angle.
+        contact_angle: [rad], where the load begins; None: s = θ everywhere.
+        amplitude: of the sinusoid [N·m].
+        phase: of the sinusoid [rad].
     """
 
     form: str = 'polynomial'
@@ -64,7 +80,14 @@ class Friction:
     """T_C = (coulomb + load_gain·|T_L|)·sat(ω / saturation_velocity), from (13) and (42).
 
     With a `load_curvature` what goes with load is a parabola that crosses this line at
-    `reference_load` [N·m] (load_friction.py).
+    `reference_load` (load_friction.py).
+
+    Attributes:
+        coulomb: C₀ [N·m].
+        load_gain: C₁ [-]: friction by load torque.
+        saturation_velocity: ω_s [rad/s], up to which friction rises in proportion.
+        load_curvature: [-], −1 to 1, 0: friction is a straight line over the load.
+        reference_load: [N·m], where parabola and straight line cross.
     """
 
     coulomb: float = 0.0
@@ -76,7 +99,13 @@ class Friction:
 
 @dataclass(frozen=True)
 class Cogging:
-    """One harmonic of T_cog: amplitude·sin(order·θ + phase); order in cycles per revolution."""
+    """One harmonic of T_cog: amplitude·sin(order·θ + phase).
+
+    Attributes:
+        order: [cycles per revolution] (prismatic: [rad/m]).
+        amplitude: [N·m].
+        phase: [rad].
+    """
 
     order: float
     amplitude: float
@@ -85,7 +114,15 @@ class Cogging:
 
 @dataclass(frozen=True)
 class Controller:
-    """The loop that was closed while recording: PID on e = θ_d − θ, gains in N·m."""
+    """The loop that was closed while recording: PID on e = θ_d − θ.
+
+    Attributes:
+        proportional: [N·m/rad].
+        integral: [N·m/(rad·s)].
+        derivative: [N·m·s/rad].
+        effort_limit: [N·m], of the loop's output.
+        rate: [Hz], of its cycles.
+    """
 
     proportional: float = 0.0
     integral: float = 0.0
@@ -96,10 +133,14 @@ class Controller:
 
 @dataclass(frozen=True)
 class EffectSetting:
-    """One effect that a diagnosis added: its id and its parameters (numbers, lists of them).
+    """One effect that a diagnosis added.
 
-    A law has a `formula`, what it `acts_as`, and the range of each coordinate `within` which it
-    was seen (engb_core/laws).
+    Attributes:
+        effect: its id.
+        parameters: numbers, or lists of them, by name; units are those of the effect's file.
+        formula: of a law (engb_core/laws).
+        acts_as: what a law's formula gives.
+        within: the range of each coordinate within which a law was seen.
     """
 
     effect: str
@@ -111,7 +152,17 @@ class EffectSetting:
 
 @dataclass(frozen=True)
 class Model:
-    """All numbers of a model file."""
+    """All numbers of a model file.
+
+    Attributes:
+        motor: inertia, viscous friction and torque constant.
+        load_torque: over the motor's angle.
+        friction: dry friction.
+        cogging: its harmonics.
+        controller: the loop that was closed while recording; None: not known.
+        effects: what a diagnosis added.
+        joint: name and kind; decides about rad or m.
+    """
 
     motor: Motor = Motor()
     load_torque: LoadTorque = LoadTorque()
@@ -124,6 +175,9 @@ class Model:
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Model:
         """Read a model file.
+
+        Args:
+            path: of a YAML file.
 
         Raises:
             InputError: missing file, not YAML, an unknown key, a value of a wrong kind or range.
@@ -150,10 +204,17 @@ class Model:
 
     @classmethod
     def from_mapping(cls, data: Any) -> Model:
-        """Build a model from the file's mapping; InputError names the field that is wrong."""
+        """Build a model from the file's mapping.
+
+        Args:
+            data: as YAML gives it, in SI units.
+
+        Raises:
+            InputError: names the field that is wrong.
+        """
         if not isinstance(data, dict):
             raise InputError(f'no mapping on top; a model file starts with "format: {FORMAT}"')
-        _known(data, {'format', 'joint', 'motor', 'load_torque', 'friction', 'cogging',
+        check_keys(data, {'format', 'joint', 'motor', 'load_torque', 'friction', 'cogging',
                       'controller', 'effects'}, '')
         if data.get('format') != FORMAT:
             raise InputError(f'format is {shown(data.get("format"))}; it must be {FORMAT}')
@@ -185,14 +246,14 @@ class Model:
             if controller.rate > _FASTEST_LOOP:
                 raise InputError(f'controller.rate is {controller.rate:g}; it must be at most '
                                  f'{_FASTEST_LOOP:g} Hz')
-        if len(_list(data.get('cogging'), 'cogging')) > _MOST_HARMONICS:
+        if len(list_at(data.get('cogging'), 'cogging')) > _MOST_HARMONICS:
             raise InputError(f'cogging holds {len(data["cogging"])} harmonics; at most '
                              f'{_MOST_HARMONICS} are computed')
         cogging = tuple(_section(Cogging, entry, f'cogging[{index}]',
                                  required=('order', 'amplitude'))
-                        for index, entry in enumerate(_list(data.get('cogging'), 'cogging')))
+                        for index, entry in enumerate(list_at(data.get('cogging'), 'cogging')))
         effects = tuple(_effect(entry, f'effects[{index}]')
-                        for index, entry in enumerate(_list(data.get('effects'), 'effects')))
+                        for index, entry in enumerate(list_at(data.get('effects'), 'effects')))
         if effects:
             # Here, since effects are made of what a model file is.
             from engb_core.effects.catalogue import named_as_now
@@ -227,11 +288,19 @@ class Model:
         return data
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the model file, whole or not at all: `write`, as libraries call it."""
+        """Write the model file, whole or not at all: `write`, as libraries call it.
+
+        Args:
+            path: of the file; one that is there is replaced.
+        """
         self.write(path)
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Write the model file, whole or not at all."""
+        """Write the model file, whole or not at all.
+
+        Args:
+            path: of the file; one that is there is replaced.
+        """
         path = Path(path)
         text = yaml.safe_dump(self.to_mapping(), sort_keys=False, allow_unicode=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}.')
@@ -245,53 +314,13 @@ class Model:
             raise
 
 
-def _known(data: dict[Any, Any], allowed: set[str], where: str) -> None:
-    for key in data:
-        if key not in allowed:
-            name = f'{where}.{_key(key)}' if where else _key(key)
-            raise InputError(f'unknown key {name}; known here: {", ".join(sorted(allowed))}')
-
-
-def _key(key: Any) -> str:
-    """Return a key for a message: most are text, which needs no quotes."""
-    text = shown(key)
-    return text[1:-1] if isinstance(key, str) else text
-
-
-def _list(value: Any, where: str) -> list[Any]:
-    if value is None:
-        return []
-    if not isinstance(value, list):
-        raise InputError(f'{where} must be a list')
-    return value
-
-
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, str):
-        # YAML 1.1 reads 1e-5 (no dot) as text; a person means the number.
-        try:
-            value = float(value)
-        except ValueError:
-            raise InputError(f'{where} is {shown(value)}; write a plain number in SI '
-                             'units') from None
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(f'{where} is {shown(value)}; write a plain number in SI units')
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf       # an integer of hundreds of digits
-    if not math.isfinite(number):
-        raise InputError(f'{where} is {number}; it must be finite')
-    return number
-
-
 def _section(kind: type, data: Any, where: str, required: tuple[str, ...] = ()) -> Any:
     if data is None:
         data = {}
     if not isinstance(data, dict):
         raise InputError(f'{where} must be a mapping')
     fields = {entry.name: entry for entry in dataclasses.fields(kind)}
-    _known(data, set(fields), where)
+    check_keys(data, set(fields), where)
     for name in required:
         if name not in data:
             raise InputError(f'{where}.{name} is missing')
@@ -304,7 +333,7 @@ def _section(kind: type, data: Any, where: str, required: tuple[str, ...] = ()) 
         elif name == 'effort_limit' and isinstance(value, float) and value == math.inf:
             values[name] = value
         else:
-            values[name] = _number(value, f'{where}.{name}')
+            values[name] = number_at(value, f'{where}.{name}')
     return kind(**values)
 
 
@@ -315,39 +344,39 @@ def _load_torque(data: Any) -> LoadTorque:
         raise InputError('load_torque must be a mapping')
     form = data.get('form', 'polynomial')
     if form == 'sinusoid':
-        _known(data, {'form', 'amplitude', 'phase'}, 'load_torque')
-        return LoadTorque(form, amplitude=_number(data.get('amplitude', 0.0),
+        check_keys(data, {'form', 'amplitude', 'phase'}, 'load_torque')
+        return LoadTorque(form, amplitude=number_at(data.get('amplitude', 0.0),
                                                   'load_torque.amplitude'),
-                          phase=_number(data.get('phase', 0.0), 'load_torque.phase'))
+                          phase=number_at(data.get('phase', 0.0), 'load_torque.phase'))
     if form != 'polynomial':
         raise InputError(f'load_torque.form is {shown(form)}; it must be polynomial or sinusoid')
-    _known(data, {'form', 'coefficients', 'contact_angle'}, 'load_torque')
-    values = _list(data.get('coefficients', [0.0] * 4), 'load_torque.coefficients')
+    check_keys(data, {'form', 'coefficients', 'contact_angle'}, 'load_torque')
+    values = list_at(data.get('coefficients', [0.0] * 4), 'load_torque.coefficients')
     if not 1 <= len(values) <= 12:
         raise InputError('load_torque.coefficients must hold 1 to 12 numbers (p0, p1, …)')
     angle = data.get('contact_angle')
     return LoadTorque(
         form,
-        tuple(_number(value, f'load_torque.coefficients[{index}]')
+        tuple(number_at(value, f'load_torque.coefficients[{index}]')
               for index, value in enumerate(values)),
-        None if angle is None else _number(angle, 'load_torque.contact_angle'))
+        None if angle is None else number_at(angle, 'load_torque.contact_angle'))
 
 
 def _effect(data: Any, where: str) -> EffectSetting:
     if not isinstance(data, dict) or not isinstance(data.get('effect'), str):
         raise InputError(f'{where} must hold effect: <name> and parameters: {{…}}')
     law = {'formula', 'acts_as', 'within'} if data['effect'] == 'law' else set()
-    _known(data, {'effect', 'parameters'} | law, where)
+    check_keys(data, {'effect', 'parameters'} | law, where)
     parameters = data.get('parameters') or {}
     if not isinstance(parameters, dict):
         raise InputError(f'{where}.parameters must be a mapping')
     values: dict[str, Any] = {}
     for name, value in parameters.items():
-        here = f'{where}.parameters.{_key(name)}'
+        here = f'{where}.parameters.{key_text(name)}'
         if isinstance(value, list):
-            values[str(name)] = [_number(item, here) for item in value]
+            values[str(name)] = [number_at(item, here) for item in value]
         else:
-            values[str(name)] = _number(value, here)
+            values[str(name)] = number_at(value, here)
     if not law:
         return EffectSetting(data['effect'], values)
     texts = {name: data.get(name, '') for name in ('formula', 'acts_as')}
@@ -367,7 +396,7 @@ def _ranges(data: Any, where: str) -> dict[str, tuple[float, float]]:
     for name, span in data.items():
         if not isinstance(span, list) or len(span) != 2:
             raise InputError(f'{where}.{name} must be [lowest, highest]')
-        low, high = (_number(value, f'{where}.{name}') for value in span)
+        low, high = (number_at(value, f'{where}.{name}') for value in span)
         found[str(name)] = (low, high)
     return found
 

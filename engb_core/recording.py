@@ -24,20 +24,35 @@ SAMPLED = 0.01
 
 @dataclass(frozen=True)
 class Signal:
-    """A side signal on its own clock: `time` (k,) [s from the first sample], `value` (k,)."""
+    """A side signal on its own clock.
+
+    Attributes:
+        time: (k,) [s], from the recording's first sample.
+        value: (k,) [SI units]: disc_speed [rad/s], pad_temperature [°C].
+    """
 
     time: Array
     value: Array
 
     def at(self, time: Array) -> Array:
-        """Return the signal at `time` (n,), linearly interpolated, held at both ends."""
+        """Return the signal (n,) [its unit] at `time`, linearly interpolated, held at both ends.
+
+        Args:
+            time: (n,) [s], from the recording's first sample.
+        """
         return np.interp(time, self.time, self.value)
 
 
 @dataclass(frozen=True)
 class Reference:
-    """What the controller tracked: `time` (k,) [s], `position` (k,) [rad], and, where recorded,
-    `velocity` (k,) [rad/s] and `effort` (k,) [N·m], the feedforward torque."""
+    """What the controller tracked.
+
+    Attributes:
+        time: (k,) [s], on the clock of the recording.
+        position: (k,) [rad].
+        velocity: (k,) [rad/s], None where it was not recorded.
+        effort: (k,) [N·m], the feedforward torque; None where it was not recorded.
+    """
 
     time: Array
     position: Array
@@ -88,8 +103,16 @@ class Recording:
     ) -> Recording:
         """Sort, drop what is doubled or not finite, and start the clock at the first sample.
 
-        `time` is absolute [s]; `reference` and `signals` are on that same absolute clock. Without
-        `effort` the recording has none (`effort_recorded`).
+        Args:
+            name: for reports; each recording of a diagnosis needs its own.
+            time: (n,) [s], on any clock.
+            position: (n,) motor angle [rad].
+            effort: (n,) motor torque [N·m]; None: none was recorded (`effort_recorded`).
+            velocity: (n,) [rad/s], None where the drive gave none.
+            reference: what was tracked, on the same clock as `time`.
+            signals: side signals by name, on the same clock as `time`.
+            joint: the joint's name in the messages.
+            notes: what was repaired before, a sentence each.
 
         Raises:
             InputError: fewer than 20 usable samples are left.
@@ -153,7 +176,11 @@ class Recording:
         return float(self.time[-1])
 
     def signal(self, name: str) -> Array | None:
-        """Return side signal `name` at the recording's samples (n,), or None if not recorded."""
+        """Return a side signal at the recording's samples (n,) [its unit], None: not recorded.
+
+        Args:
+            name: of the signal, such as 'disc_speed'.
+        """
         found = self.signals.get(name)
         return None if found is None else found.at(self.time)
 
@@ -195,7 +222,12 @@ class Recording:
         return arrow_table(self, prismatic)
 
     def between(self, begin: float, end: float, name: str | None = None) -> Recording:
-        """Return the part with begin ≤ time < end [s]; its clock goes on (it doesn't restart)."""
+        """Return the part with begin ≤ time < end; its clock goes on (it doesn't restart).
+
+        Args:
+            begin, end: [s] from the first sample.
+            name: of the part (None: that of the whole).
+        """
         part = slice(*np.searchsorted(self.time, [begin, end]))
         return Recording(
             name=name or self.name, time=self.time[part], position=self.position[part],

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+import math
 import reprlib
 from typing import Any
 
@@ -11,7 +12,7 @@ import yaml
 
 from engb_core.errors import InputError
 
-__all__ = ['load_yaml', 'shown']
+__all__ = ['check_keys', 'key_text', 'list_at', 'load_yaml', 'number_at', 'shown']
 
 # Model files and bags' metadata nest five deep; libyaml's own recursion ends in a crash at some
 # ten thousand, Python's at a thousand.
@@ -55,10 +56,53 @@ def load_yaml(text: str) -> Any:
         raise InputError(f'not valid YAML{line}; mend the file') from error
 
 
-class _Loader(_Base):
+def check_keys(data: dict[Any, Any], allowed: set[str], where: str) -> None:
+    """Raise InputError for a key of a mapping that is not among those allowed at this place."""
+    for key in data:
+        if key not in allowed:
+            name = f'{where}.{key_text(key)}' if where else key_text(key)
+            raise InputError(f'unknown key {name}; known here: {", ".join(sorted(allowed))}')
+
+
+def key_text(key: Any) -> str:
+    """Return a key for a message: most are text, which needs no quotes."""
+    text = shown(key)
+    return text[1:-1] if isinstance(key, str) else text
+
+
+def list_at(value: Any, where: str) -> list[Any]:
+    """Return the list that stands at a place, [] where nothing does; InputError for others."""
+    if value is None:
+        return []
+    if not isinstance(value, list):
+        raise InputError(f'{where} must be a list')
+    return value
+
+
+def number_at(value: Any, where: str) -> float:
+    """Return the finite number that stands at a place; InputError for others."""
+    if isinstance(value, str):
+        # YAML 1.1 reads 1e-5 (no dot) as text; a person means the number.
+        try:
+            value = float(value)
+        except ValueError:
+            raise InputError(f'{where} is {shown(value)}; write a plain number in SI '
+                             'units') from None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(f'{where} is {shown(value)}; write a plain number in SI units')
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf       # an integer of hundreds of digits
+    if not math.isfinite(number):
+        raise InputError(f'{where} is {number}; it must be finite')
+    return number
+
+
+class _Loader(_Base):  # type: ignore[misc]
     """Plain data only, and no key twice."""
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """Return a mapping; the later of two equal keys would win in silence."""
         seen: set[Hashable] = set()
         for key, _ in node.value:
@@ -67,4 +111,5 @@ class _Loader(_Base):
                     raise InputError(f'key {shown(key.value)} is given twice, again at line '
                                      f'{key.start_mark.line + 1}; remove one')
                 seen.add((key.tag, key.value))
-        return super().construct_mapping(node, deep)
+        made: dict[Any, Any] = super().construct_mapping(node, deep)
+        return made

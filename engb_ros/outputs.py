@@ -34,7 +34,7 @@ from typing import Any
 import zipfile
 
 from engb_core.errors import InputError
-from engb_ros.bags.locate import recording_fault
+from engb_ros.bags.bag_files import recording_fault
 
 __all__ = ['LIST', 'claimed_folder', 'file_output', 'folder_output', 'recording_output',
            'undisturbed']

@@ -15,8 +15,8 @@ from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.reproduce.blind import estimate_brake
+from engb_core.reproduce.opened_seals import open_brakes, SealedBrakes
 from engb_core.reproduce.plan import Experiment
-from engb_core.reproduce.sealed import open_brakes, SealedBrakes
 from engb_ros.draw_brake import DRAWING, SEAL
 from engb_ros.experiments import record_experiment
 from engb_ros.sealed import digest, read_sealed

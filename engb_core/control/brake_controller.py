@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import math
 
 from engb_core.control.acceptance import AcceptanceBounds, check_candidate, check_computable
@@ -12,7 +12,7 @@ from engb_core.control.causes import Cause, Stop
 from engb_core.control.clamp_force import ClampForceEstimator
 from engb_core.control.command_arbiter import ANONYMOUS, Command
 from engb_core.control.final_clamp import FinalClamp
-from engb_core.control.force_control import ForceControl
+from engb_core.control.force_control import ForceControl, PreparedModel
 from engb_core.control.loop import PositionLoop
 from engb_core.control.reference import ReferenceSource
 from engb_core.control.supervisor import Supervisor
@@ -21,21 +21,13 @@ from engb_core.control.velocity_watch import VelocityWatch
 from engb_core.errors import InputError
 from engb_core.model import Model
 
-__all__ = ['BrakeController', 'PreparedModel']
+__all__ = ['BrakeController']
 
 _COMMAND_STALE = Cause.COMMAND_STALE.value
 _STATE_STALE = Cause.STATE_STALE.value
 
 # Full torque, but for rounding.
 _FULL = 0.99
-
-
-@dataclass(frozen=True)
-class PreparedModel:
-    """An identified model that was found plausible, with what a controller makes of it."""
-
-    model: Model
-    force: ForceControl | None
 
 
 class BrakeController:
@@ -56,13 +48,14 @@ class BrakeController:
         self.loop = PositionLoop(model, settings.loop)
         self.source = ReferenceSource(settings.reference)
         self._velocity = VelocityWatch(settings.supervisor.velocity_tolerance)
+        self._look_at(model)
         self.supervisor.watch_commands = settings.reference.kind == 'command'
         self.report = Report()
         self.setpoint = Setpoint(0.0)
         self.silent = False
         self._disc_speed = 0.0
         self._force = self._force_control(model)
-        self._moves, self._slow = False, 2.0 * model.friction.saturation_velocity
+        self._moves = False
         # Of nameless sources: when which angle was asked for, as an angle and as a force.
         self._wanted: dict[bool, tuple[float, float]] = {}
         self.start(0.0)
@@ -88,6 +81,7 @@ class BrakeController:
         """Change settings while running; the torque doesn't jump. `reference` is not changed."""
         self.settings = replace(settings, reference=self.settings.reference)
         self.supervisor.settings = self.clamp.settings = settings.supervisor
+        self._look_at(self.model)
         self.loop.set_settings(settings.loop)
         if self._force is not None and settings.force is not None:
             self._force.apply(settings.force, settings.loop.disturbance_cutoff)
@@ -117,7 +111,7 @@ class BrakeController:
             force.learn_from(self._force)
             force.command = self._force.command
         self._force = force
-        self._slow = 2.0 * prepared.model.friction.saturation_velocity
+        self._look_at(prepared.model)
         self.loop.set_model(prepared.model)
 
     @property
@@ -125,6 +119,13 @@ class BrakeController:
         settings = self.settings
         return AcceptanceBounds(highest_torque=settings.supervisor.effort_limit,
                                 low=settings.position_min, high=settings.position_max)
+
+    def _look_at(self, model: Model) -> None:
+        """Say how slow stands, and how fast a motor speeds up: with the whole torque, and as much
+        again of load and friction (a brake that were heavier is not accepted)."""
+        self._slow = 2.0 * model.friction.saturation_velocity
+        limit = 2.0 * self.settings.supervisor.effort_limit / model.motor.inertia
+        self._velocity.acceleration = self.supervisor.states.acceleration = limit
 
     # Inputs.
 
@@ -226,10 +227,11 @@ class BrakeController:
         """Take a joint state; return the torque to send [N·m], None: send nothing."""
         supervisor = self.supervisor
         supervisor.watch(now)
+        states = supervisor.states
         if not supervisor.accept_state(now, stamp, position, velocity):
-            return None
-        time = supervisor.states.time
-        velocity = self._velocity.step(supervisor.states.taken.time, position, velocity)
+            return self._hold_load(now) if states.in_doubt else None
+        velocity = self._velocity.step(states.taken.time, states.span, position, velocity)
+        states.velocity = velocity
         report, settings = self.report, self.settings
         report.position_output, report.effort_output = position, effort
         # Slower than this its friction may hold it either way: it stands.
@@ -241,7 +243,7 @@ class BrakeController:
         supervisor.torque(now, effort, dt)
         supervisor.velocity(now, self._velocity.wrong)
         try:
-            wish = self._wish(now, time, position, velocity, supervisor.torques.measured)
+            wish = self._wish(now, states.time, position, velocity, supervisor.torques.measured)
         except (ArithmeticError, ValueError):   # a model whose torque cannot be computed
             wish = math.nan
         if not math.isfinite(wish):
@@ -335,6 +337,17 @@ class BrakeController:
         self._handled = 0
         self._ramping = False
         self.report = Report()
+
+    def _hold_load(self, now: float) -> float | None:
+        """Return what holds the load [N·m], as long as nobody knows where the motor is: what was
+        to speed it up or damp it for a moment would throw a free motor out of its range."""
+        if self.silent or self.supervisor.stop not in (None, Stop.HOLD):
+            return None
+        dt, self._last = now - self._last, now
+        torque = self.clamp.step(self.loop.held_torque(self.report.position_output), dt)
+        self.supervisor.torques.asked(torque, dt)
+        self.report.effort_command = torque
+        return torque
 
     def _let_go(self, dt: float) -> float:
         """Return the next torque of a stop that ends without any [N·m]."""

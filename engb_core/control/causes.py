@@ -123,7 +123,8 @@ CAUSES: dict[Cause, CauseInfo] = {
         'the sample is not used'),
     Cause.STATE_JUMP: CauseInfo(
         Severity.NOTICE, 'the angle moved faster than `largest_speed`, or its velocity said so',
-        'the sample is not used; if it stays there, `angle_lost`'),
+        'the sample is not used, from the second on the motor gets what holds the load; if it '
+        'stays there, `angle_lost`'),
     Cause.STATE_WRONG_JOINT: CauseInfo(
         Severity.NOTICE, 'a joint state did not hold the joint\'s position',
         'the message is not used'),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 import math
 
 from engb_core.control.brake_settings import ForceSettings
@@ -10,7 +11,7 @@ from engb_core.control.clamp_force import ClampForceEstimator, ClampForceMap
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.model import Model
 
-__all__ = ['ForceControl']
+__all__ = ['ForceControl', 'PreparedModel']
 
 # The contact wanders slowly: more than this often needn't be looked [s].
 ESTIMATE_EVERY = 0.0035
@@ -80,3 +81,11 @@ class ForceControl:
         if force > 0.0:
             return estimator.map.angle_of_force(force) + estimator.shift
         return estimator.contact_angle - self.settings.running_clearance
+
+
+@dataclass(frozen=True)
+class PreparedModel:
+    """An identified model that was found plausible, with what a controller makes of it."""
+
+    model: Model
+    force: ForceControl | None

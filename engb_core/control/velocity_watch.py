@@ -27,6 +27,12 @@ class VelocityWatch:
     or one that stands, makes it too much or none. The derived one is used instead as long as the
     mean difference is beyond `tolerance`.
 
+    A single sample may be wrong by more than a mean tells: one told velocity of 399 rad/s is a
+    control cycle of full torque through the loop's damping. So what is used changes from one
+    sample to the next by no more than the motor's largest `acceleration` allows. A told velocity
+    beyond that is replaced by that of the angles, unless they say the same; and beyond that only
+    the second sample in a row is believed, as when the motor runs against its end stop.
+
     What the angles' own velocity may be off by is no fault of the told one: a count of the encoder
     between two samples (the least change of the angle that was ever seen), and when they were
     taken, which is for `SampleClock` to say.
@@ -35,11 +41,14 @@ class VelocityWatch:
         tolerance: [rad/s]; 0: what is told is used, whatever it is.
 
     Attributes:
+        acceleration: the motor's largest [rad/s²]; whoever knows it says.
         wrong: the told velocity is not that of the angles.
+        used: the velocity that was returned last [rad/s].
     """
 
     def __init__(self, tolerance: float) -> None:
         self.tolerance = tolerance
+        self.acceleration = math.inf
         self._count = math.inf
         self.reset()
 
@@ -48,28 +57,51 @@ class VelocityWatch:
         self.wrong = False
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
         self._time, self._position = math.nan, math.nan
-        self._off = 0.0
+        self._off = self.used = 0.0
+        self._beyond = 0   # on which side of what is possible the last sample lay
 
-    def step(self, time: float, position: float, velocity: float) -> float:
+    def step(self, time: float, span: float, position: float, velocity: float) -> float:
         """Return the velocity to use [rad/s] for one sample.
 
         Args:
             time: when it was taken, evenly spaced (`SampleClock`) [s].
+            span: since the last one, in which the motor may have been sped up; what its stamp
+                alone says gives no room (`StateWatch`) [s].
             position, velocity: measured [rad, rad/s]; NaN where the drive tells no velocity.
         """
         derived = self._derived.step(time, position)
         dt, moved = time - self._time, abs(position - self._position)
         self._time, self._position = time, position
-        if velocity != velocity:
-            return derived
-        if not dt > 0.0:   # the first sample
-            return velocity
+        told = velocity == velocity
+        if not dt > 0.0 or (told and self.tolerance <= 0.0):   # the first sample, or not watched
+            self.used = velocity if told else derived
+            return self.used
         if 0.0 < moved < self._count:
             self._count = moved
-        tolerance = self.tolerance
         # One count, through the filter of the angles' velocity.
         doubt = self._count / (dt + self._derived.time_constant) if moved else 0.0
+        if told:
+            self._compare(velocity, derived, doubt, dt)
+        reach = self.acceleration * span + doubt
+        wish = derived
+        if told and not self.wrong and (abs(velocity - self.used) <= reach
+                                        or abs(velocity - derived) <= self.tolerance + doubt):
+            wish = velocity
+        return self._towards(wish, reach)
+
+    def _compare(self, velocity: float, derived: float, doubt: float, dt: float) -> None:
+        """Judge the told velocity by its mean difference from the angles' own."""
+        tolerance = self.tolerance
         off = min(max(abs(velocity - derived) - doubt, 0.0), _MOST * tolerance)
         self._off += (off - self._off) * min(dt / _MEAN, _PART)
         self.wrong = self._off > tolerance
-        return derived if self.wrong else velocity
+
+    def _towards(self, wish: float, reach: float) -> float:
+        """Return the velocity to use [rad/s]: `wish`, if it is possible, or was not twice."""
+        change = wish - self.used
+        beyond = 0 if abs(change) <= reach else 1 if change > 0.0 else -1
+        if beyond and beyond != self._beyond:
+            wish = self.used + beyond * reach
+        self._beyond = beyond
+        self.used = wish
+        return wish

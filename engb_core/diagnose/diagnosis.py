@@ -21,7 +21,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ParameterEstimate:
-    """A number with its standard deviation (None: the data can't determine it) and unit."""
+    """A number that was found.
+
+    Attributes:
+        value: [`unit`].
+        std: its standard deviation [`unit`]; None: the data can't determine it.
+        unit: of both.
+    """
 
     value: float
     std: float | None
@@ -32,8 +38,15 @@ class ParameterEstimate:
 class EffectFinding:
     """One effect that the data call for.
 
-    `onset` is the recording, and the time in seconds from its first sample, at which it begins to
-    act; None where it acts throughout.
+    Attributes:
+        effect: its id.
+        probability: that it is there [-].
+        parameters: what was found of its numbers, by name.
+        share: of the mismatch that it explains [-].
+        alternatives: ids and probabilities [-] of what it might be instead.
+        statement: a sentence for a brake engineer.
+        onset: the recording, and the time [s] from its first sample, at which it begins to act;
+            None where it acts throughout.
     """
 
     effect: str
@@ -47,7 +60,13 @@ class EffectFinding:
 
 @dataclass(frozen=True)
 class Interval:
-    """A stretch of a recording, seconds from its first sample, and its share of the mismatch."""
+    """A stretch of a recording in which the model is off.
+
+    Attributes:
+        recording: its name.
+        begin, end: [s] from its first sample.
+        share: of the mismatch [-].
+    """
 
     recording: str
     begin: float
@@ -57,7 +76,14 @@ class Interval:
 
 @dataclass(frozen=True)
 class Zone:
-    """A range of a coordinate and the share of the mismatch's energy in it."""
+    """A range of a coordinate in which the model is off.
+
+    Attributes:
+        variable: the coordinate.
+        begin, end: [`unit`].
+        unit: of the coordinate.
+        share: of the mismatch's energy [-].
+    """
 
     variable: str
     begin: float
@@ -68,8 +94,16 @@ class Zone:
 
 @dataclass(frozen=True)
 class LawPicture:
-    """The remainder over the coordinate that reveals a law: binned means (k,), applying (ω > 0)
-    and releasing; `measured` before the law, `law` what it says, `left` after it."""
+    """The remainder over the coordinate that reveals a law, as means of bins.
+
+    Attributes:
+        coordinate: its name.
+        unit: of the coordinate.
+        centre: (k,) of the bins [`unit`].
+        measured: before the law, applying (ω > 0) and releasing: (k,) each [N·m].
+        law: what the law says, likewise: (k,) each [N·m].
+        left: after the law, likewise: (k,) each [N·m].
+    """
 
     coordinate: str
     unit: str
@@ -83,8 +117,17 @@ class LawPicture:
 class LawFinding:
     """A law for what has no name.
 
-    `formula` has numbers in it, `pattern` the names of `parameters`; `alternatives` are formulas
-    that do about as well; `explained` is the part of the excess over the noise that it explains.
+    Attributes:
+        formula: with numbers in it.
+        pattern: with the names of `parameters`.
+        acts_as: what the formula gives (engb_core/laws).
+        parameters: its numbers, by name.
+        line: the formula in one line, with units.
+        statement: a sentence for a brake engineer.
+        alternatives: formulas that do about as well.
+        settled: whether the data leave no other one.
+        explained: part of the excess over the noise that it explains [-].
+        picture: the remainder over the coordinate that reveals it.
     """
 
     formula: str
@@ -101,7 +144,17 @@ class LawFinding:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """What is left after the named effects, and the law for it where one was found."""
+    """What is left after the named effects, and the law for it where one was found.
+
+    Attributes:
+        share: of the mismatch [-].
+        depends_on: coordinates over which it is not by chance.
+        parity_in_velocity: 'even', 'odd' or 'none' (neither of both).
+        memory: whether it depends on what went before.
+        where: ranges in which it is.
+        statement: a sentence for a brake engineer.
+        law: for what is left; None where none was found.
+    """
 
     share: float
     depends_on: tuple[str, ...]
@@ -114,7 +167,16 @@ class Unexplained:
 
 @dataclass(frozen=True)
 class QualityOfFit:
-    """A held-out figure: quantity is 'effort', 'position' or 'velocity'."""
+    """How far both models are off what no fit has seen.
+
+    Attributes:
+        recording: its name.
+        quantity: 'effort', 'position' or 'velocity'.
+        rms_before: root mean square error of the given model [`unit`].
+        rms_after: that of the corrected model [`unit`].
+        noise_floor: what a perfect model would leave [`unit`]; None: not known.
+        unit: of the quantity.
+    """
 
     recording: str
     quantity: str
@@ -126,7 +188,15 @@ class QualityOfFit:
 
 @dataclass(frozen=True)
 class NextExperiment:
-    """A reference that would separate rivals: `time`, `position` hold it, `reference` says it."""
+    """A reference that would separate rivals.
+
+    Attributes:
+        reason: a sentence.
+        discriminates: ids of the effects that it tells apart.
+        reference: the motion in words.
+        time: (k,) of the motion [s].
+        position: (k,) of the motion [rad].
+    """
 
     reason: str
     discriminates: tuple[str, ...]
@@ -137,9 +207,20 @@ class NextExperiment:
 
 @dataclass(frozen=True)
 class Trace:
-    """Filtered signals of one recording on the decimated grid, all (m,): what was compared.
+    """Filtered signals of one recording on the decimated grid: what was compared.
 
-    `channels` has what the pictures of the effects are drawn over, by name (pictured.py).
+    Attributes:
+        recording: its name.
+        held_out: whether no fit has seen it.
+        time: (m,) [s].
+        position: (m,) [rad].
+        velocity: (m,) [rad/s].
+        effort: (m,) as measured [N·m].
+        predicted_before: (m,) by the given model [N·m].
+        predicted_after: (m,) by the corrected model [N·m].
+        judged: (m,) False where the shaft stands or samples are missing.
+        noise_floor: root mean square of the noise [N·m].
+        channels: what the pictures of the effects are drawn over, by name (pictured.py).
     """
 
     recording: str
@@ -150,14 +231,22 @@ class Trace:
     effort: Array
     predicted_before: Array
     predicted_after: Array
-    judged: NDArray[np.bool_]   # False where the shaft stands or samples are missing
+    judged: NDArray[np.bool_]
     noise_floor: float
     channels: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """Recorded against simulated closed-loop position of one recording, all (m,)."""
+    """Recorded against simulated closed-loop position of one recording.
+
+    Attributes:
+        recording: its name.
+        time: (m,) [s].
+        recorded: (m,) [rad].
+        simulated_before: (m,) by the given model [rad].
+        simulated_after: (m,) by the corrected model [rad].
+    """
 
     recording: str
     time: Array
@@ -168,10 +257,17 @@ class ClosedLoop:
 
 @dataclass(frozen=True)
 class ResidualOver:
-    """The residual over a coordinate that reveals it: binned means, before and after, all (k,).
+    """The residual over a coordinate that reveals it, as means of bins.
 
-    `coordinate` names it ('position', 'motor_angle', 'since_reversal', …); two curves per state
-    where direction matters: applying (ω > 0) and releasing.
+    Two curves per model where direction matters: applying (ω > 0) and releasing.
+
+    Attributes:
+        coordinate: its name ('position', 'motor_angle', 'since_reversal', …).
+        unit: of the coordinate.
+        centre: (k,) of the bins [`unit`].
+        applying_before, releasing_before: (k,) of the given model [N·m].
+        applying_after, releasing_after: (k,) of the corrected model [N·m].
+        why: one sentence: why this picture convinces.
     """
 
     coordinate: str
@@ -181,12 +277,20 @@ class ResidualOver:
     releasing_before: Array
     applying_after: Array
     releasing_after: Array
-    why: str   # one sentence: why this picture convinces
+    why: str
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One hypothesis that was weighed: effects, probability, held-out rms, share explained."""
+    """One hypothesis that was weighed.
+
+    Attributes:
+        effects: ids.
+        probability: among the hypotheses [-].
+        held_out_rms: error where no fit saw it [N·m].
+        share: of the mismatch that it explains [-].
+        remark: a sentence, where there is something to say.
+    """
 
     effects: tuple[str, ...]
     probability: float
@@ -197,7 +301,15 @@ class Candidate:
 
 @dataclass(frozen=True)
 class NominalChange:
-    """A nominal number before and after the joint refit."""
+    """A nominal number before and after the joint refit.
+
+    Attributes:
+        name: in the model file.
+        before: of the given model [`unit`].
+        after: of the corrected model [`unit`].
+        std: its standard deviation [`unit`]; None: the data can't determine it.
+        unit: of all three.
+    """
 
     name: str
     before: float
@@ -208,20 +320,43 @@ class NominalChange:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the report draws."""
+    """What the report draws.
+
+    Attributes:
+        traces: what was compared, a recording each.
+        closed_loops: simulated against recorded motion.
+        residual_over: the residual over coordinates.
+        candidates: the hypotheses that were weighed.
+        nominal: changes of the nominal numbers.
+        notes: repairs of the input, salvage, what could not be judged.
+        seconds: that the diagnosis took [s].
+    """
 
     traces: tuple[Trace, ...] = ()
     closed_loops: tuple[ClosedLoop, ...] = ()
     residual_over: tuple[ResidualOver, ...] = ()
     candidates: tuple[Candidate, ...] = ()
     nominal: tuple[NominalChange, ...] = ()
-    notes: tuple[str, ...] = ()   # repairs of the input, salvage, what could not be judged
+    notes: tuple[str, ...] = ()
     seconds: float = 0.0
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The whole result; `model` is the corrected model."""
+    """The whole result.
+
+    Attributes:
+        verdict: 'consistent', 'explained', 'partly_explained' or 'unexplained'.
+        effects: what was named, the likeliest first.
+        time: stretches in which the given model is off.
+        where: ranges of coordinates in which it is off.
+        unexplained: what is left after the effects; None: nothing.
+        held_out: errors of both models where no fit saw them.
+        next_experiment: what would settle what this recording can't; None: nothing is open.
+        model: the corrected model.
+        evidence: what the report draws.
+        data_faults: gaps, jumps, clipping, … of the recordings.
+    """
 
     verdict: str
     effects: tuple[EffectFinding, ...]

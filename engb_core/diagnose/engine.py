@@ -10,7 +10,6 @@ import time
 
 import numpy as np
 
-from engb_core.absent_effort import with_effort
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.cross_entropy import middle_of_basin
@@ -57,9 +56,10 @@ from engb_core.laws.competition import law_for, law_instead, nearest_told, Won
 from engb_core.laws.judgement import Nearest
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
-from engb_core.plausibility import refuse_implausible
 from engb_core.recording import Recording
+from engb_core.signals.absent_effort import with_effort
 from engb_core.signals.data_faults import cleaned, DataFault
+from engb_core.signals.plausibility import refuse_implausible
 
 __all__ = ['diagnose']
 

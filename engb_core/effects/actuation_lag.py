@@ -3,9 +3,9 @@
 
 import math
 
-from engb_core.delay_line import delayed
 from engb_core.effects.base import Effect, EFFORT, Parameter, TIME, TIME_STEP
 from engb_core.physics.compiled import effect_function
+from engb_core.physics.delay_line import delayed
 
 # Place in the state of the first-order lag's output; the others are the delay's.
 _LAGGED = 0

@@ -21,6 +21,33 @@ and, before all of them, where effort is a command (command_law.py):
 and, behind them, what a recording makes of it:
 
     measurement  returns the effort that is recorded, given sample[EFFORT], the true one [N·m]
+
+What a sample holds, by the names of its places. From the beginning:
+
+    TIME_STEP        since the sample before; functions have to hold for any       [s]
+    TIME             since the start                                               [s]
+    POSITION         of the motor; a prismatic axis: metres, newtons for N·m       [rad]
+    VELOCITY         of the motor                                                  [rad/s]
+    ACCELERATION     of the motor, the mean over the step before                   [rad/s²]
+    DISC_SPEED       of the brake disc, 0 where none is recorded                   [rad/s]
+    DISC_ANGLE       that it has turned                                            [rad]
+    PAD_TEMPERATURE  20 where none is recorded                                     [°C]
+
+then as the stages pass; each is right from its stage on:
+
+    INERTIA          of the model                                                  [kg·m²]
+    VISCOUS          viscous friction of the model                                 [N·m·s/rad]
+    COULOMB          Coulomb friction of the model, without what load adds         [N·m]
+    SHIFT            of the load side against the motor (behind the stage shift)   [rad]
+    LOAD             load torque, positive against a positive effort               [N·m]
+    LOAD_GAIN        how much friction grows with load                             [N·m/N·m]
+    LEVEL            dry friction, Coulomb's and what load adds, without direction [N·m]
+    DIRECTION        of the motion, −1 to 1, proportional to velocity close to rest [-]
+    EFFORT           in the stages actuation and measurement only                  [N·m]
+    REFERENCE        in the stage command only                                     [rad]
+    TORQUE           in no stage; scratch of the inverse dynamics                  [N·m]
+
+A torque that resists has the sign of the velocity: it is what the motor must give.
 """
 
 from __future__ import annotations
@@ -56,17 +83,19 @@ class Parameter:
     Attributes:
         name: as in the contract, table 4, or a name of our own for what the contract leaves open.
         unit: SI, '-' for none.
-        low, high: bounds of what is physically possible.
-        none: the value at which the effect vanishes (only for the parameter that sizes it;
-            infinity for a limit, which must be logarithmic).
-        starts: where a fit starts looking; several for parameters with more than one basin.
+        low, high: bounds of what is physically possible [`unit`].
+        none: the value at which the effect vanishes [`unit`] (only for the parameter that sizes
+            it; infinity for a limit, which must be logarithmic).
+        starts: where a fit starts looking [`unit`]; several for parameters with more than one
+            basin.
         logarithmic: fitted on a logarithmic scale.
         per_recording: has to be found anew in each recording (a phase that is not recorded).
-        form: relative uncertainty by the formula: so far apart do other formulations of the same
-            physics put this number (counted on generated cases of other formulas).
-        form_steps: uncertainty in sampling intervals, of a number that is a time: when within
+        form: relative uncertainty by the formula [-]: so far apart do other formulations of the
+            same physics put this number (counted on generated cases of other formulas).
+        form_steps: uncertainty of a number that is a time [sampling intervals]: when within
             an interval position and effort were taken is not recorded.
-        default: what stands for it where a setting leaves it out (None: the middle start).
+        default: what stands for it where a setting leaves it out [`unit`] (None: the middle
+            start).
         formerly: names that it had in older versions; model files with them are read.
     """
 
@@ -93,15 +122,27 @@ class Parameter:
 class Scene:
     """What a recording can tell an effect before any fit: ranges, for constants and relevance.
 
-    `speed` is the fastest one; what grows in proportion to (|ω| − m)/(|ω| + m) is on average,
-    while the shaft moves, what it is at m = `middle_speed`; `load_slope` is the root mean square
-    of the load's slope in contact, while the disc turns where there is one;
-    the load goes roughly with travel^`load_power`; `loaded_share` is the part of the dry friction
-    that goes with load, on average while the shaft moves; friction that is curved over the load
-    crosses at `reference_load` the straight line of the same mean friction; a share of the load
-    that changes in proportion to it has at `effective_load` the value that least squares give for
-    all loads;
-    `commanded` is True where effort is a command that follows from the reference.
+    Attributes:
+        duration: of the recording [s].
+        largest_effort, largest_load: [N·m].
+        speed: the fastest one [rad/s].
+        sampling: the usual time between two samples [s].
+        position_range: from and to [rad].
+        disc_speed_range: from and to [rad/s], None where no disc was recorded.
+        temperature_range: from and to [°C], None where none was recorded.
+        joint_type: 'revolute' or 'prismatic'.
+        middle_speed: m [rad/s]: what grows in proportion to (|ω| − m)/(|ω| + m) is on average,
+            while the shaft moves, what it is at this speed.
+        load_slope: root mean square of the load's slope in contact [N·m/rad], while the disc
+            turns where there is one.
+        load_power: the load goes roughly with travel^load_power [-].
+        loaded_share: the part of the dry friction that goes with load [-], on average while the
+            shaft moves.
+        reference_load: where friction that is curved over the load crosses the straight line of
+            the same mean friction [N·m].
+        effective_load: where a share of the load that changes in proportion to it has the value
+            that least squares give for all loads [N·m].
+        commanded: whether effort is a command that follows from the reference.
     """
 
     duration: float

@@ -24,8 +24,8 @@ from engb_core.effects.base import Effect
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting
 
-__all__ = ['GROUP', 'catalogue', 'effect_of_file', 'get_effect', 'named_as_now',
-           'own_effects_folder', 'read_effects_of', 'register', 'registered']
+__all__ = ['GROUP', 'catalogue', 'effect_of_file', 'files_of_effects', 'get_effect',
+           'named_as_now', 'own_effects_folder', 'read_effects_of', 'register', 'registered']
 
 GROUP = 'engb.effects'
 
@@ -110,17 +110,27 @@ def read_effects_of(folder: str | os.PathLike[str]) -> tuple[str, ...]:
     Raises:
         InputError: no folder, no effect in it, or one that can't be read or is there already.
     """
+    own = own_effects_folder().resolve()
+    found = [effect_of_file(entry) for entry in files_of_effects(folder)
+             if entry.resolve().parent != own]
+    for effect in found:
+        register(effect)
+    return tuple(effect.id for effect in found)
+
+
+def files_of_effects(folder: str | os.PathLike[str]) -> list[Path]:
+    """Return the files of a folder that hold an effect each, by name.
+
+    Raises:
+        InputError: no folder, or no such file in it.
+    """
     path = Path(folder)
     if not path.is_dir():
         raise InputError(f'{path}: no folder; give the folder that holds files of effects')
     files = _files(path)
     if not files:
         raise InputError(f'{path}: holds no effect (a .py file with an EFFECT)')
-    own = own_effects_folder().resolve()
-    found = [effect_of_file(entry) for entry in files if entry.resolve().parent != own]
-    for effect in found:
-        register(effect)
-    return tuple(effect.id for effect in found)
+    return files
 
 
 def own_effects_folder() -> Path:

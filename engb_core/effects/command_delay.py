@@ -1,9 +1,9 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The drive acts on its set-point later than it is recorded."""
 
-from engb_core.delay_line import delayed
 from engb_core.effects.base import Effect, Parameter, REFERENCE, TIME_STEP
 from engb_core.physics.compiled import effect_function
+from engb_core.physics.delay_line import delayed
 
 
 @effect_function

@@ -96,7 +96,10 @@ void engb_plant_advance(engb_plant *plant, double effort, double duration, doubl
                         double pad_temperature)
 {{
     const long steps = engb_max_long(1, (long)ceil(duration / plant->step - 1e-9));
-    plant->sample[ENGB_TIME_STEP] = duration / (double)steps;
+    const double inner = duration / (double)steps;
+    /* A difference of times is a step but for its last digits, which impacts would magnify. */
+    plant->sample[ENGB_TIME_STEP] =
+        fabs(inner - plant->step) < 1e-9 * plant->step ? plant->step : inner;
     plant->sample[ENGB_DISC_SPEED] = disc_speed;
     plant->sample[ENGB_PAD_TEMPERATURE] = pad_temperature;
     {advance}(plant->nominal, plant->cogging, engb_bounds, engb_owner, plant->parameters,
@@ -114,7 +117,7 @@ class Quantity:
         unit: SI, '1' for none.
         array: member of engb_plant that holds it.
         index: its place there.
-        value: what the model says.
+        value: what the model says [`unit`].
     """
 
     name: str
@@ -143,6 +146,9 @@ class CModel:
 
 def c_model(model: Model) -> CModel:
     """Return the simulated brake as C.
+
+    Args:
+        model: with its effects and laws.
 
     Raises:
         InputError: an effect holds Python that does not become C; the message names the line.
@@ -260,7 +266,11 @@ def _beside(effects: list[tuple[Effect, list[float]]]) -> Iterator[str]:
 
 
 def feedforward_header(model: Model) -> str:
-    """Return engb_feedforward.h: the torque of `control.feedforward.Feedforward`, bit by bit."""
+    """Return engb_feedforward.h: the torque of `control.feedforward.Feedforward`, bit by bit.
+
+    Args:
+        model: whose nominal numbers it has; effects are not in it.
+    """
     translator = Translator({})
     gain = translator.function(load_friction_gain, (REAL, REAL, REAL, REAL))
     friction, load = model.friction, model.load_torque

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engb_core.fleet.table import Measure
+from engb_core.fleet.rows import Measure
 
 __all__ = ['Pooled', 'UnitValue', 'pool', 'random_effects']
 

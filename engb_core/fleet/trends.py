@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.fleet.table import Measure
+from engb_core.fleet.rows import Measure
 
 __all__ = ['Trend', 'find_trends', 'false_discovery']
 

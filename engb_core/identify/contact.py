@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from engb_core.identify.confidence import Estimate
 from engb_core.identify.regression import Fit, fit
 from engb_core.identify.regression_problem import Form, Problem
 from engb_core.identify.smoothing import Motion
-from engb_core.identify.uncertainty import Estimate
 
 __all__ = ['contact_estimate', 'contact_profile', 'ContactProfile', 'fit_contacts']
 

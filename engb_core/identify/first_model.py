@@ -10,13 +10,16 @@ Both sides pass the same low-pass (filtering.py), and standstill carries no weig
 
 Which form the data determine is decided by prediction, not by a limit on the fit: the recordings
 are cut into blocks of time, each block is predicted by a fit to all others, and forms are compared
-by the log density that they gave to what they had not seen. Of the forms that are no worse than
-the best by more than one standard error of the blocks' differences the one with the fewest
-numbers is taken (Breiman et al. 1984, section 3.4.3: the 1-SE rule). Uncertainties are those of
-the delete-a-block jackknife, which coloured residuals do not make too small (Efron and Tibshirani
-1993, chapter 11). The best of a dozen forms is ahead of none by more than that in 9 of 27 tables
-of a simulated bench without a load; so the level of the rule is shared among the forms
-(Bonferroni) unless a form leaves clearly smaller errors on unseen blocks.
+by the mean square of what they are off on blocks that they had not seen. Of the forms that are no
+worse than the best by more than one standard error of the blocks' differences the one with the
+fewest numbers is taken (Breiman et al. 1984, section 3.4.3: the 1-SE rule). What every form is off
+alike (a gear's play in one violent stretch) cancels in these differences; a normal density by what
+the fit leaves within had weighed such a block the more the better a form is elsewhere.
+Uncertainties are those of the delete-a-block jackknife, which coloured residuals do not make too
+small (Efron and Tibshirani 1993, chapter 11). The best of a dozen forms is ahead of none by more
+than one standard error in 9 of 27 tables of a simulated bench without a load; so the level of the
+rule is shared among the forms (Bonferroni) unless a form leaves clearly smaller errors on unseen
+blocks.
 
 Each load is weighed beside friction that grows with it, too: where a gear has much of it, what it
 leaves in every form hid that a straight line is no pendulum. The model has no such friction: it is
@@ -39,7 +42,6 @@ from engb_core.errors import InputError
 from engb_core.identify.load_forms import contact_form, FilteredColumns, load_forms, LoadForm
 from engb_core.model import Friction, Joint, Model, Motor
 from engb_core.physics.plant import load_torques, physics_of
-from engb_core.plausibility import refuse_unmeasured
 from engb_core.recording import Recording
 from engb_core.signals.filtering import (
     comparison_of,
@@ -48,6 +50,7 @@ from engb_core.signals.filtering import (
     slowest_speed,
 )
 from engb_core.signals.motion import motion_of
+from engb_core.signals.plausibility import refuse_unmeasured
 
 __all__ = ['FirstModel', 'FormScore', 'Number', 'first_model']
 
@@ -88,8 +91,9 @@ class Number:
 class FormScore:
     """How a form of the load predicts blocks that it has not seen.
 
-    `behind` is the log density per value that it loses to the best form, and `error` the standard
-    error of that over the blocks; `numbers` is how many it has.
+    `behind` is by which part of the best form's mean square its own is larger, and `error` the
+    standard error of that over the blocks; `numbers` is how many it has; `rms` are its errors
+    [N·m].
     """
 
     form: str
@@ -242,30 +246,36 @@ def _solve(data: FilteredColumns, form: LoadForm, rows: NDArray[np.bool_]) -> Ar
     return found.x / scale
 
 
-def _densities(data: FilteredColumns, form: LoadForm) -> tuple[Array, float]:
-    """Return the mean log density of each block predicted by a fit to all others, (blocks,), and
-    the root mean square error of these predictions."""
+@dataclass(frozen=True)
+class _Unseen:
+    """Errors where no fit saw them: `squares` (blocks,), their sum in each block predicted by a
+    fit to all others [(N·m)²], and `counts` (blocks,) of values."""
+
+    squares: Array
+    counts: Array
+
+    @property
+    def mean_square(self) -> float:
+        """Of all of them [(N·m)²]."""
+        return float(self.squares.sum() / self.counts.sum())
+
+
+def _unseen(data: FilteredColumns, form: LoadForm) -> _Unseen:
     design = _design(data, form)
     blocks = int(data.block.max()) + 1
-    density, squares = np.empty(blocks), 0.0
+    squares, counts = np.empty(blocks), np.empty(blocks)
     for block in range(blocks):
         out = data.block == block
-        numbers = _solve(data, form, ~out)
-        inside = data.effort[~out] - design[~out] @ numbers
-        error = data.effort[out] - design[out] @ numbers
-        freedom = max(int((~out).sum()) - numbers.size - form.extra, 1)
-        variance = max(float(inside @ inside) / freedom, data.noise ** 2, 1e-300)
-        density[block] = -0.5 * (np.log(2.0 * np.pi * variance)
-                                 + float(np.mean(error ** 2)) / variance)
-        squares += float(error @ error)
-    return density, math.sqrt(squares / data.effort.size)
+        error = data.effort[out] - design[out] @ _solve(data, form, ~out)
+        squares[block], counts[block] = float(error @ error), error.size
+    return _Unseen(squares, counts)
 
 
-Scored = list[tuple[LoadForm, tuple[Array, float]]]
+Scored = list[tuple[LoadForm, _Unseen]]
 
 
 def _scored(data: FilteredColumns, joint: Joint) -> Scored:
-    scored = [(form, _densities(data, form)) for form in load_forms(data, joint)]
+    scored = [(form, _unseen(data, form)) for form in load_forms(data, joint)]
     low, high = np.quantile(data.position, [0.02, 0.98])
     whole = np.ones(data.effort.size, bool)
     places = np.linspace(low, high, CONTACTS + 2)
@@ -280,10 +290,10 @@ def _scored(data: FilteredColumns, joint: Joint) -> Scored:
         contact = minimize_scalar(left, bounds=(places[best - 1], places[best + 1]),
                                   method='bounded').x
         form = contact_form(data, float(contact), degree)
-        scored.append((form, _densities(data, form)))
+        scored.append((form, _unseen(data, form)))
     for form in [form for form, _ in scored if form.name not in ('none', 'offset')]:
         form = _beside_friction(data, form)
-        scored.append((form, _densities(data, form)))
+        scored.append((form, _unseen(data, form)))
     return scored
 
 
@@ -306,29 +316,37 @@ def _chosen(scored: Scored) -> LoadForm:
     """Return the form with the fewest numbers that is as good as the best: within one standard
     error, or within what the best of so many forms is ahead by chance, where it leaves no clearly
     smaller errors."""
-    best = max(scored, key=lambda pair: float(np.mean(pair[1][0])))
+    best = _best(scored)
     by_chance = float(student.ppf(1.0 - ONE_ERROR / max(len(scored) - 1, 1),
-                                  best[1][0].size - 1))
+                                  best.squares.size - 1))
     near = []
-    for form, (density, rms) in scored:
-        behind, error = _behind(best[1][0], density)
+    for form, unseen in scored:
+        behind, error = _behind(best, unseen)
         if behind <= error or (behind <= by_chance * error
-                               and best[1][1] ** 2 > HELPS * rms ** 2):
-            near.append((form.columns.shape[1] + form.extra, rms, form))
+                               and best.mean_square > HELPS * unseen.mean_square):
+            near.append((form.columns.shape[1] + form.extra, unseen.mean_square, form))
     return min(near, key=lambda entry: entry[:2])[2]
 
 
-def _behind(best: Array, density: Array) -> tuple[float, float]:
-    """Return by how much a form is behind the best, a value, and the standard error of that."""
-    difference = best - density
-    return (float(np.mean(difference)),
-            float(np.std(difference, ddof=1) / math.sqrt(difference.size)))
+def _best(scored: Scored) -> _Unseen:
+    return min((unseen for _, unseen in scored), key=lambda unseen: unseen.mean_square)
 
 
-def _score(form: LoadForm, found: tuple[Array, float], scored: Scored) -> FormScore:
-    best = max((density for _, (density, _) in scored), key=lambda entry: float(np.mean(entry)))
-    behind, error = _behind(best, found[0])
-    return FormScore(form.name, form.columns.shape[1] + form.extra, behind, error, found[1])
+def _behind(best: _Unseen, other: _Unseen) -> tuple[float, float]:
+    """Return by which part of the best one's a form's mean square is larger, and the standard
+    error of that over the blocks; what both are off alike cancels."""
+    blocks, counts = best.squares.size, best.counts
+    more = other.squares - best.squares
+    mean = float(more.sum() / counts.sum())
+    spread = float(np.sum((more - mean * counts) ** 2)) * blocks / (blocks - 1)
+    scale = max(best.mean_square, 1e-300)
+    return mean / scale, math.sqrt(spread) / float(counts.sum()) / scale
+
+
+def _score(form: LoadForm, found: _Unseen, scored: Scored) -> FormScore:
+    behind, error = _behind(_best(scored), found)
+    return FormScore(form.name, form.columns.shape[1] + form.extra, behind, error,
+                     math.sqrt(found.mean_square))
 
 
 def _jackknife(data: FilteredColumns, form: LoadForm) -> Array:

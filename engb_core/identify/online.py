@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.control.feedforward import Feedforward
 from engb_core.errors import InputError
+from engb_core.identify.confidence import coloured_covariance
 from engb_core.identify.even_odd import decompose, EvenOdd, join
 from engb_core.identify.resampling import by_nearest_neighbour, reference_grid
-from engb_core.identify.uncertainty import coloured_covariance
 from engb_core.model import Model
 
 __all__ = ['StrokeTracker', 'StrokeUpdate']

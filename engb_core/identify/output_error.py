@@ -11,9 +11,9 @@ from scipy import signal
 from scipy.optimize import least_squares
 
 from engb_core.errors import InputError
-from engb_core.identify.nominal import LinearFit
+from engb_core.identify.confidence import coloured_covariance, Estimate
+from engb_core.identify.nominal_plant import LinearFit
 from engb_core.identify.smoothing import Motion, motions
-from engb_core.identify.uncertainty import coloured_covariance, Estimate
 from engb_core.model import Motor
 from engb_core.recording import Recording
 

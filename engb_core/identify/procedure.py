@@ -12,11 +12,11 @@ from scipy.stats import chi2
 
 from engb_core.errors import InputError
 from engb_core.identify.cogging import find_orders
+from engb_core.identify.confidence import Estimate
 from engb_core.identify.contact import contact_estimate, fit_contacts
 from engb_core.identify.paper_way import load_degree, paper_way, PaperResult
 from engb_core.identify.regression import Fit, fit, Form
 from engb_core.identify.smoothing import Motion, motions
-from engb_core.identify.uncertainty import Estimate
 from engb_core.model import Cogging, Model
 from engb_core.recording import Recording
 

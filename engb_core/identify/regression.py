@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from engb_core.identify.confidence import coloured_covariance, Estimate
 from engb_core.identify.regression_problem import Form, load_torque, Problem
 from engb_core.identify.smoothing import Motion
-from engb_core.identify.uncertainty import coloured_covariance, Estimate
 from engb_core.model import Cogging, Friction, LoadTorque, Model
 
 __all__ = ['Fit', 'fit', 'Form']

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.identify.confidence import Estimate
 from engb_core.identify.smoothing import Motion
-from engb_core.identify.uncertainty import Estimate
 
 __all__ = ['Form', 'load_torque', 'Problem']
 

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.errors import InputError
+from engb_core.identify.confidence import Estimate
 from engb_core.identify.contact import fit_contacts
 from engb_core.identify.even_odd import EvenOdd
 from engb_core.identify.load_and_friction import LoadFit
 from engb_core.identify.procedure import IdentifiedModel
 from engb_core.identify.regression import fit
-from engb_core.identify.uncertainty import Estimate
 from engb_core.mechanism.kinematics import Mechanism
 from engb_core.mechanism.statics import pad_friction
 

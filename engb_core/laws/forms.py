@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from engb_core.effects.base import Parameter
+from engb_core.laws.dimensions import divided, Unit, written
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
-from engb_core.laws.units import divided, Unit, written
 
 __all__ = ['Atom', 'BASE_UNITS', 'Form', 'Scales', 'Slot']
 

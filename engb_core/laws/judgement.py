@@ -26,7 +26,7 @@ from engb_core.effects.law import law_value
 from engb_core.errors import InputError
 from engb_core.laws.blocks import Blocks, HEARD, kinds_of_motion
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
-from engb_core.laws.search import Candidate, Search, search_laws
+from engb_core.laws.law_search import Candidate, Search, search_laws
 from engb_core.physics.inverse_dynamics import effort_of_motion
 
 __all__ = ['Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_removed',

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from engb_core.laws.grammar import coordinates_of, parse, printed, with_values
 from engb_core.laws.judgement import depends_on, Found
+from engb_core.laws.law_search import Candidate
 from engb_core.laws.line import line_of
-from engb_core.laws.search import Candidate
 
 __all__ = ['formula_of', 'said_line', 'said_names', 'statement_of']
 

@@ -37,7 +37,7 @@ from engb_core.effects.base import (
     VISCOUS,
 )
 from engb_core.effects.catalogue import get_effect
-from engb_core.errors import InputError
+from engb_core.errors import InputError, raised_at
 from engb_core.model import EffectSetting, Model
 from engb_core.physics.compiled import (
     call_effect,
@@ -166,6 +166,10 @@ def _refuse_impossible(effect: Effect, values: list[float]) -> None:
                 result = function.definition(parameters, np.zeros(STATE_SIZE), sample)
         except (ArithmeticError, ValueError):
             result = math.nan
+        except Exception as error:
+            # An effect from outside may raise anything.
+            raise InputError(f'effects: {effect.id} cannot be computed: {raised_at(error)}; mend '
+                             'its file (engb check-effect FILE)') from error
         if not abs(result) < _LARGEST:
             given = zip(effect.parameters, values, strict=False)
             outside = [f'{entry.name} = {value:g} (within {entry.low:g} and {entry.high:g})'

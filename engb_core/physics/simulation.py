@@ -214,8 +214,10 @@ class BrakePlant:
         counts as zero: a drive would not follow it.
         """
         steps = max(1, int(math.ceil(duration / self.step - 1e-9)))
+        inner = duration / steps
         sample = self._sample
-        sample[TIME_STEP] = duration / steps
+        # A difference of times is a step but for its last digits, which impacts would magnify.
+        sample[TIME_STEP] = self.step if abs(inner - self.step) < 1e-9 * self.step else inner
         sample[DISC_SPEED] = disc_speed
         sample[PAD_TEMPERATURE] = pad_temperature
         physics = self._physics

@@ -17,7 +17,7 @@ from engb_core.diagnose.diagnosis import Trace
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 from engb_core.report.figures import Axis, Figure, Line, Panel, Points, Series
-from engb_core.report.pictures import AFTER, BEFORE, Units
+from engb_core.report.pictures import AFTER, BEFORE, broken, Units
 from engb_core.report.wording import scaled
 
 __all__ = ['KINDS', 'effect_pictures']
@@ -306,16 +306,10 @@ def _around(signals: _Signals, size: Callable[[Trace], Array]) -> tuple[Trace, N
 def _effort_panel(trace: Trace, rows: NDArray[np.bool_], units: Units) -> Panel:
     return Panel(Axis(f'Motor {units.effort_name}', units.effort), (
         Points('measured', trace.time[rows], trace.effort[rows], 'recorded'),
-        Line(BEFORE, trace.time[rows], _broken(trace.time[rows], trace.predicted_before[rows]),
+        Line(BEFORE, trace.time[rows], broken(trace.time[rows], trace.predicted_before[rows]),
              'before', dash='dash'),
-        Line(AFTER, trace.time[rows], _broken(trace.time[rows], trace.predicted_after[rows]),
+        Line(AFTER, trace.time[rows], broken(trace.time[rows], trace.predicted_after[rows]),
              'after', width=2.2)), 190, zero=True)
-
-
-def _broken(time: Array, values: Array) -> Array:
-    """Break a curve where nothing was judged: at standstill the model says nothing."""
-    step = np.diff(time, prepend=time[:1])
-    return np.where(step > 3.0 * np.median(step), np.nan, values)
 
 
 def _backlash(signals: _Signals) -> Figure | None:
@@ -329,7 +323,7 @@ def _backlash(signals: _Signals) -> Figure | None:
         (Panel(Axis('Angle', units.position), (
             Points('motor, measured', trace.time[rows], trace.position[rows], 'recorded'),
             Line('load side, corrected model', trace.time[rows],
-                 _broken(trace.time[rows], (trace.position + shift - middle)[rows]), 'after',
+                 broken(trace.time[rows], (trace.position + shift - middle)[rows]), 'after',
                  width=2.2)), 170),
          _effort_panel(trace, rows, units)),
         alt='Angles of motor and load side at a reversal, and the motor torque there.',

@@ -55,11 +55,12 @@ def write_first_model_page(path: str | os.PathLike, first: FirstModel) -> None:
         zero=True),), alt='Measured friction and the model\'s over velocity.'))
     page.section('Forms of the load that were weighed')
     page.table([Column('Form'), Column('Numbers', number=True),
-                Column('Behind the best, per value', number=True),
+                Column('Mean square larger by', number=True),
                 Column('± standard error', number=True),
                 Column('Error where left out of the fit', number=True)], [
         (score.form, str(score.numbers), number(score.behind, 3), number(score.error, 2),
          f'{number(score.rms, 3)} {torque}') for score in first.scores], chosen=[0],
         caption='Each block of time is predicted by a fit to all others; of the forms that are '
-                'as good as the best, but for chance, the one with the fewest numbers is taken.')
+                'as good as the best, but for chance, the one with the fewest numbers is taken. '
+                'Larger by: as a part of the best form\'s mean square.')
     page.write(path)

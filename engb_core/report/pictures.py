@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import (
     ClosedLoop,
@@ -20,9 +21,10 @@ from engb_core.report.figures import Axis, Band, Figure, Line, Panel, Span
 from engb_core.report.text import shorten
 from engb_core.report.wording import capital, coordinate, scaled
 
-__all__ = ['AFTER', 'BEFORE', 'Units', 'close_up', 'closed_loop', 'experiment', 'numbered',
-           'overlay', 'residual_over']
+__all__ = ['AFTER', 'BEFORE', 'Units', 'broken', 'close_up', 'closed_loop', 'experiment',
+           'numbered', 'overlay', 'residual_over']
 
+Array = NDArray[np.float64]
 T = TypeVar('T')
 
 # Labels on more intervals than these would overlap; shading of more would hide the curves.
@@ -155,28 +157,36 @@ def experiment(proposal: NextExperiment, units: Units) -> Figure | None:
                   alt='The proposed reference position over time.')
 
 
+def broken(time: Array, values: Array) -> Array:
+    """Break a curve (n,) over time (n,) [s] where nothing was judged: at standstill the model says
+    nothing."""
+    step = np.diff(time, prepend=time[:1])
+    return np.where(step > 3.0 * np.median(step), np.nan, values) if time.size else values
+
+
 def _effort_panels(trace: Trace, units: Units, chosen: np.ndarray) -> tuple[Panel, Panel]:
     """Effort, and the residual where it could be judged, of the chosen samples."""
     time = trace.time[chosen]
     judged = np.asarray(trace.judged[chosen], bool)
     # Where the shaft stands, friction is undetermined: a residual there would be no evidence.
-    before = np.where(judged, (trace.effort - trace.predicted_before)[chosen], np.nan)
-    after = np.where(judged, (trace.effort - trace.predicted_after)[chosen], np.nan)
+    effort, by_given, by_corrected = (broken(time, values[chosen]) for values in (
+        trace.effort, trace.predicted_before, trace.predicted_after))
+    before = np.where(judged, effort - by_given, np.nan)
+    after = np.where(judged, effort - by_corrected, np.nan)
     factor, unit = scaled(_largest(before, after), units.effort)
     total, total_unit = scaled(_largest(trace.effort), units.effort)
     floor = np.full(2, 2 * factor * trace.noise_floor)
     edges = time[[0, -1]] if time.size else np.zeros(2)
-    effort = Panel(Axis(f'Motor {units.effort_name}', total_unit), (
-        Line('recorded', time, total * trace.effort[chosen], 'recorded', width=2.2),
+    torque = Panel(Axis(f'Motor {units.effort_name}', total_unit), (
+        Line('recorded', time, total * effort, 'recorded', width=2.2),
         *_states(units,
-                 Line(BEFORE, time, total * trace.predicted_before[chosen], 'before', width=1.3),
-                 Line(AFTER, time, total * trace.predicted_after[chosen], 'after', width=1.3))),
-        190)
+                 Line(BEFORE, time, total * by_given, 'before', width=1.3),
+                 Line(AFTER, time, total * by_corrected, 'after', width=1.3))), 190)
     residual = Panel(Axis('Recorded − modelled, in motion', unit), (
         Band('noise floor, ±2σ', edges, -floor, floor),
         *_states(units, Line(BEFORE, time, factor * before, 'before', width=1.1),
                  Line(AFTER, time, factor * after, 'after', width=1.1))), 150, zero=True)
-    return effort, residual
+    return torque, residual
 
 
 def _states(units: Units, before: T, after: T) -> tuple[T, ...]:

@@ -15,10 +15,10 @@ import numpy as np
 
 from engb_core.bench.settings import BenchSettings
 from engb_core.identify.causal_observer import observe_causally
+from engb_core.identify.confidence import Estimate
 from engb_core.identify.paper_way import paper_way, PaperResult
 from engb_core.identify.procedure import IdentifiedModel, identify
 from engb_core.identify.self_energizing import compare_paper_way, fit_together, SelfEnergizing
-from engb_core.identify.uncertainty import Estimate
 from engb_core.mechanism.kinematics import Mechanism
 from engb_core.model import Model
 from engb_core.recording import Recording

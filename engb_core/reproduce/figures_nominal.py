@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from engb_core.identify.nominal import FrequencyResponse
+from engb_core.identify.nominal_plant import FrequencyResponse
 from engb_core.mechanism import statics
 from engb_core.mechanism.kinematics import Mechanism
 from engb_core.report.figures import Axis, Band, Figure, Line, Panel, Points

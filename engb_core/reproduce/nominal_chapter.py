@@ -13,7 +13,8 @@ from engb_core.bench.sensors import SensorSettings
 from engb_core.bench.virtual_brake import DriveSettings, VirtualBrake
 from engb_core.errors import InputError
 from engb_core.identify.cogging import order_spectrum
-from engb_core.identify.nominal import (
+from engb_core.identify.confidence import Estimate
+from engb_core.identify.nominal_plant import (
     fit_free_motor,
     fit_response,
     fit_steps,
@@ -27,7 +28,6 @@ from engb_core.identify.output_error import fit_output_error
 from engb_core.identify.regression import Fit, Form
 from engb_core.identify.regression import fit as fit_jointly
 from engb_core.identify.smoothing import motions
-from engb_core.identify.uncertainty import Estimate
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.reproduce import chosen

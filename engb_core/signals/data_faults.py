@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.stats import norm
 
-from engb_core.command_law import command_law
 from engb_core.model import Model
+from engb_core.physics.command_law import command_law
 from engb_core.recording import Recording, Signal
 from engb_core.signals.motion import CUT_OFF, quantum_of
 from engb_core.signals.sampling_noise import sampling_noise

@@ -21,7 +21,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicHermiteSpline
 from scipy.ndimage import convolve1d, maximum_filter1d
 
-from engb_core.command_law import Commanded, commanded_of
+from engb_core.physics.command_law import Commanded, commanded_of
 from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
 

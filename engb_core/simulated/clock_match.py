@@ -45,7 +45,7 @@ class ClockMatch:
     Attributes:
         offset, offset_std: real time at simulated time 0, both from the first sample [s].
         drift, drift_std: by which part real time runs faster [-].
-        common: part of the motion's energy that agrees, −∞ to 1.
+        common: part of the motion's energy that agrees [-], −∞ to 1.
         of_commands: the commands were compared, not the motion.
         position, effort: root mean square by which the recordings differ once the clocks agree
             [rad], [N·m].
@@ -61,7 +61,12 @@ class ClockMatch:
     effort: float
 
     def statement(self, real: str, simulated: str, unit: str = 'rad', torque: str = 'N·m') -> str:
-        """Return it in a sentence."""
+        """Return it in a sentence.
+
+        Args:
+            real, simulated: names of the recordings.
+            unit, torque: units of position and effort.
+        """
         what = 'commands' if self.of_commands else 'motion'
         late = '' if self.of_commands else ' (in it is how much later one follows its commands)'
         return (f'{simulated} and {real} have the same {what} ({100.0 * self.common:.1f} % of its '
@@ -72,7 +77,12 @@ class ClockMatch:
 
 
 def clock_match(real: Recording, simulated: Recording) -> ClockMatch | None:
-    """Return how two recordings' clocks go together; None where they had other commands."""
+    """Return how two recordings' clocks go together; None where they had other commands.
+
+    Args:
+        real, simulated: recordings under the same commands; their references are compared where
+            both have one, else their motions.
+    """
     commanded = real.reference is not None and simulated.reference is not None
     one, other = (_signal(run, commanded) for run in (real, simulated))
     start = _coarse(one, other)

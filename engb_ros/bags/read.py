@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from engb_core.errors import InputError
 from engb_core.recording import Recording
 from engb_ros.bags.assemble import assemble
+from engb_ros.bags.bag_files import bag_files, recording_name
 from engb_ros.bags.cdr import float64_values
 from engb_ros.bags.compression import unpacked
 from engb_ros.bags.joints import DEFAULT_JOINT, JointCollector, JointTrack
-from engb_ros.bags.locate import bag_files, recording_name
 from engb_ros.bags.mcap_file import McapFile
 from engb_ros.bags.sqlite_file import SQLITE_MAGIC, SqliteFile
 from engb_ros.bags.storage import Batch, Channel, StorageFile, unwrapped

@@ -1,5 +1,5 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""Check an effect of your own, one Python file, before a diagnosis uses it.
+"""Check an effect of your own, one Python file (or all of a folder), before a diagnosis uses it.
 
 Checked are names, units and bounds; that its functions give finite numbers at all starting
 points, at rest and in both directions; that it vanishes where it says so; and that a motion
@@ -24,16 +24,25 @@ __all__ = ['add_arguments', 'run']
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument('file', metavar='FILE', help='a Python file that holds an EFFECT')
+    parser.add_argument('file', metavar='FILE',
+                        help='a Python file that holds an EFFECT, or a folder of such files')
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the command; the status says whether the effect is fit."""
-    from engb_core.effect_check import faults_of_effect
-    from engb_core.effects.catalogue import effect_of_file
+    """Run the command; the status says whether all effects are fit."""
+    from engb_core.effects.catalogue import files_of_effects
     path = Path(arguments.file)
+    if path.is_dir():
+        return max(_checked(entry) for entry in files_of_effects(path))
     if not path.is_file():
         raise InputError(f'{path}: there is no such file')
+    return _checked(path)
+
+
+def _checked(path: Path) -> int:
+    """Print what is wrong with the effect of a file; return the status."""
+    from engb_core.effect_check import faults_of_effect
+    from engb_core.effects.catalogue import effect_of_file
     effect = effect_of_file(path)
     faults = faults_of_effect(effect)
     for fault in faults:

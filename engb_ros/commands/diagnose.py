@@ -51,7 +51,7 @@ from engb_ros.commands.inputs import (
     write_first_model,
     write_inputs,
 )
-from engb_ros.commands.nominal import (
+from engb_ros.commands.nominal_source import (
     add_nominal,
     model_given,
     simulator_of,
@@ -155,7 +155,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _refuse(inputs: Inputs, model: Model | None) -> None:
-    from engb_core.plausibility import refuse_implausible, refuse_unmeasured
+    from engb_core.signals.plausibility import refuse_implausible, refuse_unmeasured
     if model is None:
         refuse_unmeasured(inputs.recordings, inputs.joint)
     else:

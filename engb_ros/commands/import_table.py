@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
 from engb_core.printable import printable
-from engb_ros.commands.tables import add_table_options, request_of
+from engb_ros.commands.table_options import add_table_options, request_of
 from engb_ros.outputs import recording_output
 
 if TYPE_CHECKING:

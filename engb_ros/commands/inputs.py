@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from engb_core.errors import InputError
 from engb_core.printable import printable
 from engb_ros.commands.common import read_recordings
-from engb_ros.commands.tables import add_table_options, request_of
+from engb_ros.commands.table_options import add_table_options, request_of
 
 if TYPE_CHECKING:
     from engb_core.identify.first_model import FirstModel
@@ -57,8 +57,8 @@ def read_inputs(paths: Sequence[str], model: Model | None, namespace: str | None
         InputError: one can't be read, does not tell all that is needed, or they are of different
             kinds of axis.
     """
-    from engb_core.absent_effort import with_effort
     from engb_core.model import Joint
+    from engb_core.signals.absent_effort import with_effort
     from engb_ros.tables.measure import measured_of
     from engb_ros.tables.open import is_table
     names = recording_names(paths)

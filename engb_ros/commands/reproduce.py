@@ -67,8 +67,8 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError(f'--sealed {arguments.sealed}: must not be below 0, and needs the nodes: '
                          'leave out --offline')
     begin = time.monotonic()
-    from engb_core.reproduce.page import reproduction_page, results_mapping
-    from engb_core.reproduce.procedure import reproduce
+    from engb_core.reproduce.chapters import reproduce
+    from engb_core.reproduce.reproduction_page import reproduction_page, results_mapping
     inputs = [_kept_bags(arguments.bags)] if arguments.offline else []
     with Progress(arguments) as progress, folder_output(
             arguments.out, OUTPUTS, inputs) as scratch:
@@ -155,7 +155,7 @@ def _live(folder: Path, seed: int, every: int, progress: Progress) -> Callable[.
 
 
 def _tell(results, seconds: float) -> None:
-    from engb_core.reproduce.numbers import published_numbers
+    from engb_core.reproduce.published_numbers import published_numbers
     print(f'{"":<58} {"paper":>9} {"form":>10} {"":<8}{"true":>10} {"more":>10} {"":<8}'
           f'{"true":>10}')
     for entry in published_numbers(results):

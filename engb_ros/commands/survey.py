@@ -35,7 +35,7 @@ from engb_ros.commands.common import (
 from engb_ros.outputs import claimed_folder
 
 if TYPE_CHECKING:
-    from engb_core.fleet.table import Entry
+    from engb_core.fleet.rows import Entry
     from engb_ros.fleet.find import Found
     from engb_ros.fleet.store import Store
     tell_what_is_missing()
@@ -136,7 +136,7 @@ def _told(results: list[dict[str, Any]]) -> str:
 
 
 def _entries(recordings: list[Found], done: dict[str, list[dict[str, Any]]]) -> list[Entry]:
-    from engb_core.fleet.table import Entry
+    from engb_core.fleet.rows import Entry
     found = []
     for recording in recordings:
         for result in done[recording.key]:
@@ -147,9 +147,9 @@ def _entries(recordings: list[Found], done: dict[str, list[dict[str, Any]]]) -> 
 
 
 def _write(folder: Path, entries: list[Entry]) -> None:
-    from engb_core.fleet.page import survey_page
-    from engb_core.fleet.table import effect_rows, recording_rows
-    from engb_ros.fleet.tables import write_table
+    from engb_core.fleet.rows import effect_rows, recording_rows
+    from engb_core.fleet.survey_page import survey_page
+    from engb_ros.fleet.row_files import write_table
     write_table(folder / 'survey', recording_rows(entries))
     write_table(folder / 'effects', effect_rows(entries))
     survey_page(entries).write(folder / 'survey.html')
@@ -158,7 +158,7 @@ def _write(folder: Path, entries: list[Entry]) -> None:
 def _summary(entries: list[Entry], resumed: int) -> str:
     from collections import Counter
 
-    from engb_core.fleet.causes import causes_of
+    from engb_core.fleet.common_causes import causes_of
     good = [entry for entry in entries if entry.good]
     units = {entry.unit for entry in good}
     lines = [f'{len(entries)} recordings, {len(good)} diagnosed, {len(units)} units'

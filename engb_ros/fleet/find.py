@@ -15,7 +15,7 @@ import re
 
 from engb_core.errors import InputError
 from engb_core.printable import printable
-from engb_ros.bags.locate import METADATA, recording_name
+from engb_ros.bags.bag_files import METADATA, recording_name
 
 __all__ = ['Found', 'find_recordings', 'read_units']
 

@@ -16,7 +16,8 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-from engb_core.control.brake_controller import BrakeController, PreparedModel
+from engb_core.control.brake_controller import BrakeController
+from engb_core.control.force_control import PreparedModel
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_ros.interface import ACCEPT_MODEL

@@ -10,7 +10,7 @@ from engb_core.errors import InputError
 from engb_ros.tables.apart import TableApart
 from engb_ros.tables.arrays import hdf5_table, mat_table, npz_table
 from engb_ros.tables.table import Table
-from engb_ros.tables.text import TEXT_SUFFIXES, TextTable
+from engb_ros.tables.text_file import TEXT_SUFFIXES, TextTable
 
 __all__ = ['KINDS', 'is_table', 'open_here', 'open_table']
 

@@ -15,7 +15,7 @@ from engb_core.diagnose.diagnosis import EffectFinding, QualityOfFit
 from engb_core.model import Model
 from engb_ros.bags.write import JointTable, write_bag
 from engb_ros.commands.diagnose import summary
-from engb_ros.fleet.tables import write_table
+from engb_ros.fleet.row_files import write_table
 
 from .conftest import motion, ROOT
 from .test_diagnose import DIAGNOSIS

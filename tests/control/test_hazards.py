@@ -522,7 +522,7 @@ def test_the_velocity_of_a_coarse_encoder_is_believed():
     for _ in range(2000):
         time += DT
         angle += 100.0 * DT
-        assert watch.step(time, count * math.floor(angle / count), 100.0) == 100.0
+        assert watch.step(time, DT, count * math.floor(angle / count), 100.0) == 100.0
         wrong = wrong or watch.wrong
     assert not wrong
 

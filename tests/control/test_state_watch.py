@@ -120,8 +120,32 @@ def test_a_clock_that_was_set_is_told_and_the_steady_clock_goes_on(feed, passed,
     (0.09375, 0.0)])
 def test_late_samples_are_no_clock_jump(feed, passed, waited):
     feed()
+    feed(waited=DT + max(passed - waited, 0.0))   # one that was late itself
     assert feed(passed=passed, waited=waited)
-    assert (feed.told, feed.watch.time) == ([], passed)
+    assert feed.told == []
+    assert feed.watch.time == pytest.approx(DT + passed, abs=2e-4)   # clocks may drift
+
+
+@pytest.mark.parametrize('ahead', [0.005, 0.03125, 0.09375])
+def test_one_stamp_that_is_ahead_of_all_before_it_turns_the_loops_time_on_by_a_sample_at_most(
+        steady, ahead):
+    """A stranger's, 90 ms ahead, had the loop integrate over 94 ms, and follow its reference as
+    far on."""
+    before = steady.watch.time
+    assert steady(passed=0.5 * DT + ahead, waited=0.5 * DT)
+    assert steady.watch.time - before <= 1.01 * DT
+    assert steady.watch.span <= 1.01 * DT
+    steady(passed=0.5 * DT - ahead, waited=0.5 * DT)
+    assert steady.watch.time - before <= 2.02 * DT
+
+
+def test_the_span_is_that_between_two_samples_that_were_used(steady):
+    steady(passed=3.0 * DT)
+    assert steady.watch.span == 3.0 * DT
+    assert not steady(position=50.0)
+    assert not steady(position=50.0)
+    assert steady(position=0.0)
+    assert steady.watch.span == pytest.approx(3.0 * DT, rel=1e-3)
 
 
 def test_clocks_may_part_by_exactly_a_tenth_of_a_second():
@@ -397,3 +421,30 @@ def test_a_jump_without_a_pause_is_one(steady):
         assert steady(0.9 * count * REACH)
     assert not steady(2.0 * REACH)
     assert not steady(2.0 * REACH)
+
+
+def test_the_next_true_angle_is_believed_after_some_that_walked_away(steady):
+    """Each within `largest_speed` of the one before, but sped up as no motor is."""
+    steady.watch.acceleration = 0.2 * REACH / DT**2
+    for count in (1.0, 2.0, 3.0):
+        assert steady(position=0.9 * REACH * count, passed=DT / 8.0)
+    assert steady(position=0.0, passed=DT / 8.0)
+    assert steady.told == [Cause.STATE_JUMP]
+    assert steady(position=0.1)
+    assert steady.told == []
+
+
+def test_what_walks_away_as_a_motor_does_is_where_the_motor_is(steady):
+    steady.watch.acceleration = 2.0 * REACH / DT**2
+    for count in (1.0, 2.0, 3.0):
+        steady.watch.velocity = 0.9 * REACH / DT
+        assert steady(position=0.9 * REACH * count)
+    assert not steady(position=0.0)
+
+
+def test_a_lasting_jump_is_not_believed_however_far_the_motor_could_have_gone(steady):
+    steady.watch.acceleration = 2.0 * REACH / DT**2
+    for _ in range(100):
+        assert not steady(position=1.5 * REACH)
+    assert steady.watch.lost
+    assert steady.watch.in_doubt

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.absent_effort import with_effort
-from engb_core.command_law import command_law
 from engb_core.errors import InputError
 from engb_core.model import Controller, Model
+from engb_core.physics.command_law import command_law
 from engb_core.recording import Recording, Reference
+from engb_core.signals.absent_effort import with_effort
 from tests.core.test_command_law import PENDULUM, servo
 
 

@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from engb_core.command_law import command_law
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model, Motor
+from engb_core.physics.command_law import command_law
 from engb_core.physics.plant import physics_of
 from engb_core.physics.simulation import simulate_closed_loop
 from engb_core.prediction import predict_effort

@@ -155,3 +155,21 @@ def test_names_that_are_listed_are_there():
         missing += [f'{path.name}: {name}' for name in public_names(tree) or ()
                     if name not in defined]
     assert not missing
+
+
+# Files of one name in several rooms are of one subject: a node of what it runs, a page of what it
+# shows, a command of what it makes, the effect of what is identified; `base` is what all of a room
+# share.
+ONE_SUBJECT = {'base', 'disturbance_observer', 'excitation', 'findings', 'first_model', 'law',
+               'load_friction', 'model', 'plant', 'self_energizing', 'verdict'}
+
+
+def test_no_two_files_of_one_name_mean_different_things():
+    paths = [path for room in ('engb_core', 'engb_ros') for path in (ROOT / room).rglob('*.py')
+             if path.name != '__init__.py']
+    rooms: dict[str, list[str]] = {}
+    for path in paths:
+        rooms.setdefault(path.stem, []).append(str(path.parent.relative_to(ROOT)))
+    twice = {name: found for name, found in rooms.items() if len(found) > 1}
+    assert {name: found for name, found in twice.items() if name not in ONE_SUBJECT} == {}
+    assert set(twice) >= ONE_SUBJECT, 'delete names that stand once'

@@ -12,8 +12,8 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.model import Friction, Joint, LoadTorque, Model, Motor
-from engb_core.plausibility import Plausibility
 from engb_core.recording import Recording, Reference
+from engb_core.signals.plausibility import Plausibility
 from tests.core.test_command_law import PENDULUM, servo
 from tests.tables.simulated_bench import sampled, TORQUE_CONSTANT
 

@@ -202,3 +202,15 @@ def test_the_loop_runs_on_over_blocks(monkeypatch, velocity):
         monkeypatch.setattr('engb_core.physics.simulation._BLOCK', block)
         for values, expected in zip(simulate_closed_loop(recording, model), whole, strict=True):
             np.testing.assert_allclose(values, expected, atol=1e-9)
+
+
+def test_differences_of_times_are_the_same_steps():
+    """Who steps by differences of times (0.001 s but for the last digits) gets what equal steps
+    give: impacts in a gap had made 1e-3 of the stroke of 1e-16 s."""
+    from tests.export.machines import EFFORT, machines, STEP
+    model = machines()['backlash']
+    even, uneven = BrakePlant(model), BrakePlant(model)
+    for tick, effort in enumerate(EFFORT):
+        even.advance(float(effort), STEP)
+        uneven.advance(float(effort), (tick + 1) * STEP - tick * STEP)
+        assert uneven.position == even.position and uneven.velocity == even.velocity

@@ -57,6 +57,13 @@ BAD = {
     'none': ('none=0.0, ', '', 'at which the effect vanishes'),
     'vanishes': ('none=0.0', 'none=1e-4', 'it should vanish'),
     'nothing': ('starts=(2e-4,)', 'starts=(1e-12,)', 'next to nothing'),
+    'a name that is nowhere': ('if beyond <=', 'if beyound <=',
+                               r"cannot be computed.*beyound.*\(line 1\d of the file\)"),
+    'a place that is nowhere': ('sample[VELOCITY]', 'state[72]',
+                                r'torque .*out of bounds.*\(line 1\d of the file\)'),
+    'not compiled': ('return parameters[0] *', "return float(f'{parameters[0]:.17g}') *",
+                     'torque cannot be compiled'),
+    'statement': ("p['begin']", "p['beginning']", "statement .*beginning"),
     'two definitions': ('return parameters[0] * beyond * sample[VELOCITY]',
                         'state[0] += 1.0\n    return parameters[0] * state[0]', 'differ|ran away'),
 }
@@ -80,6 +87,27 @@ def test_a_file_that_is_no_effect(capsys):
     assert main(['check-effect', str(written('EFFECT = 1'))]) == 2
     assert 'EFFECT is no Effect' in capsys.readouterr().err
     assert main(['check-effect', 'missing.py']) == 2
+
+
+def test_a_folder_is_checked_file_by_file(capsys):
+    folder = written(CODE).parent
+    (folder / 'second.py').write_text(CODE.replace('cable_drag', 'rope_drag').replace(
+        "'N·m·s/rad²'", "''"), encoding='utf-8')
+    assert main(['check-effect', str(folder)]) == 2
+    said = capsys.readouterr().out
+    assert 'cable_drag: fit for use' in said and 'rope_drag: drag_slope: the unit is empty' in said
+    (folder / 'second.py').unlink()
+    assert main(['check-effect', str(folder)]) == 0
+
+
+def test_what_a_sample_holds_is_told_with_its_unit():
+    from engb_core.effects import base
+    text = base.__doc__
+    places = [name for name in base.__all__ if isinstance(getattr(base, name), int)
+              and name not in ('SAMPLE_SIZE', 'STATE_SIZE')]
+    assert len(places) == base.SAMPLE_SIZE
+    for name in places:
+        assert re.search(rf'^    {name}\b.*\[[^\]]+\]$', text, re.MULTILINE), name
 
 
 def test_a_package_brings_an_effect_by_its_entry_point(monkeypatch, tmp_path):

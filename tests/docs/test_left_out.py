@@ -7,7 +7,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 AT_FIRST = 54       # modules that are not checked at all, 2026-11-25; 65 two days before
-NOT_STRICT = 69     # modules that the plain rules hold for, not the strict ones
+NOT_STRICT = 67     # modules that the plain rules hold for, not the strict ones
 
 
 def test_modules_that_are_not_checked() -> None:

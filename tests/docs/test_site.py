@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib.util
 from pathlib import Path
+import re
 import subprocess
 import sys
 
@@ -35,6 +36,17 @@ def test_every_page_and_every_effect_is_in_it(site):
 
 def test_the_chapter_of_the_readme_is_taken_whole(site):
     assert site.diagnosis_page().count('\n1. ') == 1 and '**Parsimony.**' in site.diagnosis_page()
+
+
+def test_the_statistics_name_the_constants_that_are_used():
+    from engb_core.diagnose import constants
+    text = (ROOT / 'docs' / 'statistics.md').read_text(encoding='utf-8')
+    told = dict(re.findall(r'`([A-Z_]+)` = ([0-9.]+\d)', text))
+    assert len(told) >= 15
+    assert {name: float(value) for name, value in told.items()} == {
+        name: getattr(constants, name) for name in told}
+    named = set(re.findall(r'\b[A-Z]{4,}(?:_[A-Z]+)*\b', text)) - {'README'}
+    assert named <= set(constants.__all__)
 
 
 @pytest.mark.slow

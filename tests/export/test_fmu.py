@@ -58,8 +58,6 @@ def run(path: Path, **start: float) -> np.ndarray:
 @pytest.mark.parametrize('name', [pytest.param(
     name, marks=() if name in QUICK else pytest.mark.slow) for name in MACHINES])
 def test_the_unit_gives_what_the_simulation_gives(name, version, tmp_path):
-    if version == 3 and name not in QUICK:
-        pytest.skip('the same C as in FMI 2')
     path = unit_of(MACHINES[name], tmp_path, version)
     assert problems(path) == []
     here = simulated(MACHINES[name])[:TIME.size - 1]

@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from engb_core.fleet.causes import causes_of, outliers_of
-from engb_core.fleet.page import survey_page
+from engb_core.fleet.common_causes import causes_of, outliers_of
 from engb_core.fleet.pooling import pool, random_effects
-from engb_core.fleet.table import effect_rows, Entry, measures_of, recording_rows
+from engb_core.fleet.rows import effect_rows, Entry, measures_of, recording_rows
+from engb_core.fleet.survey_page import survey_page
 from engb_core.fleet.trends import false_discovery, find_trends
 
 DAY = 86400.0

@@ -57,6 +57,18 @@ def test_a_load_that_few_blocks_touch_is_a_load():
     assert found.scores[0].form.startswith('contact')
 
 
+def test_a_stretch_that_no_form_explains_does_not_decide():
+    """A weight's sine behind a gear, and a second in which the gear's play clatters: a straight
+    line, which is off everywhere, seemed to expect it."""
+    angle, speed, acceleration = 7.0 * ANGLE, 7.0 * SPEED, 7.0 * ACCELERATION
+    effort = (1e-4 * acceleration + 6e-4 * speed + 0.012 * np.sign(speed)
+              + 0.1 * np.sin(angle / 20.0))
+    clatter = np.where((TIME > 13.0) & (TIME < 14.0), 0.02 * np.sin(40.0 * TIME), 0.0)
+    noise = np.random.default_rng(0).normal(0.0, 2e-3, TIME.size)
+    found = first_model([Recording.from_samples('run', TIME, angle, effort + clatter + noise)])
+    assert found.scores[0].form in [f'polynomial of degree {degree}' for degree in (3, 4, 5)]
+
+
 def test_what_cannot_be_told_is_said():
     found = first_model([recorded(lambda angle: 0.0 * angle + 0.02)])
     assert any('differs between the directions' in text for text in found.not_told)

@@ -8,7 +8,7 @@ import pytest
 from scipy import signal
 
 from engb_core.errors import InputError
-from engb_core.identify.nominal import (
+from engb_core.identify.nominal_plant import (
     fit_free_motor,
     fit_response,
     fit_steps,

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
+from engb_core.identify.confidence import coloured_covariance
 from engb_core.identify.smoothing import Kernel, motions
 from engb_core.identify.strokes import find_strokes
-from engb_core.identify.uncertainty import coloured_covariance
 from engb_core.recording import Recording
 
 from .bench import simulate, stroke_reference

@@ -21,7 +21,7 @@ from engb_core.laws.competition import _beats, _without_idle_names, law_instead
 from engb_core.laws.forms import Atom, Form, Slot
 from engb_core.laws.grammar import parse
 from engb_core.laws.judgement import depends_on, find_law, fits_elsewhere, Found
-from engb_core.laws.search import _Searching, Screened
+from engb_core.laws.law_search import _Searching, Screened
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import physics_of

@@ -13,9 +13,9 @@ import pytest
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, ParameterEstimate
 from engb_core.diagnose.document import to_document, to_json
 from engb_core.effects.catalogue import catalogue
+from engb_core.laws.dimensions import divided, written
 from engb_core.laws.grammar import parse
 from engb_core.laws.line import line_of, LONGEST_LINE, with_error
-from engb_core.laws.units import divided, written
 from engb_core.model import EffectSetting, LoadTorque, Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import physics_of

@@ -93,3 +93,24 @@ def test_svg_follows_the_style_sheet_and_is_reproducible():
     assert first == render(figure(), 'matplotlib', 'figure-1')
     assert 'var(--recorded)' in first and 'var(--before)' not in first
     assert 'http' not in first
+
+
+def test_curves_break_where_the_shaft_stands():
+    """The grid holds no values there: a straight line across looked like a measurement."""
+    from dataclasses import replace
+
+    from engb_core.report.pictures import overlay, Units
+
+    from .samples import explained
+    diagnosis = explained()
+    trace = diagnosis.evidence.traces[0]
+    gap = (trace.time < 2.0) | (trace.time > 3.0)
+    shortened = replace(trace, channels={}, **{name: getattr(trace, name)[gap] for name in (
+        'time', 'position', 'velocity', 'effort', 'predicted_before', 'predicted_after',
+        'judged')})
+    torque, residual, *_ = overlay(shortened, (), Units(diagnosis)).panels
+    after_gap = int(np.flatnonzero(shortened.time > 3.0)[0])
+    for panel in (torque, residual):
+        for line in (entry for entry in panel.series if isinstance(entry, Line)):
+            assert np.isnan(line.y[after_gap]), line.name
+            assert np.isfinite(line.y[after_gap - 1])

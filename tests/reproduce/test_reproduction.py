@@ -11,15 +11,15 @@ import pytest
 from engb_core.errors import InputError
 from engb_core.mechanism.kinematics import CHOSEN as MECHANISM
 from engb_core.reproduce import chosen
+from engb_core.reproduce.chapters import plans, reproduce
 from engb_core.reproduce.errata import ERRATA
 from engb_core.reproduce.figures_nominal import misfit, TABLE_1
 from engb_core.reproduce.in_process import replay, run_experiment
-from engb_core.reproduce.judgement import judgement, told
-from engb_core.reproduce.numbers import FOLLOWS, FOUND, published_numbers, SET
-from engb_core.reproduce.page import reproduction_page, results_mapping
 from engb_core.reproduce.plan import plan_of, STAGES
-from engb_core.reproduce.procedure import plans, reproduce
+from engb_core.reproduce.published_numbers import FOLLOWS, FOUND, published_numbers, SET
+from engb_core.reproduce.reproduction_page import reproduction_page, results_mapping
 from engb_core.reproduce.truth import truth_of
+from engb_core.reproduce.ways_compared import judgement, told
 
 SEEDS = 2
 KNOWN = 'joint regression, J, B and cogging known from the free motor'

@@ -37,11 +37,11 @@ import math
 
 import numpy as np
 
-from engb_core.command_law import command_law
 from engb_core.errors import InputError
 from engb_core.model import Joint, Model
+from engb_core.physics.command_law import command_law
 from engb_core.recording import Recording
-from engb_core.unit_readings import clocks, OTHER_QUANTITY, Reading, SI, Unit, UnitReadings
+from engb_core.signals.unit_readings import clocks, OTHER_QUANTITY, Reading, SI, Unit, UnitReadings
 
 __all__ = ['Plausibility', 'refuse_implausible', 'refuse_unmeasured']
 

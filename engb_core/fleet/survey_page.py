@@ -10,9 +10,9 @@ from urllib.parse import quote
 
 import numpy as np
 
-from engb_core.fleet.causes import Cause, causes_of, Outlier, outliers_of
+from engb_core.fleet.common_causes import Cause, causes_of, Outlier, outliers_of
 from engb_core.fleet.pooling import pool, Pooled
-from engb_core.fleet.table import Entry, Measure, measures_of
+from engb_core.fleet.rows import Entry, Measure, measures_of
 from engb_core.fleet.trends import find_trends, Trend
 from engb_core.report.figures import Axis, Figure, Line, Panel, Points
 from engb_core.report.layout import bar, Column, Page

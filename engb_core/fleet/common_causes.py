@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engb_core.fleet.pooling import Pooled
-from engb_core.fleet.table import Entry
+from engb_core.fleet.rows import Entry
 
 __all__ = ['Cause', 'Outlier', 'causes_of', 'outliers_of']
 

@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from engb_core.errors import InputError
 from engb_core.model import Controller, Model
 from engb_core.physics.plant import physics_of
-from engb_core.plausibility import MOST
 from engb_core.recording import Recording
 from engb_core.signals.filtering import slowest_speed
 from engb_core.signals.motion import motion_of
 from engb_core.signals.motion_band import COMPARED, told_up_to
+from engb_core.signals.plausibility import MOST
 from engb_core.signals.position_error import effort_of_recording
 
 __all__ = ['with_effort']

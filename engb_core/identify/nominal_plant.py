@@ -18,9 +18,9 @@ from scipy.optimize import curve_fit
 
 from engb_core.errors import InputError
 from engb_core.identify.cogging import find_orders
+from engb_core.identify.confidence import Estimate
 from engb_core.identify.regression import Fit, fit, Form
 from engb_core.identify.smoothing import Motion, motions
-from engb_core.identify.uncertainty import Estimate
 from engb_core.model import Model
 from engb_core.recording import Recording
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 
-from engb_core.identify.uncertainty import Estimate
+from engb_core.identify.confidence import Estimate
 from engb_core.reproduce.results import BrakeResults, Results
 from engb_core.reproduce.validation_chapter import compensated_share, worst_offset
 

@@ -12,6 +12,7 @@ from engb_core.report.layout import Column, Page
 from engb_core.report.text import escape, Html
 from engb_core.report.wording import MINUS, number
 from engb_core.reproduce import chosen
+from engb_core.reproduce.chapters import plans
 from engb_core.reproduce.errata import ERRATA
 from engb_core.reproduce.figures_beyond import force_figure, wear_figure
 from engb_core.reproduce.figures_identification import identification_figures
@@ -23,12 +24,11 @@ from engb_core.reproduce.figures_nominal import (
     small_angle_error,
 )
 from engb_core.reproduce.figures_validation import disc_figures, validation_figures
-from engb_core.reproduce.judgement import judgement, told
-from engb_core.reproduce.numbers import Found, Number, published_numbers
+from engb_core.reproduce.opened_seals import sealed_section, SealedBrakes
 from engb_core.reproduce.page_tables import chosen_rows, run_rows
-from engb_core.reproduce.procedure import plans
+from engb_core.reproduce.published_numbers import Found, Number, published_numbers
 from engb_core.reproduce.results import BrakeResults, LABELS, Results
-from engb_core.reproduce.sealed import sealed_section, SealedBrakes
+from engb_core.reproduce.ways_compared import judgement, told
 
 __all__ = ['reproduction_page', 'results_mapping']
 
