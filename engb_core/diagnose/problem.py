@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from engb_core.diagnose.constants import LINE_LEVEL
 from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.parallel_map import OwnSamples
 from engb_core.diagnose.position_noise import position_noise
@@ -48,8 +49,6 @@ Array = NDArray[np.float64]
 # Corner of the comparison, at most this part of the sampling rate: nearer to that, what is between
 # the samples shows more than what the model lacks.
 OF_RATE = 0.1
-# Probability with which noise alone may widen the comparison.
-LINE_LEVEL = 0.01
 # Step of a motion that is fitted as sharp as it is told [s].
 SHARP_STEP = 1e-3
 # Share of a recording's duration that is kept out of every fit, in stretches.
