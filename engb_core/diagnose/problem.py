@@ -37,9 +37,10 @@ from engb_core.signals.motion import (
     MOTION_BANDWIDTH,
     motion_of,
 )
-from engb_core.signals.motion_band import COMPARED, told_up_to
+from engb_core.signals.motion_band import COMPARED, outweighed_from, told_up_to
 from engb_core.signals.order_spectrum import order_spectrum
 from engb_core.signals.position_error import effort_of_recording
+from engb_core.signals.sampling_noise import sampling_noise
 from engb_core.signals.sharp_motion import sharp_motion_of
 
 __all__ = ['Problem', 'holding', 'Run', 'problem_of', 'sharper']
@@ -311,10 +312,12 @@ def _line_above(recording: Recording, model: Model, bandwidth: float, highest: f
         bandwidth: corner of the band [Hz].
         highest: up to where the position's counts tell the torque [Hz].
     """
-    most = min(OF_RATE / recording.interval, highest)
+    motion = motion_of(recording, min(highest, MOST_OF_RATE / recording.interval))
+    variance = float(np.mean(sampling_noise(recording).of(motion.velocity) ** 2))
+    most = min(OF_RATE / recording.interval, highest,
+               outweighed_from(recording, model.motor.inertia, variance))
     if most <= bandwidth:
         return 0.0
-    motion = motion_of(recording, min(highest, MOST_OF_RATE / recording.interval))
     moving = judgeable(motion, slowest_speed([motion], model.friction.saturation_velocity,
                                              motion.speed))
     left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics_of(model))
