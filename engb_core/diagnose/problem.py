@@ -219,18 +219,17 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     slowest = slowest_speed(motions, model.friction.saturation_velocity, scene.speed)
     physics = physics_of(model)
 
-    def ready(recording: Recording, motion: Motion, highest: float, fit_all: bool, judged: bool,
-              ) -> Run:
+    def ready(recording: Recording, motion: Motion, highest: float, judged: bool) -> Run:
         corner = min(bandwidth, highest)
         comparison = comparison_of(motion, corner, slowest, before_stop)
-        run = _run(recording, motion, comparison, corner, fit_all, judged,
+        run = _run(recording, motion, comparison, corner, judged,
                    position_noise(recording, motion, comparison, physics), physics)
         return replace(run, coarse=highest < COMPARED)
 
-    runs = tuple(ready(recording, motion, highest, bool(held_out), False)
+    runs = tuple(ready(recording, motion, highest, False)
                  for recording, motion, highest in zip(
                      recordings, motions, told[:len(recordings)], strict=True))
-    judged = tuple(ready(recording, motion, highest, True, True)
+    judged = tuple(ready(recording, motion, highest, True)
                    for recording, motion, highest in zip(
                        held_out, others, told[len(recordings):], strict=True))
     points = sum(int(run.fitted.sum()) for run in runs)
@@ -254,8 +253,9 @@ def sharper(problem: Problem) -> Problem:
         # The sharper chain takes the samples as they stand beside the counts' edges: what the
         # smoothed one makes of the counts is no measure of that.
         counts = np.zeros(comparison.grid.size)
-        return _run(run.recording, motion, comparison, problem.bandwidth, bool(problem.held_out),
-                    False, counts, physics_of(problem.model))
+        made = _run(run.recording, motion, comparison, problem.bandwidth, False, counts,
+                    physics_of(problem.model))
+        return replace(made, fitted=np.ones_like(made.fitted)) if run.fitted.all() else made
 
     return replace(problem, runs=tuple(map(ready, problem.runs, motions)), held_out=())
 
@@ -393,12 +393,12 @@ def _load_power(nominal: Array, low: float, high: float) -> float:
 
 
 def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth: float,
-         fit_all: bool, held_out: bool, counts: Array, physics: Physics) -> Run:
+         held_out: bool, counts: Array, physics: Physics) -> Run:
     time = motion.time[comparison.grid]
     fitted = np.ones(time.size, bool)
     if held_out:
         fitted[:] = False
-    elif not fit_all:
+    else:
         length = motion.time[-1] / STRETCHES
         fitted = (time % length) < (1.0 - KEPT_OUT) * length
     # Above the corner of the low-pass second differences are blind to what the motion needs.
