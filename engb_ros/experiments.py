@@ -77,7 +77,8 @@ def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int
         _run(experiment, model, bag, seed, progress, every, speed, sealed, identified)
         recording = read_experiment(bag)
         missing = experiment.duration / (recording.interval * recording.time.size) - 1.0
-        if missing < LOSS and np.diff(recording.time).max() < LONGEST_HOLE * every:
+        if (missing < LOSS and np.diff(recording.time).max() < LONGEST_HOLE * every
+                and not (experiment.observed and _is_unpaired(recording, 'disturbance'))):
             return recording
         progress(f'{experiment.name}: samples were lost; once more, slower')
     raise RunnerError(f'the recorder loses samples even at {SPEEDS[-1]} of real time: the '
@@ -89,7 +90,9 @@ def read_experiment(bag: Path) -> Recording:
 
     In lockstep the plant's time stands still while an answer is late, so the recorder's clock
     does not tell to which sample an unstamped message belongs. Its number does: the plant, and
-    the observer that answers each sample, send one every so many samples.
+    the observer that answers each sample, send one every so many samples. Where there is one for
+    each sample, and not as many, it cannot tell: who missed the first one, since it was found
+    late, would pair all others wrongly.
     """
     recording = read_recording(bag)
     signals = {}
@@ -97,12 +100,18 @@ def read_experiment(bag: Path) -> Recording:
         samples, count = recording.time.size, signal.value.size
         stride = max(1, round(samples / count))
         times = recording.time[stride - 1::stride]
-        # Whole but for one at either end; else the recorder's clock is all there is.
-        if abs(times.size - count) <= 1:
+        # Whole, or but for one of several samples; else the recorder's clock is all there is.
+        if abs(times.size - count) <= (stride > 1):
             size = min(times.size, count)
             signal = Signal(times[:size], signal.value[:size])
         signals[name] = signal
     return replace(recording, signals=signals)
+
+
+def _is_unpaired(recording: Recording, name: str) -> bool:
+    """Return whether a signal, of which there is one for each sample, cannot be told sample by
+    sample: one was missed."""
+    return recording.signals[name].value.size != recording.time.size
 
 
 def _run(experiment: Experiment, model: Model, bag: Path, seed: int, progress: Progress,

@@ -18,6 +18,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidHandle, ROSInterruptException
 from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import (
@@ -345,7 +346,10 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         print(f'ROS could not be started: {" ".join(str(error).split())}', file=sys.stderr)
         return 2
     try:
-        node = make_node()
+        try:
+            node = make_node()
+        except rclpy_implementation.RCLError as error:   # DDS security without its keys, say
+            raise InputError(f'could not be created: {" ".join(str(error).split())}') from error
         if 'scheduling_priority' in node.values:
             use_realtime(node.values)
             if word := word_about(os.environ):

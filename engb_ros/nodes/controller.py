@@ -25,7 +25,7 @@ from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
-from engb_ros.nodes.controller_parameters import controller_settings, PARAMETERS
+from engb_ros.nodes.controller_parameters import check_gains, controller_settings, PARAMETERS
 from engb_ros.nodes.diagnostics import controller_status, DiagnosticMessage
 from engb_ros.nodes.joint import with_joint
 from engb_ros.nodes.joint_reader import JointReader
@@ -136,8 +136,10 @@ class ControllerNode(ManagedNode):
         self.every(values['diagnostics_period'], self._diagnose)
 
     def validate(self, values: dict[str, Any]) -> None:
-        """Check the settings together."""
+        """Check the settings together; no change may leave a loop that holds nothing."""
         controller_settings(values, getattr(self, '_mechanism', None))
+        if hasattr(self, '_controller'):
+            check_gains(values, self.values)
 
     def reconfigure(self, values: dict[str, Any]) -> None:
         """Take up new settings without a jump of the torque."""

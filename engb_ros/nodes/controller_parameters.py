@@ -18,7 +18,7 @@ from engb_ros.nodes.joint import HARDWARE_ID, JOINT
 from engb_ros.nodes.parameters import ParameterSpec
 from engb_ros.nodes.realtime import REALTIME
 
-__all__ = ['PARAMETERS', 'controller_settings']
+__all__ = ['PARAMETERS', 'check_gains', 'controller_settings']
 
 _LOOP = (
     ParameterSpec('model', '', 'model file; empty: the paper\'s nominal motor alone'),
@@ -167,6 +167,23 @@ def controller_settings(values: dict[str, Any],
         _loop(values), _reference(values), _supervision(values), force,
         values['position_min'], values['position_max'], values['force_max'],
         values['stale_value'])
+
+
+def check_gains(values: dict[str, Any], present: dict[str, Any]) -> None:
+    """Raise InputError where gains would hold no brake, changed while one may be applied.
+
+    An error of `largest_error` must bring full torque within a second, as it does (or as near to
+    it) with the present ones: with all gains at 0 and no feedforward one request lets a brake go.
+    """
+    def torque(given: dict[str, Any]) -> float:
+        return float(min(given['largest_error'] * (given['p'] + 1.0 * given['i']),
+                         given['effort_limit'], given['u_clamp_max']))
+
+    if torque(values) < torque(present):
+        raise InputError(
+            f'p {values["p"]:g} and i {values["i"]:g} would not hold the brake: an error of '
+            f'{values["largest_error"]:g} rad must bring full torque within a second; restart '
+            'with these gains on purpose')
 
 
 def _loop(values: dict[str, Any]) -> LoopSettings:

@@ -92,6 +92,9 @@ def declare(node: Node, specs: Sequence[ParameterSpec]) -> dict[str, Any]:
             given = node._parameter_overrides[spec.name].value
             raise InputError(f'parameter {spec.name} is {given!r}; it must lie within '
                              f'{spec.low} and {spec.high} {spec.unit}') from None
+        if value is None:   # an empty list has no type
+            raise InputError(f'parameter {spec.name} is given without a value; '
+                             f'{_wanted(spec, value)}')
         value = list(value) if isinstance(spec.default, list) else value
         spec.check(value)
         values[spec.name] = value

@@ -11,7 +11,8 @@ from engb_core.model import Model
 from engb_core.reproduce import chosen
 from engb_core.reproduce.drawn_brakes import draw_brake
 from engb_core.reproduce.plan import HIGH, length, plan_of, REFERENCE
-from engb_ros import interface
+from engb_ros import experiments, interface
+from engb_ros.bags.write import FloatTable, JointTable, write_bag
 from engb_ros.experiments import read_experiment, record_experiment
 from engb_ros.files import config_file
 from engb_ros.sealed import sealed
@@ -55,6 +56,37 @@ def test_a_sealed_brake_runs_and_observer_and_identifier_listen(tmp_path):
     found = Model.read(model)
     assert abs(found.friction.coulomb / (scale * brake.coulomb) - 1.0) < 0.05
     assert abs(found.motor.inertia / (scale * brake.inertia) - 1.0) < 0.1
+
+
+def answered(path, first, count=400):
+    """Write a bag of which the disturbance is the number of its sample; those before `first` were
+    missed."""
+    stamp = 10**18 + 10**6 * np.arange(count)
+    number = np.arange(count, dtype=float)
+    write_bag(path, {
+        '/engb/joint_states': JointTable(stamp, number, number, number),
+        '/engb/disturbance': FloatTable((stamp + 400_000)[first:], number[first:])}, replace=True)
+
+
+def test_a_disturbance_of_which_one_was_missed_is_not_paired_by_its_number(tmp_path):
+    """It was paired with the sample before: off by 5e-3 N·m in a stroke."""
+    for first in (0, 1):
+        answered(tmp_path / 'bag', first)
+        recording = read_experiment(tmp_path / 'bag')
+        seen = recording.signals['disturbance'].at(recording.time)
+        assert np.abs(seen - recording.position)[first:].max() < (0.5 if first else 1e-9)
+
+
+def test_an_experiment_of_which_an_answer_was_missed_is_made_again(tmp_path, monkeypatch):
+    missed, told = [1, 0], []
+    experiment = replace(PLAN['strokes'], duration=0.4)
+    assert experiment.observed
+    monkeypatch.setattr(experiments, '_run',
+                        lambda *given: answered(given[2], missed.pop(0)))
+    recording = record_experiment(experiment, chosen.NOMINAL, tmp_path / 'bag', 1, told.append)
+    assert not missed
+    assert len(told) == 1
+    assert np.array_equal(recording.signals['disturbance'].value, recording.position)
 
 
 def test_excitation_lets_go_of_a_motor_that_runs_away(runner, probe):

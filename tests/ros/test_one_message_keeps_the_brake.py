@@ -3,12 +3,16 @@
 
 from builtin_interfaces.msg import Time
 import pytest
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String, UInt64
 
 from engb_ros.interface import (
+    ACCEPT_MODEL,
     CLAMP_FORCE_COMMAND,
     CLAMP_FORCE_COMMAND_STAMPED,
+    CLEAR_FAULTS,
     CONTROLLER_ACTIVATION,
     DISC_SPEED,
     DRIVE_STATE,
@@ -16,6 +20,8 @@ from engb_ros.interface import (
     JOINT_STATES,
     POSITION_COMMAND,
     POSITION_COMMAND_STAMPED,
+    Service,
+    START_REFERENCE,
 )
 from engb_ros.nodes.messages import publisher_qos
 from ros.test_as_shipped import Shipped
@@ -46,6 +52,9 @@ def request(loop, entry, source, shift=0.0):
     message.header.stamp, message.header.frame_id = stamp(loop.probe, shift), source
     return message
 
+
+RESTORED = {'p': 0.4, 'i': 1.5, 'd': 0.006, 'error_deadband': 0.0, 'derivative_filter_time': 0.0,
+            'load_feedforward': True}
 
 MESSAGES = {
     **{f'torque measured {effort:g}': (JOINT_STATES, lambda loop, effort=effort: sample(
@@ -132,4 +141,45 @@ def test_one_message_takes_no_braking_away(runner, probe, tmp_path, by):
         if publisher is not None:
             probe.node.destroy_publisher(publisher)
     assert not found
+    runner.stop()
+
+
+def changes(**values):
+    """Return parameters, all of one request."""
+    return [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+
+
+NO_GAINS = {'p': 0.0, 'i': 0.0, 'd': 0.0, 'load_feedforward': False}
+REQUESTS = {
+    'clear': ('controller', CLEAR_FAULTS, None),
+    'start of a trajectory that there is none': ('controller', START_REFERENCE, None),
+    'model that there is none': ('controller', ACCEPT_MODEL, None),
+    **{f'parameters {values}, {kind.__name__}': (
+        'controller', Service(f'~/{name}', f'rcl_interfaces/srv/{kind.__name__}', ''),
+        kind.Request(parameters=changes(**values)))
+       for name, kind in (('set_parameters', SetParameters),
+                          ('set_parameters_atomically', SetParametersAtomically))
+       for values in (NO_GAINS, {'p': 0.0, 'i': 0.0}, {'p': 1e-9, 'i': 1e-9}, {'p': 0.0},
+                      {'i': 0.0}, {'d': 0.0}, {'error_deadband': 1000.0},
+                      {'derivative_filter_time': 10.0}, {'load_feedforward': False})},
+}
+
+
+def test_one_request_takes_no_braking_away(runner, probe, tmp_path):
+    """All gains at nought, without feedforward, in one request had let the brake go by 26 rad."""
+    loop = Shipped(runner, probe, tmp_path)
+    applied(loop, 'angle')
+    lost = {}
+    for name, (node, service, request) in REQUESTS.items():
+        before, begin, counted = loop.position, len(loop.states), len(loop.state)
+        probe.call(node, service, request=request)
+        loop.during(3.0 * SHOWS)
+        let_go = before - min(message.position[0] for message in loop.states[begin:])
+        if let_go > ANGLE or any(message.data == 'fault' for message in loop.state[counted:]):
+            lost[name] = let_go, loop.words()
+        runner.check()
+        applied(loop, 'angle')
+        for given, value in RESTORED.items():
+            loop.set_parameter('controller', given, value)
+    assert not lost
     runner.stop()

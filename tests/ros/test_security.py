@@ -1,8 +1,10 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Whatever the running nodes publish, hear and serve is in the policy, and no more may speak."""
 
+import os
 import shutil
 import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -134,3 +136,16 @@ def test_it_overwrites_nothing(tmp_path, capsys):
 def test_a_policy_for_each_wheel(namespace):
     for enclave in policy(namespace).iter('enclave'):
         assert enclave.get('path').startswith(f'{namespace}/')
+
+
+def test_a_node_that_cannot_be_secured_does_not_start_and_says_so_in_one_line(tmp_path):
+    """Without its keys, or with a DDS that was built without security."""
+    (tmp_path / 'enclaves').mkdir()
+    ran = subprocess.run(
+        [sys.executable, '-m', 'engb_ros.nodes.controller'], capture_output=True, text=True,
+        check=False, timeout=60.0, env={
+            **os.environ, 'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce',
+            'ROS_SECURITY_KEYSTORE': str(tmp_path)})
+    told = [line for line in ran.stderr.splitlines() if 'could not be created' in line]
+    assert (ran.returncode, len(told)) == (2, 1), ran.stderr
+    assert 'Traceback' not in ran.stderr

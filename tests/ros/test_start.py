@@ -166,6 +166,7 @@ def test_real_time_holds_for_every_thread(runner, probe):
     ('controller', {'model': '/nowhere/model.yaml'}, 'cannot be read'),
     ('controller', {'reference': 'file'}, 'reference_file is empty'),
     ('controller', {'stroke_amplitudes': [1, 2]}, 'write [1.0, 2.0]'),
+    ('controller', {'slow_speeds': []}, 'slow_speeds is given without a value'),
     ('disturbance_observer', {'order': 3}, 'must lie within 1 and 2'),
     ('plant', {'effects': 'telepathy: {strength: 1.0}'}, 'telepathy'),
     ('plant', {'effects': 'stribeck_friction: {colour: 1.0}'}, 'colour'),
