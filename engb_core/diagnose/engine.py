@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 import time
+from typing import Any
 
 import numpy as np
 
@@ -131,9 +132,10 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
                    for entry in intervals(run, part)]
         where = zones(runs, parts, outcome.corrected)
     tell('simulating the loop')
-    proposal, loops = parallel_map(lambda work: work(), (
+    last: tuple[Callable[[], Any], ...] = (
         partial(next_experiment, outcome.fitter, explanation.fit, findings, selection.rivals),
-        partial(simulated_loops, problem, outcome.corrected)), threads)
+        partial(simulated_loops, problem, outcome.corrected))
+    proposal, loops = parallel_map(lambda work: work(), last, threads)
     unexplained = outcome.unexplained or nameless_curve(findings)
     if model.joint.type == 'prismatic':
         findings = [finding_of_slider(finding) for finding in findings]

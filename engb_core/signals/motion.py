@@ -131,7 +131,8 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
     bandwidth = min(bandwidth, MOST_OF_RATE / fine)
     stride = max(1, int(round(STEP_OF_PERIOD / bandwidth / fine)))
     step = stride * fine
-    full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
+    full: Array = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1,
+                            dtype=np.float64) * fine
     raw = bridged(full, np.interp(full, *without_counts(recording)), recording)
 
     def smooth(derivative: int) -> Array:

@@ -47,7 +47,7 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     most = min(MOST_PARTS, max(1, MOST_SAMPLES // count))
     parts = int(np.clip(round(recording.interval / step), 1, most))
     step = recording.interval / parts
-    time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1) * step
+    time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1, dtype=np.float64) * step
     edges = np.interp(time, *without_counts(recording))
     samples = np.interp(time, recording.time, recording.position)
     raw = bridged(time, 0.5 * (edges + samples), recording)
