@@ -22,7 +22,7 @@ from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
 from engb_core.signals.filtering import Comparison
-from engb_core.signals.motion import Motion, motion_of, passing
+from engb_core.signals.motion import filtered, gaussian_kernel, Motion, motion_of, passing
 from engb_core.signals.motion_band import count_of
 from engb_core.signals.sampling_noise import SamplingNoise
 
@@ -37,7 +37,7 @@ SEED = 20
 
 
 def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
-                   physics: Physics, noise: SamplingNoise | None) -> Array:
+                   physics: Physics, noise: SamplingNoise) -> Array:
     """Return the standard deviation (m,) [N·m] that counts, noise and times of the position put
     into the filtered effort of the motion.
 
@@ -46,29 +46,35 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
         motion: derived from it; stands for the true one.
         comparison: the filter through which both sides pass.
         physics: of the model, which says how motion becomes effort.
-        noise: of the recording; None: the counts of the smoothed motion, rounded alike, and
-            nothing else, which is too little: what the constants of the wide band (wide_band.py)
-            were counted with.
+        noise: of the recording.
     """
     count = count_of(recording.position)
-    fast = passing(recording) & (noise is not None)
-    noise = noise or SamplingNoise(0.0, 0.0)
     if count <= 0.0 and noise.white == noise.jitter == 0.0:
         return np.zeros(comparison.grid.size)
     # Counts are a part of the noise that is seen.
     own = np.sqrt(max(noise.white ** 2 - count ** 2 / 12.0, 0.0))
+    fast = passing(recording)
+    smooth = gaussian_kernel(motion.bandwidth, recording.interval)
     random = np.random.default_rng(SEED)
+
+    def needed(position: Array) -> Array:
+        moved = motion_of(replace(recording, position=position), motion.bandwidth)
+        return comparison(effort_of_motion(moved.samples(), moved.step, physics))
+
     drawn_efforts = np.empty((DRAWS, comparison.grid.size))
     for draw in range(DRAWS):
-        # Where several counts pass between samples the roundings are independent of one another
-        # (Bennett, Bell System Technical Journal 27 (1948) 446); the smoothed motion, which lies
-        # close to the counts that it was made of, would have them all alike.
-        phase = np.where(fast, random.uniform(size=fast.size), random.uniform())
+        # The smoothed motion has what the smoothing lets through of the roundings that it was
+        # made of, and would be rounded like them again: where several counts pass from sample to
+        # sample, where they are independent of one another (Bennett, Bell System Technical
+        # Journal 27 (1948) 446), the true motion is as far from it.
+        apart = fast * filtered(random.uniform(-0.5, 0.5, fast.size) * count, smooth)
         taken = recording.time + noise.jitter * random.standard_normal(recording.time.size)
-        true = np.interp(taken, motion.time, motion.position) + own * random.standard_normal(
-            taken.size)
-        counted = count * (np.floor(true / count + phase) + 0.5 - phase) if count > 0.0 else true
-        drawn = motion_of(replace(recording, position=counted), motion.bandwidth)
-        drawn_efforts[draw] = comparison(
-            effort_of_motion(drawn.samples(), drawn.step, physics))
+        true = np.interp(taken, motion.time, motion.position) + apart
+        shown = true + own * random.standard_normal(taken.size)
+        phase = random.uniform()
+        counted = count * (np.floor(shown / count + phase) + 0.5 - phase) if count > 0.0 else shown
+        drawn_efforts[draw] = needed(counted)
+        if apart.any():
+            drawn_efforts[draw] -= needed(np.interp(recording.time, motion.time, motion.position)
+                                          + apart)
     return drawn_efforts.std(axis=0, ddof=1)

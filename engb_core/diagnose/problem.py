@@ -38,7 +38,12 @@ from engb_core.signals.motion import (
     MOTION_BANDWIDTH,
     motion_of,
 )
-from engb_core.signals.motion_band import COMPARED, outweighed_from, told_up_to
+from engb_core.signals.motion_band import (
+    COMPARED,
+    outweighed_from,
+    position_variance,
+    told_up_to,
+)
 from engb_core.signals.order_periodogram import line_amplitude, order_periodogram
 from engb_core.signals.position_error import effort_of_recording
 from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
@@ -205,14 +210,12 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     by_counts = bandwidth is None
     told = [told_up_to(recording, model.motor.inertia) if by_counts else np.inf
             for recording in (*recordings, *held_out)]
-    noises = [sampling_noise(recording) if by_counts else None
-              for recording in (*recordings, *held_out)]
+    noises = [sampling_noise(recording) for recording in (*recordings, *held_out)]
     if bandwidth is None:
         most = min(OF_RATE / recording.interval for recording in recordings)
         bandwidth = min(COMPARED, most)
         passes = max(_line_above(recording, model, bandwidth, highest, noise)
-                     for recording, highest, noise in zip(recordings, told, noises, strict=False)
-                     if noise is not None)
+                     for recording, highest, noise in zip(recordings, told, noises, strict=False))
         if passes > bandwidth:
             bandwidth = min(passes, most)
             motion_bandwidth *= bandwidth / COMPARED
@@ -223,7 +226,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     slowest = slowest_speed(fitted, model.friction.saturation_velocity, scene.speed)
     physics = physics_of(model)
 
-    def ready(recording: Recording, motion: Motion, highest: float, noise: SamplingNoise | None,
+    def ready(recording: Recording, motion: Motion, highest: float, noise: SamplingNoise,
               judged: bool) -> Run:
         corner = min(bandwidth, highest)
         comparison = comparison_of(motion, corner, slowest, before_stop)
@@ -318,7 +321,7 @@ def _line_above(recording: Recording, model: Model, bandwidth: float, highest: f
     """
     inertia, corner = model.motor.inertia, ABOVE_BAND * bandwidth
     motion = motion_of(recording, min(highest, MOST_OF_RATE / recording.interval))
-    variance = float(np.mean(noise.of(motion.velocity) ** 2))
+    variance = position_variance(recording, motion, noise)
     most = min(OF_RATE / recording.interval, highest,
                outweighed_from(recording, inertia, variance))
     if most <= bandwidth:

@@ -16,6 +16,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import CLEAN_EXCESS, STANDS_OUT
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant, variants_of
@@ -23,30 +24,25 @@ from engb_core.diagnose.multistart import followed, Promise, promises, search_ar
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.probability import causes
+from engb_core.diagnose.probability import part_left, something_known
 from engb_core.diagnose.problem import Problem, problem_of, Run
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
-from engb_core.diagnose.uncertainty import estimates
-from engb_core.effects.base import Scene
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
+from engb_core.diagnose.uncertainty import estimates, vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
-from engb_core.signals.motion import MOST_OF_RATE
+from engb_core.signals.motion import MOST_OF_RATE, MOTION_BANDWIDTH
+from engb_core.signals.motion_band import outweighed_from, position_variance
+from engb_core.signals.sampling_noise import sampling_noise
 
 __all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside']
 
 RESONANCE = 'drivetrain_resonance'
 RIVAL = 'backlash'
-# Corners of the comparison [Hz], at most this part of the corner of the motion's smoothing: the
-# higher one, which holds more noise, is for what is found to ring above the lower one.
-BAND, HIGHER_BAND = 60.0, 100.0
+# The comparison's corner is at most this part of the corner of the motion's smoothing; below this
+# frequency [Hz] it is no wider than any other.
 OF_MOTION = 0.6
 LEAST_BAND = 25.0
-# Excess (noise = 1) that the motion's own noise may make in the wide band, and what a resonance
-# must take away: of the mean square, and of its excess.
-LEAST_EXCESS = 1.0
-LEAST_GAIN = 0.3
-LEAST_SHARE = 0.18
 # A shaft that isn't linear must take away this part of what a linear one leaves.
 BENT_SHARE = 0.4
 # Its best starts that are followed; a linear one takes up with damping what isn't linear.
@@ -61,19 +57,13 @@ TWICE_THE_TORQUE = (0.02, 0.04, 0.08, 0.16)
 DAMPED = {'inertia_fraction': 0.3, 'damping_ratio': 0.15, 'friction_fraction': 0.1}
 FOLLOWED, FIRST_MOVES = 4, 60
 SETTLED, FURTHER_MOVES, ROUNDS = 2, 150, 12
-# Where no linear one tells it is looked for if the excess is as large; it must promise to take
-# away a tenth of the cost, and take away as much of the excess as one above the band.
-MUCH, HOPE = 4.0, 0.1
+# It must promise to take away a tenth of the cost.
+HOPE = 0.1
 # Less of the inertia beyond the shaft is no shaft's resonance; more only smooths what the motor's
 # acceleration holds of noise and timing.
 LEAST_FRACTION, MOST_FRACTION = 0.15, 0.7
 # Above this part of the band a resonance at its damping's bound smooths noise.
 DAMPED_BELOW = 0.6
-# Above the band one is believed up to here, where only its flank is seen, if it takes away this
-# part of the excess and is damped less than this part of the damping's bound: what smooths noise
-# or timing stands at the bound (all 6 such among the 500 Hz recordings of some 500 generated
-# cases; 6 of 7 resonances did not).
-ABOVE, MOST, LIGHT = 1.4, 0.4, 0.7
 # Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed.
 FRACTION, PROMISED = 0.3, 3
 
@@ -96,30 +86,24 @@ def judged_wide(problem: Problem) -> bool:
     """Whether the recordings are sampled fast enough, in counts fine enough, and the model file
     has no resonance yet."""
     known = any(entry.effect == RESONANCE for entry in problem.model.effects)
-    return not known and not problem.coarse and _highest(problem) >= LEAST_BAND
+    return not known and not problem.coarse and _band(problem) >= LEAST_BAND
 
 
-def _highest(problem: Problem) -> float:
-    return OF_MOTION * MOST_OF_RATE / problem.scene.sampling
+def _band(problem: Problem) -> float:
+    """Return up to where [Hz] every recording's position tells more of the torque than of its own
+    noise, and its rate lets a motion be derived; no wider than the motion is believed."""
+    return min(MOTION_BANDWIDTH, OF_MOTION * MOST_OF_RATE / problem.scene.sampling, *(
+        outweighed_from(run.recording, problem.model.motor.inertia,
+                        position_variance(run.recording, run.motion,
+                                          sampling_noise(run.recording)))
+        for run in problem.runs))
 
 
 def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Resonance | None:
     """Return the resonance that the recordings show beside what `corrected` holds, if any."""
     if not judged_wide(problem):
         return None
-    highest = _highest(problem)
-    if highest <= BAND:
-        return _within(highest, problem, corrected, threads, ABOVE)[0]
-    found, above = _within(BAND, problem, corrected, threads)
-    if above:
-        found, _ = _within(min(HIGHER_BAND, highest), problem, corrected, threads, ABOVE)
-    return found
-
-
-def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
-            above: float = 1.0) -> tuple[Resonance | None, bool]:
-    """Return the resonance that shows within the band, or up to `above` times that, if any; and
-    whether one seems to ring above it."""
+    bandwidth = _band(problem)
     given = tuple(entry for entry in corrected.effects
                   if entry.effect not in (RESONANCE, RIVAL, DELAY, 'unexplained_surface'))
     wide = problem_of([run.recording for run in problem.runs],
@@ -128,36 +112,27 @@ def _within(bandwidth: float, problem: Problem, corrected: Model, threads: int,
     wide = replace(wide, onsets=tuple(
         (effect, onset) for effect, onset in problem.onsets
         if any(entry.effect == effect for entry in given)))
-    if _as_it_stands(wide) < 1.0 + LEAST_EXCESS:
-        return None, False
+    if _as_it_stands(wide) < 1.0 + CLEAN_EXCESS:
+        return None
     fitter = Fitter(wide, threads)
-    before = reduced_chi_square(fitter.base(), fitter)
-    if before - 1.0 < LEAST_EXCESS:
-        return None, False
+    base = fitter.base()
+    if excess(base, fitter) < CLEAN_EXCESS:
+        return None
     linear = _linear(fitter)
 
-    def share(fit: Fit) -> float:
-        return (before - reduced_chi_square(fit, fitter)) / (before - 1.0)
+    def known(fit: Fit) -> float:
+        return something_known(part_left(fitter, base, fit), 1)
 
-    def rings(fit: Fit) -> bool:
-        return _rings(fit, bandwidth, above if share(fit) > MOST else 1.0)
-
-    tells, fit, least = _tells(fitter, linear, before), linear, MOST
-    if tells and rings(linear):
-        bent = _bent(fitter, linear)
-        # One that does not ring has been led astray: then the linear shaft stands.
-        if rings(bent):
-            fit, least = bent, 0.0
-    elif before - 1.0 > MUCH:
-        fit = _hardened(fitter, linear)
-    if share(fit) < least or not rings(fit):
-        return None, tells and max(
-            _values(entry)['frequency'] for entry in (linear, fit)) > bandwidth
-    left = reduced_chi_square(fit, fitter)
-    if any(reduced_chi_square(rival, fitter) < left
-           for rival in _rivals(fitter, corrected, problem.onsets)):
-        return None, False
-    return _resonance(fitter, fitter.finish(fit), share(fit)), False
+    for fit in _shafts(fitter, linear):
+        if known(fit) < 0.5 or not _rings(fitter.finish(fit), fitter):
+            continue
+        left = reduced_chi_square(fit, fitter)
+        if all(reduced_chi_square(rival, fitter) >= left
+               for rival in _rivals(fitter, corrected, problem.onsets)):
+            return _resonance(fitter, fitter.finish(fit), known(fit),
+                              1.0 - excess(fit, fitter) / excess(base, fitter))
+        break
+    return None
 
 
 def _as_it_stands(problem: Problem) -> float:
@@ -200,17 +175,20 @@ def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
     return followed(fitter, promised[:PROMISED], 8, fitter.iterate)
 
 
-def _tells(fitter: Fitter, fit: Fit, before: float) -> bool:
-    """Whether a resonance takes away enough of what was left before it."""
-    gain = before - reduced_chi_square(fit, fitter)
-    return gain >= LEAST_GAIN and gain >= LEAST_SHARE * (before - 1.0)
+def _shafts(fitter: Fitter, linear: Fit) -> Iterator[Fit]:
+    """Yield fits of shafts that may ring, what explains more first: one that isn't linear, and
+    the linear one, which stands where the other one was led astray."""
+    if excess(linear, fitter) > CLEAN_EXCESS:
+        yield _bent(fitter, linear) if _rings(fitter.finish(linear), fitter) \
+            else _hardened(fitter, linear)
+    yield linear
 
 
 def _bent(fitter: Fitter, linear: Fit) -> Fit:
     """Return the fit with a shaft that isn't linear where that takes away most of what a linear
     one leaves."""
     left = reduced_chi_square(linear, fitter) - 1.0
-    if left < LEAST_EXCESS:
+    if left < CLEAN_EXCESS:
         return linear
     values = _values(linear)
     best, least = linear, (1.0 - BENT_SHARE) * left
@@ -225,7 +203,7 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
                                            rounds=8, keep=BENT_KEPT))
             if reduced_chi_square(fit, fitter) - 1.0 < least:
                 best, least = fit, reduced_chi_square(fit, fitter) - 1.0
-    if least > LEAST_EXCESS:
+    if least > CLEAN_EXCESS:
         fit = _hardened(fitter, linear)
         if reduced_chi_square(fit, fitter) - 1.0 < least:
             return fit
@@ -274,27 +252,27 @@ def _found(values: dict[str, float]) -> bool:
     return _damping(values) < 0.97
 
 
-def _rings(fit: Fit, bandwidth: float, above: float) -> bool:
+def _rings(fit: Fit, fitter: Fitter) -> bool:
+    """Whether a finished fit of a shaft is one that rings: not one that only smooths noise and
+    timing, and not a stiff one."""
     values = _values(fit)
-    highest = bandwidth * (DAMPED_BELOW if not _found(values)
-                           else above if _damping(values) < LIGHT else 1.0)
-    return (LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION
-            and values['frequency'] < highest)
+    if not LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION:
+        return False
+    if not _found(values):
+        return values['frequency'] < DAMPED_BELOW * fitter.problem.bandwidth
+    # Far above the band only a flank is seen, which goes by compliance, 1/frequency².
+    names = [parameter.name for parameter in get_effect(RESONANCE).parameters]
+    place = len(fit.hypothesis.numbers) + names.index('frequency')
+    deviation = vector_deviations(fit, fitter, by_noise_alone=True)[place]
+    return bool(2.0 * STANDS_OUT * deviation < 1.0)
 
 
-def _probability(scene: Scene, values: dict[str, float]) -> float:
-    """Return how sure a resonance is that takes away what it has to: as any name; with its damping
-    at the bound, what smooths noise or timing is one more cause without a name."""
-    known = causes(scene)
-    return known / (known + 1.0 + (not _found(values)))
-
-
-def _resonance(fitter: Fitter, fit: Fit, share: float) -> Resonance:
+def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float) -> Resonance:
     values = _values(fit)
     effect = get_effect(RESONANCE)
     without = fitter.predict(fitter.hypothesis(()), fit.vector[:len(fit.hypothesis.numbers)])
     finding = EffectFinding(
-        effect=RESONANCE, probability=_probability(fitter.problem.scene, values),
+        effect=RESONANCE, probability=probability,
         parameters=estimates(fit, fitter, 0), share=float(np.clip(share, 0.0, 1.0)),
         alternatives=(), statement=effect.statement(values))
     return Resonance(finding, EffectSetting(RESONANCE, values), fitter.problem.runs,

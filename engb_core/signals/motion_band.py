@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from scipy.signal import welch
 
 from engb_core.recording import Recording
-from engb_core.signals.motion import LEAST_STEPS, NO_STEP, OF_STEPS, quantum_of
+from engb_core.signals.motion import LEAST_STEPS, Motion, NO_STEP, OF_STEPS, quantum_of
+from engb_core.signals.sampling_noise import SamplingNoise
 
-__all__ = ['COMPARED', 'count_of', 'outweighed_from', 'told_up_to']
+__all__ = ['COMPARED', 'count_of', 'outweighed_from', 'position_variance', 'told_up_to']
 
 # Up to here [Hz] a model is compared with a recording: what counts do above it passes no filter.
 COMPARED = 20.0
@@ -61,6 +62,13 @@ def outweighed_from(recording: Recording, inertia: float, variance: float) -> fl
     noise = (inertia * (2.0 * np.pi * frequency) ** 2) ** 2 * variance * 2.0 * step
     outweighed = np.flatnonzero(noise > held)
     return float(frequency[outweighed[0]]) if outweighed.size else np.inf
+
+
+def position_variance(recording: Recording, motion: Motion, noise: SamplingNoise) -> float:
+    """Return the mean variance [rad²] of a recording's positions, of its `noise` at the speeds of
+    its `motion`, and no less than that of its counts."""
+    return max(float(np.mean(noise.of(motion.velocity) ** 2)),
+               count_of(recording.position) ** 2 / 12.0)
 
 
 def count_of(position: NDArray[np.float64]) -> float:

@@ -231,9 +231,10 @@ def test_a_shaft_that_hardens_much_rings_slower_than_a_linear_one_would(inertia,
     assert values['inertia_fraction'] == pytest.approx(inertia, abs=0.05)
 
 
-def test_a_shaft_that_hardens_much_is_found_where_no_linear_one_shows(monkeypatch, clean, loose):
-    # A linear one takes away a quarter of the excess here.
-    monkeypatch.setattr(wide_band, 'LEAST_SHARE', 0.5)
+def test_a_shaft_that_hardens_much_is_found_where_no_linear_one_rings(monkeypatch, clean, loose):
+    rings, linear = wide_band._rings, get_effect(RESONANCE)
+    monkeypatch.setattr(wide_band, '_rings', lambda fit, fitter: (
+        fit.hypothesis.variants[0].effect is not linear and rings(fit, fitter)))
     problem = problem_of([on_a_shaft(0.2, 10.0, 0.1, HARDENS, 600.0, 1.1)], NOMINAL)
     assert resonance_beside(problem, NOMINAL).setting.parameters['spring'] == HARDENS
     for other in (clean, loose):
