@@ -12,7 +12,7 @@ from __future__ import annotations
 
 __all__ = ['ALL_BUT', 'AT_MOST', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'BESIDE_LOAD',
            'BETTER', 'CLEAN_EXCESS', 'COLOURED', 'CONTAINING', 'CONTAINING_PART', 'FORMULA_ERROR',
-           'FORMULA_MISSES', 'FORMULA_TAILS', 'FURTHER_CAUSE', 'HELD_LEFT', 'HELD_LOSS',
+           'FORMULA_MISSES', 'FORMULA_TAILS', 'HELD_LEFT', 'HELD_LOSS',
            'HELD_RISE', 'INSISTED', 'INSISTED_PART', 'KNOWN_ODDS', 'LINE_LEVEL', 'MOST_NOISE',
            'NAMED_PART', 'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN', 'NUMBERS_SUFFICE',
            'NUMBER_BONUS', 'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER',
@@ -69,8 +69,6 @@ KNOWN_ODDS = 3.0
 # that it makes up: scale of a Student distribution of so many degrees of freedom (heavy tails: now
 # and then a formula is far off). Prior.
 FORMULA_MISSES, FORMULA_TAILS = 0.2, 4.0
-# How much rarer one cause more is on the same machine. Prior.
-FURTHER_CAUSE = 0.5
 
 # -- is it named at all? --------------------------------------------------------------------------
 

@@ -30,8 +30,8 @@ SCALE, LOAD = 'effort_scale_error', 'load_stiffness_error'
 MOVERS = (LOAD, 'contact_shift', 'torque_offset')
 # Deviations by which inertia and load must each be off, and by which their factors may differ.
 DEVIATIONS = 2.0
-# How far apart the logarithms of two wrong numbers' factors usually are: each of them is believed
-# to 0.4 (nominal.py).
+# How far apart the logarithms of two wrong numbers' factors are at most usually: each of them is
+# believed to 0.4 (nominal.py).
 APART = 0.4 * math.sqrt(2.0)
 # What numbers from masses and lengths are sure to at best: each effect's `form`.
 FORM = 0.01
@@ -68,9 +68,11 @@ class Factors:
                 and abs(self.apart) < DEVIATIONS * self.std)
 
     def one_cause(self) -> float:
-        """Return the probability that they agree for a reason, and not by chance."""
+        """Return the probability that they agree for a reason, and not by chance: two numbers
+        that are each off by so little are never far apart."""
+        usual = min(APART, math.hypot(self.inertia, self.load))
         by_reason = norm.pdf(self.apart, scale=self.std)
-        by_chance = norm.pdf(self.apart, scale=math.hypot(self.std, APART))
+        by_chance = norm.pdf(self.apart, scale=math.hypot(self.std, usual))
         return float(by_reason / (by_reason + by_chance))
 
 

@@ -310,7 +310,7 @@ def _unless_law_is_likelier(outcome: _Outcome, tell: Callable[[str], None]) -> _
     these are less sure than one name that leaves nothing: several, or one that leaves something.
     """
     sure = [entry.probability for entry in outcome.findings if entry.probability >= 0.5]
-    if not sure or len(sure) == 1 and sure[0] >= something_known(0.0, 1):
+    if not sure or len(sure) == 1 and sure[0] >= something_known(0.0):
         return outcome
     law = law_instead(outcome.fitter, outcome.told, float(np.prod(sure)), tell)
     return outcome if law is None else _told_with(outcome, law)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -107,7 +106,7 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
     # that is wrong: then what the others explain does not.
     wrong = all(variant.number_only for variant in variants)
     without = fitter.base(chosen.hypothesis.numbers if wrong else None)
-    known = something_known(part_left(fitter, without, chosen), _rare(variants))
+    known = something_known(part_left(fitter, without, chosen))
     # What wrong numbers or another load curve explain says nothing of how nearly right an effect's
     # formula is: rivals are weighed by what the same numbers leave without any effect.
     to_explain = excess(fitter.base(chosen.hypothesis.numbers), fitter)
@@ -154,11 +153,6 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
     return findings
 
 
-def _rare(variants: Sequence[Variant]) -> int:
-    """Return how many causes it took, of which one more is rarer on the same machine."""
-    return max(1, sum(not variant.effect.usual for variant in variants))
-
-
 def _onset(fitter: Fitter, variant: Variant) -> tuple[str, float] | None:
     if variant.onset is None:
         return None
@@ -198,8 +192,7 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation, chosen: Fit
     total = sum(finding.matters for finding in numbers)
     after = excess(chosen, fitter)
     taken = max(0.0, 1.0 - after / before)
-    known = something_known(part_left(fitter, nominal, chosen),
-                            _rare(chosen.hypothesis.variants))
+    known = something_known(part_left(fitter, nominal, chosen))
     if _something_left(explanation):
         known *= NUMBER_BESIDE
     findings = []

@@ -22,7 +22,6 @@ from engb_core.diagnose.constants import (
     FORMULA_ERROR,
     FORMULA_MISSES,
     FORMULA_TAILS,
-    FURTHER_CAUSE,
     KNOWN_ODDS,
     PHYSICS_FOR_NUMBER,
     TEMPER,
@@ -30,10 +29,8 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
-from engb_core.effects.base import Scene
-from engb_core.effects.catalogue import catalogue
 
-__all__ = ['causes', 'formula_error', 'part_left', 'rival_weights', 'something_known']
+__all__ = ['formula_error', 'part_left', 'rival_weights', 'something_known']
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -76,25 +73,19 @@ def _prior(fit: Fit, chosen: Fit) -> float:
     return prior
 
 
-def causes(scene: Scene) -> int:
-    """Return how many causes with a name the library could tell in such recordings."""
-    return sum(not effect.unnamed and (effect.applies is None or effect.applies(scene))
-               for effect in catalogue().values())
-
-
-def something_known(left: float, count: int) -> float:
+def something_known(left: float) -> float:
     """Return the probability that the named effects are physics of the library at all.
 
     By Bayes' rule from the root of what they leave. If they are, it is what their formulas miss:
     of Student's distribution about none. If they are not, but were the best makeshift for
-    something else, any part may be left: each is as likely as the next.
+    something else, any part may be left: each is as likely as the next. How many they are says
+    nothing of that: each has shown itself in what is lost without it.
 
     Args:
         left: part of the excess that they leave on what no fit has seen (`part_left`).
-        count: effects that it took, without those that every such machine shows.
     """
     by_formula = 2.0 * float(student.pdf(math.sqrt(left), FORMULA_TAILS, scale=FORMULA_MISSES))
-    odds = KNOWN_ODDS * FURTHER_CAUSE ** (count - 1) * by_formula
+    odds = KNOWN_ODDS * by_formula
     return odds / (1.0 + odds)
 
 

@@ -163,7 +163,7 @@ def _of_best_pair(result: Search, single: Fit, before: float) -> Fit:
     if not pairs:
         return single
     pair = simplest(pairs, fitter)
-    if something_known(part_left(fitter, result.base, pair), 2) < 0.5:
+    if something_known(part_left(fitter, result.base, pair)) < 0.5:
         return single
     again = _begun_again(result, single, pair)
     return again if before - excess(again, fitter) > FIRST_PART * before else pair

@@ -121,7 +121,7 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
     linear = _linear(fitter)
 
     def known(fit: Fit) -> float:
-        return something_known(part_left(fitter, base, fit), 1)
+        return something_known(part_left(fitter, base, fit))
 
     for fit in _shafts(fitter, linear):
         if known(fit) < 0.5 or not _rings(fitter.finish(fit), fitter):

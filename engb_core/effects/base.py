@@ -188,8 +188,6 @@ class Effect:
         defaults: what stands for a constant that a model file leaves out; one without must be
             given.
         applies: whether a recording could show it at all (None: always).
-        usual: whether every machine to which it applies does it more or less, so that another
-            cause beside it is no rarer.
         variants: fixed settings tried in turn, e.g. what a fade depends on.
         time_shift: (parameters) → (delay, time constant) [s] by which torque comes after measured
             effort; inverse dynamics undoes both.
@@ -234,7 +232,6 @@ class Effect:
     set_constants: Callable[[Scene], Mapping[str, float]] | None = None
     defaults: Mapping[str, float] = field(default_factory=dict)
     applies: Callable[[Scene], bool] | None = None
-    usual: bool = False
     variants: tuple[Mapping[str, float], ...] = field(default=({},))
     time_shift: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
     number_only: bool = False

@@ -29,5 +29,4 @@ EFFECT = Effect(
     measure='the same reference at two loop gains: viscous friction stays, a delay grows with the '
             'gain',
     applies=lambda scene: scene.commanded,
-    usual=True,
 )

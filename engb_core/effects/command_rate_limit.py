@@ -37,5 +37,4 @@ EFFECT = Effect(
     confused='a delay of the set-point, a limit of effort, back-EMF',
     measure='steps of the reference of several heights: the time to arrive grows with the height',
     applies=lambda scene: scene.commanded,
-    usual=True,
 )

@@ -5,7 +5,7 @@ from engb_core.effects.base import Effect, EFFORT, Parameter
 from engb_core.physics.compiled import compiled, effect_function
 
 # So much of a further ampere's torque may be lost: more current never gives less torque.
-STEEPEST = 0.8
+STEEPEST = 0.9
 
 
 @compiled
@@ -33,7 +33,7 @@ EFFECT = Effect(
     id='torque_saturation',
     title='Torque saturation',
     parameters=(
-        Parameter('torque_loss', '-', 0.0, 0.6, none=0.0, starts=(0.08,), form=0.045),
+        Parameter('torque_loss', '-', 0.0, 0.9, none=0.0, starts=(0.08, 0.4), form=0.045),
         Parameter('shape', '-', 1.0, 8.0, starts=(1.2, 3.0), logarithmic=True),
         Parameter('onset', '-', 0.0, 0.8, starts=(0.0, 0.4)),
     ),

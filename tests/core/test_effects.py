@@ -15,6 +15,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from engb_core.effect_check import compared, effort_needed, FLOOR, TOLERANCE
 from engb_core.effects.base import (
@@ -306,8 +307,29 @@ def _at(sample: np.ndarray, moment: float) -> np.ndarray:
     return moved
 
 
-@pytest.mark.parametrize('parameters', [(0.23, 5.7, 0.0), (0.6, 8.0, 0.8), (0.6, 1.0, 0.8),
-                                        (0.1, 1.5, 0.3)])
+@pytest.mark.parametrize('exponent', [2.0, 5.0])
+def test_a_motor_that_hardly_gives_more_is_within_the_formula_of_saturation(exponent):
+    """The usual soft limit i/(1 + (i/i_s)^p)^(1/p), where 72 % is lost."""
+    effort = np.linspace(0.0, 1.0, 200)
+    given = effort / (1.0 + (0.28 ** -exponent - 1.0) * effort ** exponent) ** (1.0 / exponent)
+    effect = get_effect('torque_saturation')
+    samples = np.zeros((effort.size, SAMPLE_SIZE))
+
+    def missed(parameters: np.ndarray) -> np.ndarray:
+        physics = physics_of(Model(), [(effect, [*parameters, 1.0])])
+        samples[:, EFFORT] = effort
+        effect.stages['actuation'].loop(physics.parameters[0], np.zeros(STATE_SIZE), samples,
+                                        EFFORT)
+        return samples[:, EFFORT] - given
+
+    bounds = np.array([(entry.low, entry.high) for entry in effect.parameters]).T
+    best = min((least_squares(missed, (0.55, shape, onset), bounds=bounds)
+                for shape, onset in ((2.0, 0.1), (1.2, 0.4))), key=lambda found: found.cost)
+    assert rms(best.fun) < 0.05 * rms(effort - given)
+
+
+@pytest.mark.parametrize('parameters', [(0.23, 5.7, 0.0), (0.9, 8.0, 0.8), (0.9, 1.0, 0.8),
+                                        (0.6, 1.0, 0.8), (0.1, 1.5, 0.3)])
 def test_a_saturated_motor_gives_more_for_more(parameters):
     """Whatever a fit tries: else no effort could be told from the torque that is needed."""
     effect = get_effect('torque_saturation')

@@ -58,6 +58,14 @@ def test_less_than_masses_and_lengths_are_sure_to_is_nothing():
     assert Factors(0.05, 0.0005, 0.06, 0.0005).both_off_alike
 
 
+def test_two_numbers_that_are_each_off_by_little_are_never_far_apart():
+    """That they agree says little then."""
+    slightly, much = (Factors(size, 0.007, size + 0.015, 0.007).one_cause()
+                      for size in (0.026, 0.3))
+    assert slightly < 0.75
+    assert much > 0.9
+
+
 def test_a_machine_without_load_cannot_tell():
     model = replace(MODEL, load_torque=LoadTorque())
     assert chosen(recording(1.25, 0.0, 1.25), model).believed == {}

@@ -15,6 +15,8 @@ from engb_core.signals.motion import motion_of
 from engb_core.signals.motion_band import count_of
 from tests.core.bench import Bench, strokes
 
+from .simulated_brake import lively, NOMINAL
+
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),
               friction=Friction(0.012, 0.11, 0.03))
 
@@ -120,3 +122,27 @@ def test_the_noise_of_counts_is_what_counts_do(interval, speed):
     off = (counted.predicted(physics_of(model))[after]
            - exact.predicted(physics_of(model))[before])
     assert 0.7 < np.mean((off / counted.counts[after]) ** 2) < 1.4
+
+
+def test_the_noise_of_counts_above_the_band_is_what_counts_do():
+    """A wider band lets most of them through: roundings of a motion of which several counts pass
+    between samples are not white at any one speed."""
+    random = np.random.default_rng(3)
+    model, whole = NOMINAL, lively(NOMINAL)
+    count = count_of(whole.position)
+    motion = motion_of(whole, 120.0)
+    true = gaussian_filter1d(np.interp(whole.time, motion.time, motion.position),
+                             1e-3 / whole.interval)
+    ratios = []
+    for _ in range(3):
+        phase = random.uniform()
+        counted = count * (np.round(true / count + phase) - phase)
+        exact, rounded = (problem_of([replace(whole, position=position)], model, bandwidth=60.0,
+                                     motion_bandwidth=120.0).runs[0]
+                          for position in (true, counted))
+        _, before, after = np.intersect1d(exact.comparison.grid, rounded.comparison.grid,
+                                          return_indices=True)
+        off = (rounded.predicted(physics_of(model))[after]
+               - exact.predicted(physics_of(model))[before])
+        ratios.append(np.mean(off ** 2) / np.mean(rounded.counts[after] ** 2))
+    assert 0.7 < np.mean(ratios) < 1.4
