@@ -447,7 +447,8 @@ def test_ages_count_from_zero_before_it_is_started():
 
 
 def test_a_joint_state_feeds_its_watchdog():
-    supervisor = commanded()
+    supervisor = started()
+    supervisor.enabled_once = True
     assert supervisor.accept_state(BEGIN, 1.0, 5.0, 0.0)
     supervisor.watch(BEGIN + 0.125)
     assert active(supervisor, BEGIN + 0.125) == Cause(0)
