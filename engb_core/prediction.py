@@ -24,6 +24,7 @@ from engb_core.signals.motion import filtered, Motion, motion_of
 from engb_core.signals.motion_band import COMPARED, told_up_to
 from engb_core.signals.position_error import effort_of_recording
 from engb_core.signals.sharp_motion import sharp_motion_of
+from engb_core.signals.stamps import evenly_timed
 
 __all__ = ['find_phases', 'predict_effort']
 
@@ -47,6 +48,7 @@ def predict_effort(recording: Recording, model: Model) -> Array:
     tell no motion and are left out. Phases that no recording carries over to the next (the disc's,
     for runout) are first found in this recording.
     """
+    recording = evenly_timed(recording)
     clean, _ = cleaned(recording, model)
     model = find_phases(motion_of(clean), model)
     told = told_up_to(clean, model.motor.inertia)

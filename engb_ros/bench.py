@@ -133,7 +133,9 @@ class Bench:
 
         def on_joint_states(message: JointState) -> None:
             sample = joint_sample(message, message.name[0])
-            latest[:] = [(stamps.seconds(message.header.stamp), sample.position, sample.effort)]
+            if sample is not None:
+                latest[:] = [(stamps.seconds(message.header.stamp), sample.position,
+                              sample.effort)]
 
         probe.listen(JOINT_STATES, on_joint_states, depth=1)
         self._runner.wait_until(lambda: latest, 'the first sample', pause=probe.spin)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 import math
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +50,7 @@ def read_mechanism(path: str | os.PathLike) -> Mechanism:
         if name not in data and name != 'back_efficiency':
             raise InputError(f'{path}: {name} is missing')
     try:
-        values = {name: (tuple(float(item) for item in value)
+        values: dict[str, Any] = {name: (tuple(float(item) for item in value)
                          if name == 'clamp_stiffness' else float(value))
                   for name, value in data.items() if value is not None}
         return Mechanism(**values)

@@ -129,6 +129,7 @@ class ReferenceSource:
         self._trajectory = settings.trajectory()
         self._limiter = MotionLimiter(settings.apply_speed, settings.release_speed,
                                       settings.approach_acceleration)
+        self._target: float | None = None
         self.reset()
 
     @property
@@ -172,7 +173,7 @@ class ReferenceSource:
     def reset(self) -> None:
         """Hold the position of the next sample; a trajectory starts anew."""
         self._time: float | None = None
-        self._target: float | None = None
+        self._target = None
         self._begin: float | None = None
         self._requested = not self.settings.start_on_request
         self._finished = False

@@ -9,7 +9,7 @@ import csv
 import math
 import os
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -182,7 +182,8 @@ def slow_strokes(
 
 def joined(parts: Sequence[Trajectory], acceleration: float = 60.0) -> Trajectory:
     """Return the trajectories one after another, moved to the next one's start in between."""
-    times, pieces = [0.0], []
+    times = [0.0]
+    pieces: list[Any] = []
     position = parts[0].at(0.0).position
     for part in parts:
         target = part.at(0.0).position

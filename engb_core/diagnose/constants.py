@@ -13,15 +13,17 @@ from __future__ import annotations
 __all__ = ['ALL_BUT', 'AT_MOST', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'BESIDE_LOAD',
            'BETTER', 'CLEAN_EXCESS', 'COLOURED', 'CONTAINING', 'CONTAINING_PART', 'FORMULA_ERROR',
            'FORMULA_MISSES', 'FORMULA_TAILS', 'FURTHER_CAUSE', 'HELD_LEFT', 'HELD_LOSS',
-           'HELD_RISE', 'INSISTED', 'INSISTED_PART', 'KNOWN_ODDS', 'MOST_NOISE', 'NAMED_PART',
-           'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN', 'NUMBERS_SUFFICE', 'NUMBER_BONUS',
-           'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REFITTED', 'SECOND',
-           'SHARPNESS', 'STANDING_PART', 'STANDS_BETTER', 'STANDS_BETTER_PART', 'STANDS_OUT',
-           'TABLE_WORTH', 'TAKEN_LEAST', 'TAKEN_MUCH', 'TAKEN_PART', 'TEMPER', 'TWO_LEAVE',
-           'TWO_LEAVE_PART', 'UNNAMED', 'WITHOUT_TWO']
+           'HELD_RISE', 'INSISTED', 'INSISTED_PART', 'KNOWN_ODDS', 'LINE_LEVEL', 'MOST_NOISE',
+           'NAMED_PART', 'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN', 'NUMBERS_SUFFICE',
+           'NUMBER_BONUS', 'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER',
+           'REFITTED', 'SECOND', 'SHARPNESS', 'STANDING_PART', 'STANDS_BETTER',
+           'STANDS_BETTER_PART', 'STANDS_OUT', 'TABLE_WORTH', 'TAKEN_LEAST', 'TAKEN_MUCH',
+           'TAKEN_PART', 'TEMPER', 'TWO_LEAVE', 'TWO_LEAVE_PART', 'UNNAMED', 'WITHOUT_TWO']
 
 # -- is there anything? ---------------------------------------------------------------------------
 
+# Chance with which noise alone has a line over the angle that widens the comparison. Test: 1 %.
+LINE_LEVEL = 0.01
 # Excess that a clean recording may show: how wrongly a level of noise is known (a deviation of
 # 13 %), and what derivatives add to it. Loss: a false alarm on a clean recording. It is also the
 # discrepancy that may be there unseen (discrepancy.py).

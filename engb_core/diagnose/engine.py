@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 import time
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,12 @@ from engb_core.diagnose.evidence import (
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
-from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels, explained_problem
+from engb_core.diagnose.full_bandwidth import (
+    at_full_bandwidth,
+    CorrectedModels,
+    explained_problem,
+    fitted_to_all,
+)
 from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
@@ -83,7 +89,8 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     Args:
         recordings: what may be fitted.
         model: the nominal model.
-        holdout: judged only; without any, a part of the recordings is kept out of every fit.
+        holdout: judged only. A part of the other recordings is kept out of what decides; with
+            a holdout the numbers of what was decided are fitted to that part as well.
         progress: is told what is being done, a line each.
         threads: that fit side by side (None: one for each processor); the result is the same.
 
@@ -125,9 +132,10 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
                    for entry in intervals(run, part)]
         where = zones(runs, parts, outcome.corrected)
     tell('simulating the loop')
-    proposal, loops = parallel_map(lambda work: work(), (
+    last: tuple[Callable[[], Any], ...] = (
         partial(next_experiment, outcome.fitter, explanation.fit, findings, selection.rivals),
-        partial(simulated_loops, problem, outcome.corrected)), threads)
+        partial(simulated_loops, problem, outcome.corrected))
+    proposal, loops = parallel_map(lambda work: work(), last, threads)
     unexplained = outcome.unexplained or nameless_curve(findings)
     if model.joint.type == 'prismatic':
         findings = [finding_of_slider(finding) for finding in findings]
@@ -269,6 +277,9 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         verdict != 'consistent'
         and _that_helps(told, (problem.model,)) is not problem.model)
     verdict = unless_nothing_helps(verdict, findings, helps)
+    if problem.held_out and corrected in told.models:
+        tell('fitting the numbers to all that may be fitted')
+        corrected = fitted_to_all(fitter, told, told.models.index(corrected))
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected, told)
 

@@ -84,10 +84,11 @@ def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLo
     for run, rows in _judged(problem):
         if rows.sum() == 0:
             continue
-        rms = [float(np.sqrt(np.mean((run.measured - _predicted(problem, run, model))[rows] ** 2)))
-               for model in (problem.model, corrected)]
-        found.append(QualityOfFit(run.recording.name, 'effort', *rms,
-                                  _floor(run.noise[rows], *rms), torque))
+        before, after = (
+            float(np.sqrt(np.mean((run.measured - _predicted(problem, run, model))[rows] ** 2)))
+            for model in (problem.model, corrected))
+        found.append(QualityOfFit(run.recording.name, 'effort', before, after,
+                                  _floor(run.noise[rows], before, after), torque))
         loop = loops.get(run.recording.name)
         if loop is not None:
             seen = np.interp(loop.time, run.motion.time[run.comparison.grid],
@@ -96,11 +97,11 @@ def quality_of_fit(problem: Problem, corrected: Model, loops: dict[str, ClosedLo
             seen &= _begun(problem, run, loop.time)
             if not seen.any():
                 continue
-            errors = [float(np.sqrt(np.mean((values - loop.recorded)[seen] ** 2)))
-                      for values in (loop.simulated_before, loop.simulated_after)]
-            if np.isfinite(errors).all():
-                found.append(QualityOfFit(run.recording.name, 'position', *errors, _floor(
-                    np.array(run.motion.quantum / np.sqrt(12.0)), *errors), angle))
+            before, after = (float(np.sqrt(np.mean((values - loop.recorded)[seen] ** 2)))
+                             for values in (loop.simulated_before, loop.simulated_after))
+            if np.isfinite([before, after]).all():
+                found.append(QualityOfFit(run.recording.name, 'position', before, after, _floor(
+                    np.array(run.motion.quantum / np.sqrt(12.0)), before, after), angle))
     return tuple(found)
 
 
@@ -171,7 +172,8 @@ def _pictures(problem: Problem, traces: list[Trace], corrected: Model,
         applying = np.concatenate([trace.velocity for trace in own]) > 0
         before = np.concatenate([trace.effort - trace.predicted_before for trace in own])
         after = np.concatenate([trace.effort - trace.predicted_after for trace in own])
-        edges = np.linspace(*np.quantile(values, [0.002, 0.998]), BINS + 1)
+        low, high = np.quantile(values, [0.002, 0.998])
+        edges = np.linspace(float(low), float(high), BINS + 1)
         if not np.all(np.diff(edges) > 0):
             continue
         place = np.digitize(values, edges) - 1

@@ -190,7 +190,7 @@ def _words(course: Course, picked: list[Segment], disc: tuple[float, ...]) -> st
 
 def _again(picked: list[Segment]) -> list[str]:
     """Return the segments' texts, one that follows itself only once."""
-    texts = []
+    texts: list[str] = []
     for index, segment in enumerate(picked):
         if index and segment is picked[index - 1]:
             texts[-1] += ', twice'

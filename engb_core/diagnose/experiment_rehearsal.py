@@ -48,7 +48,7 @@ def rehearsed(problem: Problem, model: Model, time: Array, position: Array,
     reference = Reference(time, position, velocity,
                           _feedforward(nominal, time, position, velocity))
     step = float(np.median([run.recording.interval for run in problem.runs]))
-    grid = np.arange(int(time[-1] / step) + 1) * step
+    grid = (np.arange(int(time[-1] / step) + 1) * step).astype(np.float64)
     signals = {}
     if disc_speed is not None:
         signals['disc_speed'] = Signal(time, disc_speed)

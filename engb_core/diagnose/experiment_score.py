@@ -56,12 +56,13 @@ class Parts:
 
     def separation(self, counts: Array) -> float:
         """Return the rms difference that is left, in units of the noise."""
-        return float(np.sqrt(self.energy(counts) / max(counts @ self.size, 1e-9)))
+        return float(np.sqrt(self.energy(counts) / max(float(counts @ self.size), 1e-9)))
 
 
 def known_of(fitter: Fitter, rival: Fit) -> Array:
     """Return what the recordings have fixed of a rival's numbers, (k, k)."""
     jacobian = rival.jacobian if rival.jacobian is not None else fitter.finish(rival).jacobian
+    assert jacobian is not None, 'a finished fit has one'
     scaled = (jacobian / fitter.spread[:, None])[fitter.fitted]
     known = scaled.T @ scaled
     numbers = rival.hypothesis.numbers
@@ -105,6 +106,7 @@ def parts_of(fitter: Fitter, chosen: Fit, rivals: list[Fit], known: list[Array],
         distance = expected - predicted
         columns = there.finish(Fit(hypothesis, rival.vector, predicted, distance,
                                    0.0)).jacobian
+        assert columns is not None, 'a finished fit has one'
         if not (np.isfinite(columns).all() and np.isfinite(distance).all()):
             raise InputError('a rival has no finite effort on the reference')
         weighted = columns * weight[:, None]

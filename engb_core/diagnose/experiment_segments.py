@@ -64,7 +64,7 @@ class Course:
 
 def segments_of(room: Room) -> list[Segment]:
     """Return the family of segments that this room allows."""
-    found = [
+    found: list[Segment | None] = [
         _strokes(room, 'fast full strokes', 1.0, 1.0),
         _strokes(room, 'slow full strokes', 0.3, 0.4),
     ]
@@ -93,7 +93,7 @@ def segments_of(room: Room) -> list[Segment]:
 def course_of(room: Room, segments: Sequence[Segment]) -> Course:
     """String segments together, from rest at home to rest at home, smooth throughout."""
     trajectory, spans = _path(room, segments)
-    time = np.arange(int(math.ceil(trajectory.duration / STEP)) + ROUNDED) * STEP
+    time = np.arange(int(math.ceil(trajectory.duration / STEP)) + ROUNDED, dtype=np.float64) * STEP
     position, _, _ = trajectory.sample(time)
     # A mean of motions within the limits is within the limits, and its acceleration has no steps.
     padded = np.pad(position, ROUNDED // 2, mode='edge')

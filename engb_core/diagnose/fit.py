@@ -222,4 +222,5 @@ class Fitter(Objective):
                 best = begun
             if best.cost < start.cost or not hypothesis.variants[-1].scalable:
                 break
+        assert best is not None
         return best

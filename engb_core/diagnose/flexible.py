@@ -199,7 +199,8 @@ def _filtered_table(x, along, y, across, columns, rows, weight, taps, grid, scal
                 out[place, knot + columns + 1] += share * along[index] * across[index]
 
 
-def _knots(values: Array, span: tuple[float, float], count: int) -> tuple[Array, Array]:
+def _knots(values: Array, span: tuple[float, float], count: int,
+           ) -> tuple[NDArray[np.int64], Array]:
     if count < 2:
         return np.zeros(values.size, np.int64), np.zeros(values.size)
     way = np.clip((values - span[0]) / (span[1] - span[0]) * (count - 1), 0.0, count - 1.000001)
@@ -271,7 +272,8 @@ def _folds(fitter: Fitter) -> NDArray[np.int64]:
 
 def _solve(design: Array, target: Array, penalty: Array) -> Array:
     gram = design.T @ design
-    return np.linalg.solve(gram + penalty, design.T @ target)
+    solved: Array = np.linalg.solve(gram + penalty, design.T @ target).astype(np.float64)
+    return solved
 
 
 def _penalty(table: Table, size: int, offset: int, weight: Array) -> Array:

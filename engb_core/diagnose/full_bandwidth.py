@@ -28,7 +28,7 @@ from engb_core.model import Model
 from engb_core.signals.motion import MOTION_BANDWIDTH
 from engb_core.signals.sharp_motion import MOST_OF_RATE
 
-__all__ = ['CorrectedModels', 'at_full_bandwidth', 'explained_problem']
+__all__ = ['CorrectedModels', 'at_full_bandwidth', 'explained_problem', 'fitted_to_all']
 
 Array = NDArray[np.float64]
 
@@ -88,6 +88,21 @@ def at_full_bandwidth(fitter: Fitter, explanation: Explanation) -> CorrectedMode
     return CorrectedModels(replace(explanation, fit=here),
                            _models(replace(explanation, fit=moved, table=table), mean),
                            explained_problem(other, moved), averaged)
+
+
+def fitted_to_all(fitter: Fitter, told: CorrectedModels, place: int) -> Model:
+    """Return the corrected model at a place of `told.models` with its numbers fitted to all values
+    of the recordings, where others are held out to judge it by: what was kept out of these has
+    decided what it holds, and tells its numbers as well."""
+    problem = fitter.problem
+    whole = replace(problem, runs=tuple(replace(run, fitted=np.ones_like(run.fitted))
+                                        for run in problem.runs))
+    other = Fitter(whole, fitter.threads, fitter.earlier, fitter.load_shape)
+    fit = told.explanation.fit
+    moved = other.finish(other.refine(other.evaluate(fit.hypothesis, fit.vector)))
+    table = None if told.explanation.table is None else best_table(other, moved)
+    return at_full_bandwidth(other, replace(told.explanation, fit=moved, table=table),
+                             ).models[place - len(told.models)]
 
 
 def _models(explanation: Explanation, mean: Array) -> tuple[Model, ...]:

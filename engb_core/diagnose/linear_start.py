@@ -52,6 +52,7 @@ def start_columns(objective: Objective, hypothesis: Hypothesis, base: Fit,
     if not hypothesis.variants[-1].scalable:
         # Sized by itself: its whole change, as if it could be scaled.
         return (objective.predict(hypothesis, vector) - base.predicted)[:, None]
+    assert sizing.none is not None, 'what is scalable has a size at which it vanishes'
     unit = sizing.starts[0] - sizing.none
     columns = [(objective.predict(hypothesis, vector) - base.predicted) / unit]
     phases = _places_of(hypothesis, 'phase')

@@ -1,12 +1,14 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""What position counts put into the effort that a motion seems to need.
+"""What the noise of the position puts into the effort that a motion seems to need.
 
-An encoder tells position in counts. What it rounds off goes through the very chain that derives
-velocity and acceleration (motion.py), and through friction, which turns with the sign of the
-velocity; both sides of the comparison pass the same low-pass afterwards, so that this part of the
-residual is no mismatch but noise. Nothing about it is white, Gaussian or the same everywhere: it
+An encoder tells position in counts, with a noise of its own, and at times that are a little off
+the stamps (sampling_noise.py). All of that goes through the very chain that derives velocity and
+acceleration (motion.py), and through friction, which turns with the sign of the velocity; both
+sides of the comparison pass the same low-pass afterwards, so that this part of the residual is no
+mismatch but noise. Nothing about it is white, Gaussian or the same everywhere: it
 is found by a parametric bootstrap (Efron and Tibshirani, An Introduction to the Bootstrap, 1993,
-section 6.5) of the whole chain, with the phase of the counts drawn at random.
+section 6.5) of the whole chain, with the phase of the counts, the noise and the times drawn at
+random.
 """
 
 from __future__ import annotations
@@ -20,8 +22,9 @@ from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
 from engb_core.signals.filtering import Comparison
-from engb_core.signals.motion import Motion, motion_of
+from engb_core.signals.motion import Motion, motion_of, passing
 from engb_core.signals.motion_band import count_of
+from engb_core.signals.sampling_noise import sampling_noise
 
 __all__ = ['position_noise']
 
@@ -35,8 +38,8 @@ SEED = 20
 
 def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
                    physics: Physics) -> Array:
-    """Return the standard deviation (m,) [N·m] that position counts put into the filtered effort
-    of the motion.
+    """Return the standard deviation (m,) [N·m] that counts, noise and times of the position put
+    into the filtered effort of the motion.
 
     Args:
         recording: as it was taken; its stamps are kept, gaps and jitter with them.
@@ -44,15 +47,23 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
         comparison: the filter through which both sides pass.
         physics: of the model, which says how motion becomes effort.
     """
-    count = count_of(recording.position)
-    if count <= 0.0:
+    count, noise = count_of(recording.position), sampling_noise(recording)
+    if count <= 0.0 and noise.white == noise.jitter == 0.0:
         return np.zeros(comparison.grid.size)
+    # Counts are a part of the noise that is seen.
+    own = np.sqrt(max(noise.white ** 2 - count ** 2 / 12.0, 0.0))
     random = np.random.default_rng(SEED)
-    true = np.interp(recording.time, motion.time, motion.position)
+    fast = passing(recording)
     drawn_efforts = np.empty((DRAWS, comparison.grid.size))
     for draw in range(DRAWS):
-        phase = random.uniform()
-        counted = count * (np.floor(true / count + phase) + 0.5 - phase)
+        # Where several counts pass between samples the roundings are independent of one another
+        # (Bennett, Bell System Technical Journal 27 (1948) 446); the smoothed motion, which lies
+        # close to the counts that it was made of, would have them all alike.
+        phase = np.where(fast, random.uniform(size=fast.size), random.uniform())
+        taken = recording.time + noise.jitter * random.standard_normal(recording.time.size)
+        true = np.interp(taken, motion.time, motion.position) + own * random.standard_normal(
+            taken.size)
+        counted = count * (np.floor(true / count + phase) + 0.5 - phase) if count > 0.0 else true
         drawn = motion_of(replace(recording, position=counted), motion.bandwidth)
         drawn_efforts[draw] = comparison(
             effort_of_motion(drawn.samples(), drawn.step, physics))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from engb_core.diagnose.constants import LINE_LEVEL
 from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.parallel_map import OwnSamples
 from engb_core.diagnose.position_noise import position_noise
@@ -20,16 +21,26 @@ from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import load_torques, nominal_vector, Physics, physics_of
 from engb_core.recording import Recording
 from engb_core.signals.filtering import (
+    ABOVE_BAND,
     Comparison,
     comparison_of,
+    judgeable,
     low_passed_noise,
     noise_above_band,
     noise_of,
     slowest_speed,
 )
-from engb_core.signals.motion import filtered, Motion, MOTION_BANDWIDTH, motion_of
-from engb_core.signals.motion_band import COMPARED, told_up_to
+from engb_core.signals.motion import (
+    filtered,
+    MOST_OF_RATE,
+    Motion,
+    MOTION_BANDWIDTH,
+    motion_of,
+)
+from engb_core.signals.motion_band import COMPARED, outweighed_from, told_up_to
+from engb_core.signals.order_spectrum import order_spectrum
 from engb_core.signals.position_error import effort_of_recording
+from engb_core.signals.sampling_noise import sampling_noise
 from engb_core.signals.sharp_motion import sharp_motion_of
 
 __all__ = ['Problem', 'holding', 'Run', 'problem_of', 'sharper']
@@ -178,8 +189,10 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
         model: what they are held against.
         held_out: what is only judged.
         bandwidth: of the comparison [Hz], whatever the counts (None: 20, a tenth of a slower
-            recording's rate, or what the counts tell).
-        motion_bandwidth: of the smoothing of position and effort [Hz].
+            recording's rate, or what the counts tell; more where a torque that turns with the
+            shaft passes above that).
+        motion_bandwidth: of the smoothing of position and effort [Hz]; more where the comparison
+            is wider than usual.
         before_stop: how long before each stop nothing is judged [s]: where torque comes late,
             effort is that of a shaft which stands already.
 
@@ -189,10 +202,16 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     if not recordings:
         raise InputError('no recording given')
     by_counts = bandwidth is None
-    if bandwidth is None:
-        bandwidth = min(COMPARED, *(OF_RATE / recording.interval for recording in recordings))
     told = [told_up_to(recording, model.motor.inertia) if by_counts else np.inf
             for recording in (*recordings, *held_out)]
+    if bandwidth is None:
+        most = min(OF_RATE / recording.interval for recording in recordings)
+        bandwidth = min(COMPARED, most)
+        passes = max(_line_above(recording, model, bandwidth, highest)
+                     for recording, highest in zip(recordings, told, strict=False))
+        if passes > bandwidth:
+            bandwidth = min(passes, most)
+            motion_bandwidth *= bandwidth / COMPARED
     motions = [motion_of(recording, highest if highest < COMPARED else motion_bandwidth)
                for recording, highest in zip((*recordings, *held_out), told, strict=True)]
     motions, others = motions[:len(recordings)], motions[len(recordings):]
@@ -200,18 +219,17 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     slowest = slowest_speed(motions, model.friction.saturation_velocity, scene.speed)
     physics = physics_of(model)
 
-    def ready(recording: Recording, motion: Motion, highest: float, fit_all: bool, judged: bool,
-              ) -> Run:
+    def ready(recording: Recording, motion: Motion, highest: float, judged: bool) -> Run:
         corner = min(bandwidth, highest)
         comparison = comparison_of(motion, corner, slowest, before_stop)
-        run = _run(recording, motion, comparison, corner, fit_all, judged,
+        run = _run(recording, motion, comparison, corner, judged,
                    position_noise(recording, motion, comparison, physics), physics)
         return replace(run, coarse=highest < COMPARED)
 
-    runs = tuple(ready(recording, motion, highest, bool(held_out), False)
+    runs = tuple(ready(recording, motion, highest, False)
                  for recording, motion, highest in zip(
                      recordings, motions, told[:len(recordings)], strict=True))
-    judged = tuple(ready(recording, motion, highest, True, True)
+    judged = tuple(ready(recording, motion, highest, True)
                    for recording, motion, highest in zip(
                        held_out, others, told[len(recordings):], strict=True))
     points = sum(int(run.fitted.sum()) for run in runs)
@@ -235,8 +253,9 @@ def sharper(problem: Problem) -> Problem:
         # The sharper chain takes the samples as they stand beside the counts' edges: what the
         # smoothed one makes of the counts is no measure of that.
         counts = np.zeros(comparison.grid.size)
-        return _run(run.recording, motion, comparison, problem.bandwidth, bool(problem.held_out),
-                    False, counts, physics_of(problem.model))
+        made = _run(run.recording, motion, comparison, problem.bandwidth, False, counts,
+                    physics_of(problem.model))
+        return replace(made, fitted=np.ones_like(made.fitted)) if run.fitted.all() else made
 
     return replace(problem, runs=tuple(map(ready, problem.runs, motions)), held_out=())
 
@@ -278,6 +297,35 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type,
         commanded=all(motion.commanded is not None for motion in motions))
+
+
+def _line_above(recording: Recording, model: Model, bandwidth: float, highest: float) -> float:
+    """Return the frequency [Hz] at which the strongest torque that turns with the shaft passes at
+    the motion's median speed, where it stands out above a band; 0 where none does.
+
+    Below that frequency less than half of the motion would show it, and what it leaves there looks
+    like something else.
+
+    Args:
+        recording: as it was taken.
+        model: what it is held against.
+        bandwidth: corner of the band [Hz].
+        highest: up to where the position's counts tell the torque [Hz].
+    """
+    motion = motion_of(recording, min(highest, MOST_OF_RATE / recording.interval))
+    variance = float(np.mean(sampling_noise(recording).of(motion.velocity) ** 2))
+    most = min(OF_RATE / recording.interval, highest,
+               outweighed_from(recording, model.motor.inertia, variance))
+    if most <= bandwidth:
+        return 0.0
+    moving = judgeable(motion, slowest_speed([motion], model.friction.saturation_velocity,
+                                             motion.speed))
+    left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics_of(model))
+    order = order_spectrum(motion, moving, ABOVE_BAND * bandwidth, left).strongest_line(LINE_LEVEL)
+    if order is None:
+        return 0.0
+    usual = float(np.median(np.abs(motion.velocity[moving])))
+    return min(order * usual / (2.0 * np.pi), most)
 
 
 def _moves(motion: Motion) -> NDArray[np.bool_]:
@@ -345,12 +393,12 @@ def _load_power(nominal: Array, low: float, high: float) -> float:
 
 
 def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth: float,
-         fit_all: bool, held_out: bool, counts: Array, physics: Physics) -> Run:
+         held_out: bool, counts: Array, physics: Physics) -> Run:
     time = motion.time[comparison.grid]
     fitted = np.ones(time.size, bool)
     if held_out:
         fitted[:] = False
-    elif not fit_all:
+    else:
         length = motion.time[-1] / STRETCHES
         fitted = (time % length) < (1.0 - KEPT_OUT) * length
     # Above the corner of the low-pass second differences are blind to what the motion needs.
@@ -362,8 +410,14 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
                       * comparison.noise_gain_whole)
     if low is None:
         left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
-        low = max(noise_of(recording.effort) * comparison.noise_gain_whole,
-                  noise_above_band(motion, comparison, bandwidth, motion.effort, left))
+        above = noise_above_band(motion, comparison, bandwidth, motion.effort, left)
+        # What turns with the shaft is no noise.
+        between = [order_spectrum(motion, comparison.weight > 0.0,
+                                  min(ABOVE_BAND * bandwidth, 0.2 / motion.step), signal).noise()
+                   for signal in (motion.effort, left)]
+        above = min([above, *(level * comparison.noise_gain_whole
+                              for level in between if level is not None)])
+        low = max(noise_of(recording.effort) * comparison.noise_gain_whole, above)
     noise = max(low, resolution) / np.sqrt(comparison.scale)
     noise = np.hypot(noise, counts)
     smooth = filtered(motion.effort, comparison.taps)

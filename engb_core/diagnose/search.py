@@ -58,17 +58,17 @@ class Search:
     fitter: Fitter
     base: Fit
     fits: dict[tuple[str, ...], Fit] = field(default_factory=dict)
-    variants: dict[tuple, Fit] = field(default_factory=dict)
+    variants: dict[tuple[tuple[str, object], ...], Fit] = field(default_factory=dict)
 
     def add(self, fit: Fit) -> None:
         """Keep a fit if it is the best of its set of effects, or of its variants."""
         key = tuple(sorted(fit.hypothesis.ids))
         if key not in self.fits or fit.cost < self.fits[key].cost:
             self.fits[key] = fit
-        key = tuple(sorted((variant.effect.id, variant.constants)
-                           for variant in fit.hypothesis.variants))
-        if key not in self.variants or fit.cost < self.variants[key].cost:
-            self.variants[key] = fit
+        kinds = tuple(sorted((variant.effect.id, variant.constants)
+                             for variant in fit.hypothesis.variants))
+        if kinds not in self.variants or fit.cost < self.variants[kinds].cost:
+            self.variants[kinds] = fit
 
     def alone(self, variant: Variant) -> Fit | None:
         """Return the fit of one effect; None where it had no start without the other."""
@@ -185,7 +185,9 @@ def _other_way_round(result: Search) -> Callable[[Fit], Fit]:
     """Return what fits a pair anew, with the effect last that was first."""
     def fitted(pair: Fit) -> Fit:
         last, first = pair.hypothesis.variants
-        return with_variant(result.fitter, result.alone(first), last)
+        alone = result.alone(first)
+        assert alone is not None, 'pairs are chosen by that'
+        return with_variant(result.fitter, alone, last)
 
     return fitted
 

@@ -55,7 +55,8 @@ def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
         angle.append(run.motion.position)
         residual.append(left * by)
         weight.append(run.comparison.weight * by ** 2)
-    highest = max(highest_order(run.motion.position, run.motion.velocity, MOTION_BANDWIDTH)
+    highest = max(highest_order(run.motion.position, run.motion.velocity,
+                                max(run.motion.bandwidth, MOTION_BANDWIDTH))
                   for run in fitter.problem.runs)
     orders = leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)),
                             lowest=LOWEST_ORDER / unit, highest=highest)

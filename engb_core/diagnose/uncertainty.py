@@ -73,6 +73,7 @@ class _Information:
 
     @classmethod
     def of(cls, fit: Fit, fitter: Fitter) -> _Information:
+        assert fit.jacobian is not None, 'the fit is finished'
         gram, _ = normal_equations(fit.jacobian, fit.residual, fitter.weight)
         free = np.ones(fit.vector.size, bool)
         held = delay_held(fit.hypothesis)
@@ -104,6 +105,7 @@ def _by_discrepancy(told: _Information, fit: Fit, fitter: Fitter) -> NDArray[np.
     """Return the covariance (size, size) that the model's discrepancy gives to the entries."""
     unseen = max(reduced_chi_square(fit, fitter) - 1.0, CLEAN_EXCESS)
     inverse, norm = _inverse(told.gram + told.bounded)
+    assert fit.jacobian is not None, 'the fit is finished'
     return told.of_all(discrepancy_covariance(
         fit.jacobian[:, told.free] / norm, inverse, fitter.weight, fitter.sigma,
         state_cells(fitter), float(np.sqrt(unseen))) / norm / norm[:, None])
@@ -133,7 +135,8 @@ def _inverse(information: NDArray[np.float64],
     """Return the inverse (k, k) for numbers in units of 1/norm, and that norm (k,)."""
     norm = np.sqrt(np.diag(information))
     norm[norm == 0.0] = 1e-300
-    return np.linalg.pinv(information / norm / norm[:, None], rcond=1e-10, hermitian=True), norm
+    inverse = np.linalg.pinv(information / norm / norm[:, None], rcond=1e-10, hermitian=True)
+    return inverse.astype(np.float64), norm
 
 
 def _inflation(residual: NDArray[np.float64]) -> float:

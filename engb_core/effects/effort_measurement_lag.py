@@ -39,4 +39,6 @@ EFFECT = Effect(
     measure='a step of torque against a stop: the recorded effort rises with the time constant of '
             'its filter',
     applies=lambda scene: not scene.commanded,
+    # Of two lags between the same two signals a recording tells the difference alone.
+    apart=('actuation_lag',),
 )

@@ -26,7 +26,7 @@ class LoadFit:
 
     def torque(self, position: Array) -> Array:
         """Return T_L [N·m] at `position` [rad], any shape."""
-        return np.polynomial.polynomial.polyval(position, self.coefficients)
+        return np.asarray(np.polynomial.polynomial.polyval(position, self.coefficients), float)
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def fit_friction(parts: EvenOdd, load: LoadFit, saturated: bool = True) -> Frict
         shape = (np.sign(parts.velocity) if width == 0.0
                  else np.clip(parts.velocity / width, -1.0, 1.0))
         design = np.column_stack([shape, shape * torque])
-        found = np.linalg.lstsq(design, -parts.odd, rcond=None)[0]
+        found: Array = np.linalg.lstsq(design, -parts.odd, rcond=None)[0].astype(float)
         return found, float(np.sqrt(np.mean((parts.odd + design @ found)**2)))
 
     width = 0.0

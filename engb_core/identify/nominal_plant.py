@@ -146,7 +146,8 @@ def frequency_response(recordings: Sequence[Recording], resolution: float = 0.25
                          f'{resolution} Hz resolution; record at least {1.5 / resolution:.0f} s')
     keep = (frequency > 0.5 * resolution) & (frequency <= highest)
     coherence = np.abs(cross)**2 / np.maximum(power * output, 1e-300)
-    return FrequencyResponse(frequency[keep], (cross / power)[keep], coherence[keep], segments)
+    response = np.asarray(cross / power)
+    return FrequencyResponse(frequency[keep], response[keep], coherence[keep], segments)
 
 
 def fit_response(data: FrequencyResponse) -> LinearFit:

@@ -87,7 +87,8 @@ class IdentifiedModel:
             return load.amplitude * np.sin(theta + load.phase)
         beyond = theta if load.contact_angle is None else theta - load.contact_angle
         torque = np.polynomial.polynomial.polyval(beyond, load.coefficients)
-        return torque if load.contact_angle is None else np.where(beyond > 0.0, torque, 0.0)
+        return np.asarray(torque if load.contact_angle is None
+                          else np.where(beyond > 0.0, torque, 0.0), float)
 
     def friction_torque(self, theta: Array, omega: Array) -> Array:
         """Return T_C [N·m] at motor angle `theta` [rad] and velocity `omega` [rad/s]."""

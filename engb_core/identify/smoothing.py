@@ -184,7 +184,7 @@ class Motion:
     def powers(self) -> Array:
         """(7, n) position^0 … position^6 [rad^k], for polynomials that are evaluated often."""
         return np.cumprod(np.vstack([np.ones_like(self.position)]
-                                    + [self.position] * 6), axis=0)
+                                    + [self.position] * 6), axis=0, dtype=np.float64)
 
 
 def motions(recording: Recording, bandwidth: float = BANDWIDTH) -> list[Motion]:

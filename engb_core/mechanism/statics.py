@@ -54,8 +54,8 @@ def motor_angle(mechanism: Mechanism, force: ArrayLike) -> Array:
     slope = np.polynomial.polynomial.polyder(stiffness)
 
     def difference(grip: Array) -> tuple[Array, Array]:
-        return (np.polynomial.polynomial.polyval(grip, stiffness) - wanted,
-                np.polynomial.polynomial.polyval(grip, slope))
+        return (np.asarray(np.polynomial.polynomial.polyval(grip, stiffness) - wanted, float),
+                np.asarray(np.polynomial.polynomial.polyval(grip, slope), float))
 
     grip = rising_root(difference, np.zeros_like(wanted),
                        np.full_like(wanted, largest * (1.0 + 1e-12)),
@@ -189,7 +189,8 @@ def load_values(load: LoadTorque, angle: ArrayLike) -> Array:
     angle = np.asarray(angle, float)
     beyond = angle if load.contact_angle is None else angle - load.contact_angle
     torque = np.polynomial.polynomial.polyval(beyond, load.coefficients)
-    return torque if load.contact_angle is None else np.where(beyond > 0.0, torque, 0.0)
+    return np.asarray(torque if load.contact_angle is None
+                      else np.where(beyond > 0.0, torque, 0.0), float)
 
 
 def mechanism_load(model: Model, mechanism: Mechanism, pad_friction: float = 0.0) -> Model:
@@ -236,7 +237,8 @@ def coulomb_friction(velocity: ArrayLike, net_torque: ArrayLike, level: ArrayLik
 
 def _force(mechanism: Mechanism, pad_onto: Array) -> Array:
     grip = np.maximum(pad_onto - mechanism.clearance, 0.0)
-    return np.polynomial.polynomial.polyval(grip, (0.0, *mechanism.clamp_stiffness))
+    return np.asarray(np.polynomial.polynomial.polyval(grip, (0.0, *mechanism.clamp_stiffness)),
+                      float)
 
 
 def _refuse_self_locking(wedge: ArrayLike, pad_friction: float) -> None:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 import logging
 import threading
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +50,7 @@ class EffectFunction:
 
     def __init__(self, definition: Callable) -> None:
         self.definition = definition
-        self._callback = None
+        self._callback: Any = None
 
     @cached_property
     def address(self) -> int:
@@ -95,7 +96,14 @@ def kernel(function: Callable) -> Callable:
     return _dispatcher(function) if COMPILED else function
 
 
-if COMPILED:
+if TYPE_CHECKING:
+    # What numba makes of these has no types.
+    def _dispatcher(function: Callable, **options: bool) -> Callable: ...
+    def _callback(definition: Callable) -> Any: ...
+    def call_effect(functions: Any, index: Any, parameters: Any, effect: Any, state: Any,
+                    sample: Any) -> Any: ...
+    def row_of(matrix: Any, index: Any) -> Any: ...
+elif COMPILED:
     from llvmlite import ir
     from numba import types
     from numba.extending import intrinsic

@@ -262,6 +262,7 @@ def with_values(physics: Physics, nominal: Array, parameters: Array) -> Physics:
     delay = time_constant = 0.0
     for effect, index in physics.time_shifts:
         values = parameters[index].tolist()
+        assert effect.time_shift is not None, 'time_shifts are of effects that have one'
         later = effect.time_shift(dict(zip(effect.names, values, strict=False)))
         delay, time_constant = delay + later[0], time_constant + later[1]
     return replace(physics, nominal=nominal, parameters=parameters, delay=delay,

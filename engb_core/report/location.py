@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 
 from engb_core.diagnose.diagnosis import Diagnosis, Trace, Zone
 from engb_core.report.layout import Column, folded_points, MAIN_POINTS, Page
@@ -48,7 +48,7 @@ def add_location(page: Page, diagnosis: Diagnosis, units: Units) -> None:
 
 def _ordered(diagnosis: Diagnosis) -> list[Trace]:
     """The recording with most of the mismatch first, held-out ones before others."""
-    weight: Counter[str] = Counter()
+    weight: defaultdict[str, float] = defaultdict(float)
     for entry in diagnosis.time:
         weight[entry.recording] += entry.share
     return sorted((trace for trace in diagnosis.evidence.traces if trace.time.size),

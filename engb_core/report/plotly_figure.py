@@ -118,8 +118,8 @@ def plotly_spec(figure: Figure, points: int) -> dict[str, Any]:
 def _traces(series: Series, axis: str, points: int) -> list[dict[str, Any]]:
     colour = ROLE + series.colour
     # `group` is the legend's name for it, word for word; `name` is what plotly shows.
-    common = {'name': _text(shorten(series.name)), 'group': clean(series.name), 'xaxis': 'x',
-              'yaxis': axis}
+    common: dict[str, Any] = {'name': _text(shorten(series.name)), 'group': clean(series.name),
+                              'xaxis': 'x', 'yaxis': axis}
     if isinstance(series, Bars):
         trace = common | {'type': 'bar', 'x': [_text(shorten(label)) for label in series.labels],
                           'y': rounded(series.values), 'marker': {'color': colour}}

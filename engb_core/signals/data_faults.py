@@ -12,13 +12,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.stats import norm
 
 from engb_core.model import Model
 from engb_core.physics.command_law import command_law
 from engb_core.recording import Recording, Signal
 from engb_core.signals.motion import CUT_OFF, quantum_of
+from engb_core.signals.sampling_noise import sampling_noise
+from engb_core.signals.stamps import evenly_timed, stamps_vary, VARY
 
 __all__ = ['DataFault', 'cleaned']
 
@@ -47,8 +49,12 @@ class DataFault:
 
 
 def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFault]]:
-    """Return the recording without samples that cannot be true, and what is wrong with it."""
-    faults: list[DataFault] = []
+    """Return the recording without samples that cannot be true, at the times at which they were
+    taken, and what is wrong with it."""
+    repeated = _repeated(recording)
+    # What is repeated has the stamps of the log, not of its source.
+    faults: list[DataFault] = [] if repeated else _jitter(recording)
+    recording = recording if repeated else evenly_timed(recording)
     position_bad = _impossible(recording, model)
     effort_bad = _spikes(recording.effort)
     for bad, what in ((position_bad, 'position'), (effort_bad, 'effort')):
@@ -62,7 +68,7 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
                 f'{int(bad.sum())} samples of effort are spikes '
                 f'(first at {times[0]:.3f} s); they are left out. Look at the current '
                 'sensor and at the bus.'))
-    faults += [*_lost(recording), *_jitter(recording)]
+    faults += _lost(recording)
     keep = ~(position_bad | effort_bad)
     computed = _computed(recording)
     # A command is cut off by its own law, which is no fault.
@@ -72,7 +78,6 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
         beyond = np.any([rows for _, rows in cut_off], axis=0)
         recording = replace(recording, signals={
             **recording.signals, CUT_OFF: Signal(recording.time, beyond.astype(float))})
-    repeated = _repeated(recording)
     if repeated:
         faults += repeated
         keep &= np.append(True, (np.diff(recording.position) != 0.0)
@@ -103,7 +108,8 @@ def _away_and_back(values: Array, count: int, when: Array | None = None) -> tupl
 
 def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
     """Return which positions (n,) a shaft cannot have had: the drive's whole torque and as much
-    load, for and against it, would not bring it there and back in the time."""
+    load, for and against it, would not bring it there and back in the time, nor is it the noise
+    of the encoder or of the times at which it is read."""
     position, interval = recording.position, recording.interval
     most = 4.0 * float(np.max(np.abs(recording.effort))) / model.motor.inertia
     quantum = quantum_of(position)
@@ -111,6 +117,9 @@ def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
     if most == 0.0:
         # Without a torque nothing bounds what the shaft can have done.
         return bad
+    speed = np.abs(np.gradient(position, recording.time)) if position.size > 1 else position
+    noise = float(norm.isf(0.5 * CHANCE / max(position.size, 2))) * sampling_noise(
+        recording).of(median_filter(speed, 2 * LONGEST_GLITCH + 3))
     for count in range(1, LONGEST_GLITCH + 1):
         if position.size < count + 4:
             break
@@ -118,7 +127,8 @@ def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
         # Stamps that jitter may be those of the samples, or of a queue behind even ones.
         by_stamps, _ = _away_and_back(position, count, recording.time)
         off = np.where(np.abs(by_stamps) < np.abs(off), by_stamps, off)
-        reach = 0.125 * most * ((count + 1) * interval) ** 2 + 2.0 * quantum
+        reach = (0.125 * most * ((count + 1) * interval) ** 2 + 2.0 * quantum
+                 + noise[1:off.size + 1])
         # Beside it the motion goes on as if nothing were: a step that stays is no glitch.
         stays = _beyond_motion(position, between, count)
         found = np.flatnonzero((np.abs(off) > reach) & (stays < STAYS * np.abs(off)))
@@ -173,15 +183,20 @@ def _lost(recording: Recording) -> list[DataFault]:
 
 
 def _jitter(recording: Recording) -> list[DataFault]:
-    step = np.diff(recording.time)
-    usual = step[step < 1.9 * recording.interval]
-    spread = float(np.std(usual)) if usual.size else 0.0
-    if spread < 0.1 * recording.interval:
-        return []
+    spread = stamps_vary(recording)
+    if spread == 0.0:
+        jitter = sampling_noise(recording).jitter
+        return [] if jitter < VARY * recording.interval else [DataFault(
+            'jittering_stamps', recording.name, 0.0, recording.duration,
+            f'The stamps are {recording.interval * 1e3:.3g} ms apart, but the samples are taken '
+            f'{jitter * 1e3:.2g} ms before or after them (standard deviation, by the positions). '
+            'Stamp the samples where they are taken.')]
+    even = '' if evenly_timed(recording) is recording else \
+        'The positions say that the samples were taken evenly: they are used so. '
     return [DataFault(
         'jittering_stamps', recording.name, 0.0, recording.duration,
         f'The time between samples varies by {spread * 1e3:.2g} ms about '
-        f'{recording.interval * 1e3:.3g} ms. Stamp the samples where they are taken.')]
+        f'{recording.interval * 1e3:.3g} ms. {even}Stamp the samples where they are taken.')]
 
 
 def _repeated(recording: Recording) -> list[DataFault]:

@@ -19,8 +19,8 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from engb_core.physics.compiled import compiled
 from engb_core.signals.motion import filtered, gaussian_kernel, Motion
 
-__all__ = ['Comparison', 'comparison_of', 'judgeable', 'low_passed_noise', 'noise_above_band',
-           'noise_of', 'slowest_speed']
+__all__ = ['ABOVE_BAND', 'Comparison', 'comparison_of', 'judgeable', 'low_passed_noise',
+           'noise_above_band', 'noise_of', 'slowest_speed']
 
 Array = NDArray[np.float64]
 

@@ -26,8 +26,8 @@ from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
 
 __all__ = ['CUT_OFF', 'LEAST_STEPS', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'NO_STEP',
-           'OF_STEPS', 'bridged', 'filtered', 'gaussian_kernel', 'motion_of', 'quantum_of',
-           'without_counts']
+           'OF_STEPS', 'bridged', 'filtered', 'gaussian_kernel', 'motion_of', 'passing',
+           'quantum_of', 'without_counts']
 
 Array = NDArray[np.float64]
 
@@ -131,7 +131,8 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
     bandwidth = min(bandwidth, MOST_OF_RATE / fine)
     stride = max(1, int(round(STEP_OF_PERIOD / bandwidth / fine)))
     step = stride * fine
-    full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
+    full: Array = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1,
+                            dtype=np.float64) * fine
     raw = bridged(full, np.interp(full, *without_counts(recording)), recording)
 
     def smooth(derivative: int) -> Array:
@@ -167,10 +168,10 @@ def without_counts(recording: Recording, values: Array | None = None) -> tuple[A
     if change.size < 2:
         return time, values
     beside = _beside_rest(recording, change, values)
-    passing = _passing(recording)
-    single = change[~(passing[change] & passing[change + 1])]
-    edge = np.concatenate([0.5 * (time[single] + time[single + 1]), time[passing], beside[0]])
-    middle = np.concatenate([0.5 * (values[single] + values[single + 1]), values[passing],
+    fast = passing(recording)
+    single = change[~(fast[change] & fast[change + 1])]
+    edge = np.concatenate([0.5 * (time[single] + time[single + 1]), time[fast], beside[0]])
+    middle = np.concatenate([0.5 * (values[single] + values[single + 1]), values[fast],
                              beside[1]])
     order = np.argsort(edge, kind='stable')
     edge, middle = edge[order], middle[order]
@@ -180,7 +181,7 @@ def without_counts(recording: Recording, values: Array | None = None) -> tuple[A
                             [_beyond(edge[-1:-3:-1], middle[-1:-3:-1], end)]]))
 
 
-def _passing(recording: Recording) -> NDArray[np.bool_]:
+def passing(recording: Recording) -> NDArray[np.bool_]:
     """Return which samples (n,) lie between two changes by several counts, none of them lost; at
     both ends of the recording there is but one change."""
     quantum = quantum_of(recording.position)

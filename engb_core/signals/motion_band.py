@@ -18,7 +18,7 @@ from scipy.signal import welch
 from engb_core.recording import Recording
 from engb_core.signals.motion import LEAST_STEPS, NO_STEP, OF_STEPS, quantum_of
 
-__all__ = ['COMPARED', 'count_of', 'told_up_to']
+__all__ = ['COMPARED', 'count_of', 'outweighed_from', 'told_up_to']
 
 # Up to here [Hz] a model is compared with a recording: what counts do above it passes no filter.
 COMPARED = 20.0
@@ -34,18 +34,32 @@ def told_up_to(recording: Recording, inertia: float) -> float:
         recording: position in counts [rad], effort [N·m].
         inertia: of the model [kg·m²].
     """
-    step = recording.interval
     quantum = quantum_of(recording.position)
+    if quantum <= 0.0 or not _in_counts(recording.position, quantum):
+        return np.inf
+    return outweighed_from(recording, inertia, quantum ** 2 / 12.0)
+
+
+def outweighed_from(recording: Recording, inertia: float, variance: float) -> float:
+    """Return the frequency [Hz] from which what a white noise of the position makes of the
+    inertia's torque outweighs the recorded effort; infinity where it never does.
+
+    Args:
+        recording: of which the effort is asked [N·m].
+        inertia: of the model [kg·m²].
+        variance: of the position's noise [rad²].
+    """
+    step = recording.interval
     time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1) * step
     length = min(time.size, round(STRETCH / step))
-    if quantum <= 0.0 or length < 2 or not _in_counts(recording.position, quantum):
+    if length < 2:
         return np.inf
     effort = np.interp(time, recording.time, recording.effort)
     frequency, held = welch(effort, 1.0 / step, nperseg=length)
     # The mean is taken off each stretch: the first value is none.
     frequency, held = frequency[1:], held[1:]
-    counts = (inertia * (2.0 * np.pi * frequency) ** 2) ** 2 * quantum ** 2 / 12.0 * 2.0 * step
-    outweighed = np.flatnonzero(counts > held)
+    noise = (inertia * (2.0 * np.pi * frequency) ** 2) ** 2 * variance * 2.0 * step
+    outweighed = np.flatnonzero(noise > held)
     return float(frequency[outweighed[0]]) if outweighed.size else np.inf
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from engb_core.recording import Recording
@@ -20,10 +21,14 @@ from engb_core.signals.motion import bridged, Motion, motion_of, without_counts
 
 __all__ = ['MOST_OF_RATE', 'ORDER', 'sharp_motion_of']
 
+Array = NDArray[np.float64]
+
 # Corner [Hz] and order: friction turns within milliseconds.
 BANDWIDTH, ORDER = 150.0, 3
 # The corner can't be higher than this part of the sampling rate.
 MOST_OF_RATE = 0.3
+# Periods of the corner after which the filter, there and back, has forgotten all but a millionth.
+REMEMBERED = 5
 # The grid's step [s], at which friction's turn is no matter of where the samples fall; coarser for
 # more samples than these.
 STEP = 2.5e-4
@@ -42,14 +47,17 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     most = min(MOST_PARTS, max(1, MOST_SAMPLES // count))
     parts = int(np.clip(round(recording.interval / step), 1, most))
     step = recording.interval / parts
-    time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1) * step
+    time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1, dtype=np.float64) * step
     edges = np.interp(time, *without_counts(recording))
     samples = np.interp(time, recording.time, recording.position)
     raw = bridged(time, 0.5 * (edges + samples), recording)
     low_pass = butter(ORDER, bandwidth, fs=1.0 / step, output='sos')
-    position = sosfiltfilt(low_pass, raw)
+    period = int(np.ceil(1.0 / bandwidth / step))
+    position = sosfiltfilt(low_pass, _going_on(raw, period), padlen=0)[
+        REMEMBERED * period:][:raw.size]
     velocity = np.gradient(position, step)
-    effort = sosfiltfilt(low_pass, np.interp(time, recording.time, recording.effort))
+    effort = sosfiltfilt(low_pass, np.interp(time, recording.time, recording.effort),
+                         padlen=min(time.size - 1, REMEMBERED * period))
 
     def on_grid(values: np.ndarray) -> np.ndarray:
         return np.interp(time, recorded.time, values)
@@ -60,3 +68,17 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
         disc_speed=on_grid(recorded.disc_speed), disc_angle=on_grid(recorded.disc_angle),
         pad_temperature=on_grid(recorded.pad_temperature),
         known=on_grid(recorded.known.astype(float)) > 0.5, bandwidth=bandwidth, sharp=True)
+
+
+def _going_on(position: Array, period: int) -> Array:
+    """Return positions (n,) with `REMEMBERED` periods of so many samples more at both ends: a
+    recording may end in the midst of a motion, which goes on with the speed and the acceleration
+    of its last period; without that it would seem to need no torque, or an endless one."""
+    count, beyond = min(max(period, 3), position.size), np.arange(1, REMEMBERED * period + 1)
+    if position.size < 3:
+        return np.pad(position, beyond.size, mode='edge')
+    inside = np.arange(count)
+    before, after = (
+        end[0] + np.polynomial.Polynomial.fit(inside, end - end[0], 2)(-beyond)
+        for end in (position[:count], position[::-1][:count]))
+    return np.concatenate([before[::-1], position, after])

@@ -60,12 +60,13 @@ def assemble(name: str, source: str, states: JointTrack, reference: JointTrack |
     if good.sum() < near.sum():
         notes.append(f'{int(near.sum() - good.sum())} samples before or behind a pause of minutes '
                      'left out; record such stretches apart')
-    position, velocity, effort = (_sound(column)[good] for column in (
-        states.position, states.velocity, states.effort))
-    needed = [(position, 'position', 'rad'), (effort, 'effort', 'N·m')]
-    if effort_optional and not np.isfinite(effort).any():
-        needed.pop()
-        effort = None
+    position, velocity = (_sound(column)[good] for column in (states.position, states.velocity))
+    effort: Values | None = None
+    needed = [(position, 'position', 'rad')]
+    measured = _sound(states.effort)[good]
+    if not effort_optional or np.isfinite(measured).any():
+        effort = measured
+        needed.append((measured, 'effort', 'N·m'))
     for column, field, unit in needed:
         if not np.isfinite(column).any():
             raise InputError(f'{source}: joint_states of joint {states.joint!r} has no finite '
@@ -137,8 +138,8 @@ def _reference(track: JointTrack | None, clock: ClockMap, base: int, last: int,
         values = _sound(values)[near]
         return values if np.isfinite(values).any() else None
 
-    return Reference((stamp[near] - base) * _NANO, position, optional(track.velocity),
-                     optional(track.effort))
+    return Reference(np.asarray((stamp[near] - base) * _NANO, np.float64), position,
+                     optional(track.velocity), optional(track.effort))
 
 
 def _signals(signals: Mapping[str, tuple[Times, Values]], clock: ClockMap, base: int, last: int,
@@ -156,5 +157,5 @@ def _signals(signals: Mapping[str, tuple[Times, Values]], clock: ClockMap, base:
             if (np.diff(time) <= 0).any():
                 time, keep = np.unique(time, return_index=True)
                 value = value[keep]
-            found[name] = Signal((time - base) * _NANO, value)
+            found[name] = Signal(np.asarray((time - base) * _NANO, np.float64), value)
     return found

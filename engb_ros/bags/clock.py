@@ -69,7 +69,7 @@ class ClockMap:
 def usable_stamps(stamp: Times) -> bool:
     """Return whether stamps (n,) tell samples apart: a driver may leave them zero."""
     # Each sample may be there twice or thrice; less than a quarter of them new is no clock.
-    return stamp.size < 2 or np.count_nonzero(np.diff(stamp)) > stamp.size / 4
+    return stamp.size < 2 or int(np.count_nonzero(np.diff(stamp))) > stamp.size / 4
 
 
 def wild(times: Times) -> NDArray[np.bool_]:

@@ -125,7 +125,7 @@ def gather(data: NDArray[np.uint8], channel: int, index: NDArray[np.uint64],
     first = int(offset[0])
     if not 0 <= first <= data.size - PAYLOAD:
         return None
-    length = _RECORD_HEAD.unpack_from(data, first)[1]
+    length = _RECORD_HEAD.unpack(data[first:first + _RECORD_HEAD.size].tobytes())[1]
     total = _RECORD_HEAD.size + length
     # Messages don't overlap: an index that names more than fits is no index.
     if total <= PAYLOAD or offset.size * total > data.size:
@@ -133,6 +133,7 @@ def gather(data: NDArray[np.uint8], channel: int, index: NDArray[np.uint64],
     if offset.min() < 0 or offset.max() > data.size - total:
         return None
     records = cut_out(data, offset, np.full(offset.size, total))
+    assert isinstance(records, np.ndarray), 'all are of one size'
     head = records.view(np.dtype({
         'names': ['opcode', 'length', 'channel', 'log_time'],
         'formats': ['u1', '<u8', '<u2', '<u8'], 'offsets': [0, 1, 9, 15], 'itemsize': total}))

@@ -95,8 +95,8 @@ def _bag(path: str | os.PathLike, notes: list[str]) -> Iterator[
         if not files:
             raise failure
         channels: dict[str, Channel] = {}
-        for file in files:
-            for channel in file.channels():
+        for storage in files:
+            for channel in storage.channels():
                 channels.setdefault(channel.topic, channel)
         yield files, list(channels.values())
 
@@ -143,7 +143,8 @@ def _collect(files: list[StorageFile], selection: Selection, joint: str | None, 
     if selection.reference:
         reference = collectors[selection.reference].track(selection.reference, source)
     damaged += sum(collector.damaged for collector in collectors.values())
-    signals = {name: tuple(np.concatenate(column) for column in zip(*values, strict=True))
+    signals = {name: (np.concatenate([time for time, _ in values]),
+                      np.concatenate([value for _, value in values]))
                for name, values in parts.items()}
     return states, reference, signals, damaged
 

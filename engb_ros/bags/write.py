@@ -115,9 +115,9 @@ def _rows(table: JointTable | FloatTable) -> tuple[NDArray[np.int64], NDArray[np
     if isinstance(table, FloatTable):
         return time, float64_rows(np.asarray(table.value, float))
     log_time = time if table.log_time is None else _nanoseconds(table.log_time)
-    columns = [None if column is None else np.asarray(column, float)
-               for column in (table.position, table.velocity, table.effort)]
-    return log_time, joint_state_rows(time, *columns, joint=table.joint)
+    position, velocity, effort = (None if column is None else np.asarray(column, float)
+                                  for column in (table.position, table.velocity, table.effort))
+    return log_time, joint_state_rows(time, position, velocity, effort, joint=table.joint)
 
 
 def _nanoseconds(time: ArrayLike) -> NDArray[np.int64]:

@@ -62,7 +62,7 @@ class CanBus:
         self._options = _addressed(interface, channel)
         if bitrate:
             self._options['bitrate'] = bitrate
-        self._filters = [{'can_id': identifier, 'can_mask': 0x7FF, 'extended': False}
+        self._filters: list[Any] = [{'can_id': identifier, 'can_mask': 0x7FF, 'extended': False}
                          for identifier in sorted(identifiers)]
         self._receive = receive
         self._wanted = identifiers

@@ -176,6 +176,7 @@ def write_results(folder: Path, diagnosis: Diagnosis) -> None:
 
 def write_experiment(path: Path, proposal: NextExperiment) -> None:
     """Write the proposed reference as a table that the controller node can run."""
+    assert proposal.time is not None and proposal.position is not None
     with path.open('w', encoding='utf-8') as file:
         file.write('time,position\n')
         for time, position in zip(proposal.time, proposal.position, strict=True):

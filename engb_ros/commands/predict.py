@@ -15,6 +15,7 @@ For a prismatic joint read m and N for rad and N·m.
 from __future__ import annotations
 
 import argparse
+from typing import Any, cast
 
 from engb_core.errors import InputError
 from engb_core.printable import printable
@@ -65,7 +66,7 @@ def run(arguments: argparse.Namespace) -> None:
                 raise InputError(f'{arguments.model}: its numbers give no finite {name} for '
                                  f'{arguments.recording}; check their size and unit')
         with scratch.open('wb') as file:
-            np.savez_compressed(file, **arrays)
+            np.savez_compressed(file, **cast(dict[str, Any], arrays))
     print(f'{printable(arguments.out)}: {recording.time.size} samples, '
           f'{recording.duration:.1f} s, {", ".join(arrays)}')
     difference = float(np.sqrt(np.mean((arrays['effort'] - recording.effort) ** 2)))

@@ -62,7 +62,7 @@ def run_processes(tasks: Sequence[Task], work: Work, jobs: int, seconds: float,
                     else:
                         yield index, outcome if outcome is not None else (
                             'its process died, twice; is there enough memory?')
-                elif time.monotonic() - worker.since > seconds:
+                elif time.monotonic() - worker.since > seconds and worker.task is not None:
                     yield worker.task, f'no end after {seconds:.0f} s'
                     worker.restart()
 
@@ -93,6 +93,7 @@ class _Worker:
     def take(self) -> tuple[int, Outcome | None]:
         """Return the task's index and outcome; None where the process has died over it."""
         index, self.task = self.task, None
+        assert index is not None, 'asked of those that have a task'
         try:
             return index, self.pipe.recv()
         except (EOFError, OSError):

@@ -340,7 +340,8 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
     status = 0
     share_no_memory(os.environ)
     try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=None if args is None else list(args),
+                   signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:
         print(f'ROS could not be started: {" ".join(str(error).split())}', file=sys.stderr)
         return 2

@@ -226,8 +226,7 @@ class CanBridgeNode(ManagedNode):
         """Look, twice a second, whether what comes and goes with each message has happened."""
         counted = (self._bus.refused if self._bus is not None else 0,
                    self._rejected + self._limited)
-        self._news = tuple(now > before
-                           for now, before in zip(counted, self._counted, strict=True))
+        self._news = (counted[0] > self._counted[0], counted[1] > self._counted[1])
         self._counted = counted
         self._diagnose()
 

@@ -194,7 +194,7 @@ class ControllerNode(ManagedNode):
         left = self._controller.clear(monotonic(), speak=not self._standby)
         self._tell()
         if left:
-            raise InputError('still there: ' + ', '.join(cause.name.lower() for cause in Cause
+            raise InputError('still there: ' + ', '.join(str(cause.name).lower() for cause in Cause
                                                          if left & cause))
         return 'cleared; the position is held until a new command comes'
 
@@ -274,6 +274,7 @@ class ControllerNode(ManagedNode):
             self._publish_reference(self._reference.fill_at(
                 sec, nanosec, setpoint.position, setpoint.velocity, controller.feedforward))
         elif self._publish_force is not None and count % self._force_every == 1:
+            assert controller.estimator is not None, 'a force is published where it is estimated'
             self._publish_force(scalar(controller.estimator.force))
         if self._report_every and count % self._report_every == 0:
             self._send_report(sec, nanosec)
@@ -403,7 +404,7 @@ class ControllerNode(ManagedNode):
             return
         if supervisor.latched:
             self.get_logger().error('fault: ' + ', '.join(
-                cause.name.lower() for cause in Cause if supervisor.latched & cause))
+                str(cause.name).lower() for cause in Cause if supervisor.latched & cause))
         elif supervisor.stopping:
             self.get_logger().warning('joint states have stopped: waiting for them, without '
                                       'torque; no command is taken meanwhile')

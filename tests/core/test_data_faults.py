@@ -145,3 +145,13 @@ def test_jitter_of_the_stamps_of_a_fast_motion_is_no_glitch():
     position = 30.0 * np.sin(0.8 * time)
     effort = 2e-3 * np.sin(0.8 * time)
     assert 'position_glitch' not in names(Recording('run', time - time[0], position, effort))
+
+
+def test_samples_that_are_read_off_their_even_stamps(healthy):
+    """As of a servo on a bus that a host polls: told as that, and not as glitches."""
+    rng = np.random.default_rng(2)
+    taken = healthy.time + 0.2 * healthy.interval * rng.standard_normal(healthy.time.size)
+    polled = replace(healthy, position=np.interp(taken, healthy.time, healthy.position))
+    _, faults = cleaned(polled, MODEL)
+    assert [entry.fault for entry in faults] == ['jittering_stamps']
+    assert 'before or after' in faults[0].statement

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.full_bandwidth import at_full_bandwidth
+from engb_core.diagnose.full_bandwidth import at_full_bandwidth, fitted_to_all
 from engb_core.diagnose.held_load_curve import numbers_without_load
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.openset import Explanation
@@ -15,6 +15,7 @@ from engb_core.diagnose.problem import problem_of, sharper
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, Model
+from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
 
 from .simulated_brake import brake_with, lively, NOMINAL
@@ -108,3 +109,26 @@ def test_slow_samples_are_judged_in_a_lower_band_and_not_sharpened():
     assert fitter.problem.bandwidth == pytest.approx(10.0, rel=1e-3)
     explanation = Explanation(fitter.finish(fitter.base()), None, 1.0, 1.0)
     assert at_full_bandwidth(fitter, explanation).explanation is explanation
+
+
+def test_what_is_judged_elsewhere_is_decided_here_and_fitted_to_all():
+    """With recordings that are held out as well, a model is chosen by what was kept out of its
+    fit, as without; then its numbers are fitted to that, too."""
+    brake = brake_with('presliding_friction', presliding_distance=0.02, shape=1.0)
+    recording, other = lively(brake, seed=4), lively(brake, seed=5)
+    problem = problem_of([recording], NOMINAL, [other])
+    kept = ~problem.runs[0].fitted
+    assert 0.1 < kept.mean() < 0.3
+    fitter = Fitter(problem)
+    variant = variants_of(get_effect('presliding_friction'), problem.scene)[0]
+    fit = fitter.finish(fitter.refine(fitter.fit(variant, keep=2)))
+    told = at_full_bandwidth(fitter, Explanation(fit, None, 1.0, 1.0))
+    whole = fitted_to_all(fitter, told, 0)
+
+    def missed(model: Model) -> float:
+        (run,) = sharper(problem).runs
+        left = run.measured - run.predicted(physics_of(model))
+        return float(np.sum((left / run.sigma) ** 2))
+
+    assert whole != told.models[0]
+    assert missed(whole) < missed(told.models[0])

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from engb_core.diagnose.problem import problem_of
-from engb_core.model import Friction, LoadTorque, Model
+from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
 from engb_core.signals.motion import motion_of
@@ -38,8 +39,8 @@ def test_coarse_counts_are_no_mismatch(counts, interval):
 
 
 def test_an_encoder_without_counts_adds_nothing():
-    recording = Bench(noise=1e-3).run(strokes())
-    smooth = replace(recording, position=np.round(recording.position, 12)
+    recording = Bench(counts=10 ** 9, noise=1e-3).run(strokes())
+    smooth = replace(recording, position=recording.position
                      + 1e-4 * np.linspace(0.0, 1.0, recording.time.size))
     (fine,) = problem_of([smooth], MODEL).runs
     (coarse,) = problem_of([replace(recording, position=0.05 * np.round(
@@ -95,3 +96,27 @@ def test_a_recording_that_ends_in_motion_does_not_stop_dead(interval):
     assert cut.velocity[-1] == pytest.approx(full.velocity[last - 1], rel=0.1)
     # The count of the very last sample shows; to stop dead would take twenty times the most.
     assert np.max(np.abs(cut.acceleration[-5:])) < 0.5 * np.max(np.abs(full.acceleration))
+
+
+@pytest.mark.parametrize(('interval', 'speed'), [(5e-3, 1.0), (5e-3, 0.3), (1e-3, 1.0)])
+def test_the_noise_of_counts_is_what_counts_do(interval, speed):
+    """At a low rate the motion is smoothed over few samples and lies close to their counts."""
+    count, random = 2.0 * np.pi / 262_144, np.random.default_rng(1)
+    fine = interval / 10.0
+    time = np.arange(0.0, 40.0, fine)
+    targets = np.repeat(speed * random.uniform(-1.0, 1.0, 20), time.size // 20)
+    true = gaussian_filter1d(targets, 0.3 / fine)[::10]
+    model = replace(MODEL, motor=Motor(inertia=0.58, viscous_friction=0.7),
+                    load_torque=LoadTorque(coefficients=(0.0, 0.0, 0.0, 0.0)),
+                    friction=Friction(0.7, 0.0, 0.044))
+    runs = []
+    for position in (true, count * np.round(true / count)):
+        recording = Recording(name='run', time=time[::10], position=position,
+                              effort=1e-6 * random.standard_normal(true.size))
+        runs.append(problem_of([recording], model, bandwidth=20.0).runs[0])
+    exact, counted = runs
+    _, before, after = np.intersect1d(exact.comparison.grid, counted.comparison.grid,
+                                      return_indices=True)
+    off = (counted.predicted(physics_of(model))[after]
+           - exact.predicted(physics_of(model))[before])
+    assert 0.7 < np.mean((off / counted.counts[after]) ** 2) < 1.4

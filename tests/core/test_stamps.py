@@ -1,0 +1,77 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Stamps that jitter about even samples, and a recording that ends in the midst of a motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.model import Friction, LoadTorque, Model, Motor
+from engb_core.prediction import predict_effort
+from engb_core.recording import Recording
+from engb_core.signals.data_faults import cleaned
+from engb_core.signals.stamps import evenly_timed
+
+STEP, COUNT = 2e-3, 2.0 * np.pi / 131_072
+MODEL = Model(motor=Motor(inertia=0.5, viscous_friction=0.7),
+              load_torque=LoadTorque(coefficients=(0.0, 0.0, 0.0, 0.0)),
+              friction=Friction(0.2, 0.0, 0.05))
+
+
+def swing(step: float = STEP, seconds: float = 20.2) -> Recording:
+    """Return a swing that has speed at its end, with the effort that it takes."""
+    time = np.arange(0.0, seconds, step)
+    waves = ((1.2, 2.0 * np.pi * 0.4), (0.3, 2.0 * np.pi * 1.1))
+    position, velocity, acceleration = (
+        sum(size * rate ** order * np.sin(rate * time + 0.5 * np.pi * order)
+            for size, rate in waves) for order in range(3))
+    effort = (0.5 * acceleration + 0.7 * velocity
+              + 0.2 * np.clip(velocity / 0.05, -1.0, 1.0))
+    return Recording(name='swing', time=time, position=COUNT * np.round(position / COUNT),
+                     effort=effort)
+
+
+def lossy(recording: Recording, part: float) -> Recording:
+    kept = np.random.default_rng(2).random(recording.time.size) >= part
+    kept[0] = True
+    return replace(recording, time=recording.time[kept], position=recording.position[kept],
+                   effort=recording.effort[kept])
+
+
+@pytest.mark.parametrize('lost', [0.0, 0.04])
+def test_even_samples_behind_a_queue_are_found(lost):
+    true = lossy(swing(), lost)
+    random = np.random.default_rng(1)
+    stamped = replace(true, time=np.sort(
+        true.time * (1.0 + 5e-5) + 0.12 * STEP * random.standard_normal(true.time.size)))
+    found = evenly_timed(stamped)
+    off = found.time - true.time * (1.0 + 5e-5)
+    assert np.std(off) < 0.3 * 0.12 * STEP
+    assert np.abs(off).max() < 0.5 * STEP
+    assert [fault.fault for fault in cleaned(stamped, MODEL)[1]][0] == 'jittering_stamps'
+
+
+def test_stamps_of_uneven_samples_stand():
+    whole = swing(STEP / 20.0)
+    rows = np.arange(0, whole.time.size - 20, 20)
+    rows = rows + np.random.default_rng(1).integers(-5, 6, rows.size).clip(-rows)
+    uneven = replace(whole, time=whole.time[rows], position=whole.position[rows],
+                     effort=whole.effort[rows])
+    assert evenly_timed(uneven) is uneven
+
+
+def test_a_prediction_by_jittering_stamps_is_as_good_as_by_even_ones():
+    true = swing()
+    random = np.random.default_rng(3)
+    stamped = replace(true, time=np.sort(
+        true.time + 0.12 * STEP * random.standard_normal(true.time.size)))
+    errors = [np.sqrt(np.mean((predict_effort(entry, MODEL) - true.effort)[10:] ** 2))
+              for entry in (true, stamped)]
+    assert errors[1] < 2.0 * errors[0]
+
+
+@pytest.mark.parametrize('step', [2e-3, 1e-2])
+def test_a_recording_may_end_in_motion(step):
+    recording = swing(step)
+    off = np.abs(predict_effort(recording, MODEL) - recording.effort)
+    assert off[-5:].max() < 5.0 * np.quantile(off[10:-10], 0.999)
