@@ -38,7 +38,7 @@ from engb_core.signals.motion import (
     motion_of,
 )
 from engb_core.signals.motion_band import COMPARED, outweighed_from, told_up_to
-from engb_core.signals.order_spectrum import order_spectrum
+from engb_core.signals.order_spectrum import line_amplitude, order_spectrum
 from engb_core.signals.position_error import effort_of_recording
 from engb_core.signals.sampling_noise import sampling_noise
 from engb_core.signals.sharp_motion import sharp_motion_of
@@ -312,17 +312,22 @@ def _line_above(recording: Recording, model: Model, bandwidth: float, highest: f
         bandwidth: corner of the band [Hz].
         highest: up to where the position's counts tell the torque [Hz].
     """
+    inertia, above = model.motor.inertia, ABOVE_BAND * bandwidth
     motion = motion_of(recording, min(highest, MOST_OF_RATE / recording.interval))
     variance = float(np.mean(sampling_noise(recording).of(motion.velocity) ** 2))
     most = min(OF_RATE / recording.interval, highest,
-               outweighed_from(recording, model.motor.inertia, variance))
+               outweighed_from(recording, inertia, variance))
     if most <= bandwidth:
         return 0.0
     moving = judgeable(motion, slowest_speed([motion], model.friction.saturation_velocity,
                                              motion.speed))
     left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics_of(model))
-    order = order_spectrum(motion, moving, ABOVE_BAND * bandwidth, left).strongest_line(LINE_LEVEL)
+    order = order_spectrum(motion, moving, above, left).strongest_line(LINE_LEVEL)
     if order is None:
+        return 0.0
+    # At a constant speed all that counts do may be such a line.
+    amplitude, fourth_power = line_amplitude(motion, moving, above, left, order)
+    if 0.5 * amplitude ** 2 < inertia ** 2 * fourth_power * variance:
         return 0.0
     usual = float(np.median(np.abs(motion.velocity[moving])))
     return min(order * usual / (2.0 * np.pi), most)

@@ -19,7 +19,7 @@ from scipy.ndimage import median_filter
 
 from engb_core.signals.motion import filtered, gaussian_kernel, Motion
 
-__all__ = ['OrderSpectrum', 'order_spectrum']
+__all__ = ['OrderSpectrum', 'line_amplitude', 'order_spectrum']
 
 Array = NDArray[np.float64]
 
@@ -135,3 +135,24 @@ def _response(taps: Array, step: float, frequencies: Array) -> Array:
     """Return the frequency response of symmetric taps."""
     lag = (np.arange(taps.size) - taps.size // 2) * step
     return np.cos(2.0 * np.pi * np.outer(frequencies, lag)) @ taps
+
+
+def line_amplitude(motion: Motion, moving: NDArray[np.bool_], corner: float, signal: Array,
+                   order: float) -> tuple[float, float]:
+    """Return the amplitude [N·m] of a line over the angle in what a signal holds above a corner,
+    and the mean square of its angular frequency's square [(rad/s)⁴], both where it passes within
+    the band.
+
+    Args:
+        motion, moving, corner, signal: as for `order_spectrum`.
+        order: of the line, cycles per 2π.
+    """
+    above = signal - filtered(signal, gaussian_kernel(corner, motion.step))
+    passing = order * np.abs(motion.velocity)
+    within = moving & (passing > 2.0 * np.pi * corner) & (
+        passing < 2.0 * np.pi * motion.bandwidth)
+    if not within.any():
+        return 0.0, 0.0
+    wave = np.exp(-1j * order * motion.position[within])
+    return (2.0 * float(np.abs(np.mean(above[within] * wave))),
+            float(np.mean(passing[within] ** 4)))

@@ -96,3 +96,19 @@ def test_cogging_above_the_band_is_named():
                                                                                   rel=0.15)
     held = [entry for entry in diagnosis.held_out if entry.quantity == 'effort']
     assert all(entry.rms_after < 0.5 * entry.rms_before for entry in held)
+
+
+def test_counts_of_a_constant_speed_are_no_wave_of_the_shaft():
+    """Their roundings repeat as regularly as any wave."""
+    step, count = 5e-4, 2.0 * np.pi / 8192
+    random = np.random.default_rng(2)
+    time = np.arange(0.0, 20.0, step)
+    wanted = np.repeat(random.uniform(-120.0, 120.0, 20), time.size // 20)
+    velocity = np.convolve(np.pad(wanted, 400, mode='edge'), np.hanning(801) / 400.0, 'valid')
+    position = np.cumsum(velocity) * step
+    effort = (INERTIA * np.gradient(velocity, step) + VISCOUS * velocity
+              + COULOMB * np.clip(velocity / 0.5, -1.0, 1.0)
+              + 8e-5 * random.standard_normal(time.size))
+    recording = Recording(name='spindle', time=time, effort=effort,
+                          position=count * np.round(position / count))
+    assert problem_of([recording], MODEL).bandwidth == 20.0
