@@ -223,7 +223,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
         corner = min(bandwidth, highest)
         comparison = comparison_of(motion, corner, slowest, before_stop)
         run = _run(recording, motion, comparison, corner, judged,
-                   position_noise(recording, motion, comparison, physics), physics)
+                   position_noise(recording, motion, comparison, physics, not by_counts), physics)
         return replace(run, coarse=highest < COMPARED)
 
     runs = tuple(ready(recording, motion, highest, False)

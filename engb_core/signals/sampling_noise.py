@@ -23,9 +23,9 @@ __all__ = ['sampling_noise', 'SamplingNoise']
 
 Array = NDArray[np.float64]
 
-# Neighbours on each side that the polynomial passes through: with three, what is left of a motion
-# of a tenth of the sampling rate is 1 % of its amplitude.
-REACH = 3
+# Neighbours on each side that the polynomial passes through: with five, what is left of a motion
+# of a sixth of the sampling rate, as of a shaft that rings, is half a per cent of its amplitude.
+REACH = 5
 # Speeds are put into so many classes of as many samples each; fewer samples say nothing.
 CLASSES, LEAST_SAMPLES = 10, 200
 # Part of a class that is kept, the least of it: the rest are edges of the motion and glitches.

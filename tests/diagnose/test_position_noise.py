@@ -112,8 +112,8 @@ def test_the_noise_of_counts_is_what_counts_do(interval, speed):
     runs = []
     for position in (true, count * np.round(true / count)):
         recording = Recording(name='run', time=time[::10], position=position,
-                              effort=1e-6 * random.standard_normal(true.size))
-        runs.append(problem_of([recording], model, bandwidth=20.0).runs[0])
+                              effort=random.standard_normal(true.size))
+        runs.append(problem_of([recording], model).runs[0])
     exact, counted = runs
     _, before, after = np.intersect1d(exact.comparison.grid, counted.comparison.grid,
                                       return_indices=True)
