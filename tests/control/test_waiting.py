@@ -139,3 +139,20 @@ def test_activated_anew_it_waits_again():
     silent(bench)
     bench.state(100)
     assert bench.supervisor.latched == Cause(0)
+
+
+def test_another_fault_is_latched_while_it_waits_and_clearing_it_waits_on():
+    bench = in_ready()
+    bench.controller.clamp.output = 0.4
+    silent(bench)
+    bench.supervisor.set(Cause.DRIVE_WRONG, True, bench.now)
+    bench.supervisor.set(Cause.DRIVE_WRONG, False, bench.now)
+    assert bench.supervisor.state is State.FAULT
+    assert bench.supervisor.latched == Cause.DRIVE_WRONG
+    assert bench.controller.clear(bench.now) == Cause(0)
+    assert bench.supervisor.state is State.READY
+    assert holds_stale(bench)
+    assert set(silent(bench)) == {0.0}
+    assert not bench.controller.on_position_command(bench.now, 6.0)
+    bench.state(round(1.1 * TIMEOUT / DT))
+    assert bench.commanded().supervisor.state is State.ENABLED
