@@ -32,7 +32,7 @@ import time
 
 import numpy as np
 
-from benchmarks.page import write_table
+from benchmarks.page import markdown, write_table
 from engb_ros.nodes.transport import stay_on_this_computer
 
 stay_on_this_computer(os.environ)
@@ -291,11 +291,6 @@ def rows(rate: float, found: dict[Candidate, list[Block]]) -> list[tuple[str, ..
             f'{np.percentile(trips, 50):.0f}, {np.percentile(trips, 99):.0f}, '
             f'{trips.max():.0f}'))
     return made
-
-
-def markdown(lines: list[tuple[str, ...]]) -> str:
-    """Return lines as a Markdown table."""
-    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
 
 
 def main() -> int:

@@ -23,7 +23,7 @@ import sys
 import numpy as np
 
 from benchmarks.faults import Fault, FAULTS, KEPT_ANGLE, LET_GO, UNTIMED
-from benchmarks.page import write_table
+from benchmarks.page import markdown, write_table
 from benchmarks.watched_loop import closed_loop, recover, wake, WatchedLoop
 from engb_ros.processes.runner import RunnerError
 
@@ -84,7 +84,7 @@ def table(rows: list[tuple[str, ...]], rounds: int) -> str:
     """Return the table of faults as Markdown."""
     head = ('fault', 'promised within', f'measured, median (largest) of {rounds}', 'in time',
             'reaction', 'test')
-    return '\n'.join('| ' + ' | '.join(row) + ' |' for row in (head, ('---',) * 6, *rows))
+    return markdown((head, ('---',) * len(head), *rows))
 
 
 def replace_rows(page: Path, rows: list[tuple[str, ...]]) -> None:

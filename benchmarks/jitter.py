@@ -22,7 +22,7 @@ import time
 
 import numpy as np
 
-from benchmarks.page import write_table
+from benchmarks.page import markdown, write_table
 from engb_ros.nodes.transport import stay_on_this_computer
 
 stay_on_this_computer(os.environ)
@@ -144,7 +144,7 @@ def main() -> int:
             if made is not None:
                 lines.append(made)
                 print(' | '.join(made), file=sys.stderr, flush=True)
-    text = '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
+    text = markdown(lines)
     print(text)
     if options.write:
         write_table(Path(options.write), 'jitter', text)

@@ -88,14 +88,14 @@ def _states() -> str:
 
 def _causes() -> str:
     return _table(('bit', 'cause', 'severity', 'meaning', 'reaction'), [
-        (str(cause.value.bit_length() - 1), f'`{str(cause.name).lower()}`',
+        (str(cause.value.bit_length() - 1), f'`{cause.key}`',
          CAUSES[cause].severity.value, CAUSES[cause].meaning, CAUSES[cause].reaction)
         for cause in Cause])
 
 
 def _stops() -> str:
     return _table(('parameter', 'default', 'may be', 'why'), [
-        (f'`stop_{str(cause.name).lower()}`', f'`{CAUSES[cause].stops[0].value}`',
+        (f'`stop_{cause.key}`', f'`{CAUSES[cause].stops[0].value}`',
          ', '.join(stop.value for stop in CAUSES[cause].stops), CAUSES[cause].reason)
         for cause in STOPPING])
 

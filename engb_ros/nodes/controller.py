@@ -194,7 +194,7 @@ class ControllerNode(ManagedNode):
         left = self._controller.clear(monotonic(), speak=not self._standby)
         self._tell()
         if left:
-            raise InputError('still there: ' + ', '.join(str(cause.name).lower() for cause in Cause
+            raise InputError('still there: ' + ', '.join(cause.key for cause in Cause
                                                          if left & cause))
         return 'cleared; the position is held until a new command comes'
 
@@ -402,7 +402,7 @@ class ControllerNode(ManagedNode):
         self._diagnose()
         if before is not None and before[1] != self._told[1] and supervisor.latched:
             self.get_logger().error('fault: ' + ', '.join(
-                str(cause.name).lower() for cause in Cause if supervisor.latched & cause))
+                cause.key for cause in Cause if supervisor.latched & cause))
 
     def _diagnose(self) -> None:
         if not self.active:

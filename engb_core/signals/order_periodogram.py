@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import median_filter
 
-from engb_core.signals.motion import filtered, gaussian_kernel, Motion
+from engb_core.signals.motion import gaussian_kernel, Motion
 
-__all__ = ['OrderSpectrum', 'line_amplitude', 'order_spectrum']
+__all__ = ['OrderPeriodogram', 'line_amplitude', 'order_periodogram']
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ BESIDE = 101
 
 
 @dataclass(frozen=True)
-class OrderSpectrum:
+class OrderPeriodogram:
     """Power over the order.
 
     Attributes:
@@ -78,25 +78,25 @@ class OrderSpectrum:
         return float(self.orders[np.argmax(held)])
 
 
-def order_spectrum(motion: Motion, moving: NDArray[np.bool_], corner: float, signal: Array,
-                   ) -> OrderSpectrum:
+def order_periodogram(motion: Motion, moving: NDArray[np.bool_], corner: float, above: Array,
+                      ) -> OrderPeriodogram:
     """Return the power over the order of what a signal holds above a corner.
 
     Args:
         motion: the run.
         moving: (n,) where the shaft moves and the signal is known.
-        corner: of the low-pass that is taken off [Hz].
-        signal: (n,) effort on the motion's grid, smoothed as that is [N·m].
+        corner: of the Gaussian low-pass that was taken off [Hz].
+        above: (n,) what that left of effort on the motion's grid, smoothed as that is [N·m].
     """
     below = gaussian_kernel(corner, motion.step)
     speed, angle = np.abs(motion.velocity[moving]), motion.position[moving]
     usual = float(np.median(speed)) if speed.size else 0.0
     none = np.zeros(0)
     if usual <= 0.0 or np.ptp(angle) <= 0.0:
-        return OrderSpectrum(none, none, none)
+        return OrderPeriodogram(none, none, none)
     # A taper over time keeps a strong line from hiding what lies beside it.
     taper = np.hanning(motion.time.size + 2)[1:-1][moving]
-    values = taper * (signal - filtered(signal, below))[moving]
+    values = taper * above[moving]
     lowest = 2.0 * np.pi * corner / float(np.quantile(speed, 0.9))
     highest = 2.0 * np.pi * motion.bandwidth / usual
     width = 2.0 * np.pi / highest / BINS_OF_CYCLE
@@ -111,7 +111,7 @@ def order_spectrum(motion: Motion, moving: NDArray[np.bool_], corner: float, sig
     told = passes > LEAST_PASSING * passes.max(initial=0.0)
     # A white noise of 1 in the samples as recorded has this density on the motion's grid.
     density = motion.recorded_step / motion.step
-    return OrderSpectrum(orders[told], power[told] / (density * passes[told]), passes[told])
+    return OrderPeriodogram(orders[told], power[told] / (density * passes[told]), passes[told])
 
 
 def _passes(motion: Motion, below: Array, speed: Array, taper: Array, orders: Array) -> Array:
@@ -137,17 +137,16 @@ def _response(taps: Array, step: float, frequencies: Array) -> Array:
     return np.cos(2.0 * np.pi * np.outer(frequencies, lag)) @ taps
 
 
-def line_amplitude(motion: Motion, moving: NDArray[np.bool_], corner: float, signal: Array,
+def line_amplitude(motion: Motion, moving: NDArray[np.bool_], corner: float, above: Array,
                    order: float) -> tuple[float, float]:
     """Return the amplitude [N·m] of a line over the angle in what a signal holds above a corner,
     and the mean square of its angular frequency's square [(rad/s)⁴], both where it passes within
     the band.
 
     Args:
-        motion, moving, corner, signal: as for `order_spectrum`.
+        motion, moving, corner, above: as for `order_periodogram`.
         order: of the line, cycles per 2π.
     """
-    above = signal - filtered(signal, gaussian_kernel(corner, motion.step))
     passing = order * np.abs(motion.velocity)
     within = moving & (passing > 2.0 * np.pi * corner) & (
         passing < 2.0 * np.pi * motion.bandwidth)

@@ -11,8 +11,8 @@ from engb_core.diagnose.problem import problem_of
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.signals.filtering import judgeable
-from engb_core.signals.motion import motion_of
-from engb_core.signals.order_spectrum import order_spectrum
+from engb_core.signals.motion import filtered, gaussian_kernel, motion_of
+from engb_core.signals.order_periodogram import order_periodogram, OrderPeriodogram
 
 INERTIA, VISCOUS, COULOMB = 5e-6, 8e-6, 1.6e-3
 ORDER, AMPLITUDE, NOISE = 72, 2.5e-3, 2e-4
@@ -49,26 +49,27 @@ def turning(amplitude: float, usual: float = 6.3, seed: int = 1) -> Recording:
                      effort=effort + NOISE * random.normal(size=effort.size))
 
 
-def _spectrum(recording: Recording):
+def _periodogram(recording: Recording) -> OrderPeriodogram:
     motion = motion_of(recording, 200.0)
-    return order_spectrum(motion, judgeable(motion, 0.1), 25.0, motion.effort)
+    above = motion.effort - filtered(motion.effort, gaussian_kernel(25.0, motion.step))
+    return order_periodogram(motion, judgeable(motion, 0.1), 25.0, above)
 
 
 def test_noise_has_no_line_and_its_own_level():
-    found = _spectrum(turning(0.0))
+    found = _periodogram(turning(0.0))
     assert found.strongest_line(0.01) is None
     assert found.noise() == pytest.approx(NOISE, rel=0.25)
 
 
 def test_a_wave_of_the_shaft_is_a_line():
-    assert _spectrum(turning(AMPLITUDE)).strongest_line(0.01) == pytest.approx(ORDER, abs=0.1)
+    assert _periodogram(turning(AMPLITUDE)).strongest_line(0.01) == pytest.approx(ORDER, abs=0.1)
 
 
-def test_a_shaft_that_stands_has_no_spectrum():
+def test_a_shaft_that_stands_has_none():
     time = np.arange(0.0, 4.0, 1e-3)
     still = Recording(name='still', time=time, position=np.zeros(time.size),
                       effort=np.random.default_rng(1).normal(size=time.size))
-    found = _spectrum(still)
+    found = _periodogram(still)
     assert found.noise() is None and found.strongest_line(0.01) is None
 
 
