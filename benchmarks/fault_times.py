@@ -25,7 +25,7 @@ import numpy as np
 from benchmarks.faults import Fault, FAULTS, KEPT_ANGLE, LET_GO, UNTIMED
 from benchmarks.page import markdown, write_table
 from benchmarks.watched_loop import closed_loop, recover, wake, WatchedLoop
-from engb_ros.runner import RunnerError
+from engb_ros.processes.runner import RunnerError
 
 # The final clamp's with the default parameters [N·m]; and how long a ramp from full torque takes,
 # which goes down with each sample of the drive and so ends up to one after [s].
