@@ -35,6 +35,8 @@ CHANCE = 0.01
 # Part of a recording at a value that no sample goes beyond, from which on it is a limit: noise
 # alone leaves a single sample at its largest value.
 CLIPPED_LEAST = 10
+# A limit crowds: it has more than so many times the samples of the values beside it.
+CROWDS = 3
 
 
 @dataclass(frozen=True)
@@ -238,7 +240,7 @@ def _clipped(recording: Recording, model: Model, rows: NDArray[np.bool_],
         step = quantum_of(effort)
         next_below = int(np.sum(rows & (sign * effort < most - 0.5 * step)
                                 & (sign * effort >= most - 1.5 * step))) if step > 0.0 else 0
-        if at_most.size <= 3 * max(next_below, 1):
+        if at_most.size <= CROWDS * max(next_below, 1) or _in_steps(effort, beyond):
             continue
         faults.append((DataFault(
             'clipped_effort', recording.name, float(recording.time[at_most[0]]),
@@ -247,6 +249,17 @@ def _clipped(recording: Recording, model: Model, rows: NDArray[np.bool_],
             "judged there. Widen the current sensor's range, or give the drive's limit in the "
             'model file (controller.effort_limit).'), beyond))
     return faults
+
+
+def _in_steps(effort: Array, extreme: NDArray[np.bool_]) -> bool:
+    """Whether an effort (n,) comes to its `extreme` (n,) from values that it holds about as long,
+    as one that is commanded in steps does; what is cut off comes there through values between."""
+    begins = np.concatenate([[0], np.flatnonzero(np.diff(effort) != 0.0) + 1])
+    lasts = np.diff(np.concatenate([begins, [effort.size]]))
+    around = np.concatenate([[0], lasts, [0]])
+    beside = np.maximum(around[:-2], around[2:])
+    held = (beside >= CLIPPED_LEAST) & (lasts <= CROWDS * beside)
+    return bool(np.mean(np.repeat(held, lasts)[extreme]) > 0.5)
 
 
 def _computed(recording: Recording) -> list[DataFault]:

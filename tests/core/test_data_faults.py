@@ -88,6 +88,16 @@ def test_a_sensor_at_its_limit(healthy):
     assert names(clipped, known) == []
 
 
+@pytest.mark.parametrize('levels', [(0.03, 0.06), (0.0, 0.05, -0.05, 0.05)])
+def test_a_command_in_steps_is_at_no_limit(levels):
+    """A torque that is commanded stands at its largest value as it stands at any other."""
+    effort = np.repeat(levels, 2000)
+    time = np.arange(effort.size) / 1000.0
+    speed = np.cumsum(effort - 0.02 * np.sign(effort)) * 1e-2
+    position = 1e-3 * np.round(np.cumsum(speed) * 1e-3 / 1e-3)
+    assert 'clipped_effort' not in names(Recording('run', time, position, effort))
+
+
 def test_a_spike_beyond_the_limit_does_not_hide_it(healthy):
     effort = np.minimum(healthy.effort, 0.7 * float(healthy.effort.max()))
     effort[healthy.time.size // 2] = 3.0 * effort.max()
