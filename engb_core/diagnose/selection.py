@@ -24,7 +24,7 @@ from engb_core.diagnose.ranking import price, simplest
 from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.search import extend, Search
-from engb_core.diagnose.wide_band import RESONANCE
+from engb_core.diagnose.wide_band import RESONANCE, rings
 
 __all__ = ['FURTHER_OF_WHOLE', 'Selection', 'select', 'worth_a_further_effect']
 
@@ -149,7 +149,7 @@ def _forward(result: Search, before: float) -> Fit:
 
 def _candidates(result: Search, size: int, chosen: Fit) -> list[Fit]:
     """Return the fits with so many effects that do no harm beside what is chosen, best first."""
-    return sorted((fit for fit in result.of_size(size) if _harmless(fit, chosen)),
+    return sorted((fit for fit in result.of_size(size) if _harmless(fit, chosen, result.fitter)),
                   key=lambda fit: price(fit, result.fitter))
 
 
@@ -177,13 +177,17 @@ def _begun_again(result: Search, chosen: Fit, larger: Fit) -> Fit:
              for index in range(len(larger.hypothesis.variants))]
     for fit in begun:
         result.add(fit)
-    fits = [chosen, *(fit for fit in begun if _harmless(fit, chosen))]
+    fits = [chosen, *(fit for fit in begun if _harmless(fit, chosen, fitter))]
     return min(fits, key=lambda fit: price(fit, fitter))
 
 
-def _harmless(fit: Fit, chosen: Fit) -> bool:
+def _harmless(fit: Fit, chosen: Fit, fitter: Fitter) -> bool:
     """Whether a fit is no worse in plain torque: the weights forgive much where effort changes
-    fast, and no effect may live on that."""
+    fast, and no effect may live on that; nor on smoothing noise and timing."""
+    for index, variant in enumerate(fit.hypothesis.variants):
+        if variant.effect.id == RESONANCE and not rings(
+                fit.hypothesis.named(fit.vector, index), fitter.problem.bandwidth):
+            return False
     for entry in range(fit.hypothesis.size - len(fit.hypothesis.numbers)):
         parameter = fit.hypothesis.parameter(entry)
         value = fit.vector[len(fit.hypothesis.numbers) + entry]

@@ -9,7 +9,7 @@ one is not believed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 import itertools
 
@@ -35,7 +35,7 @@ from engb_core.signals.motion import MOST_OF_RATE, MOTION_BANDWIDTH
 from engb_core.signals.motion_band import outweighed_from, position_variance
 from engb_core.signals.sampling_noise import sampling_noise
 
-__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside']
+__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside', 'rings']
 
 RESONANCE = 'drivetrain_resonance'
 RIVAL = 'backlash'
@@ -241,30 +241,31 @@ def _values(fit: Fit) -> dict[str, float]:
     return fit.hypothesis.named(fit.vector, 0)
 
 
-def _damping(values: dict[str, float]) -> float:
+def _damping(values: Mapping[str, float]) -> float:
     """Return the damping ratio as a part of its bound."""
     return values['damping_ratio'] / next(
         parameter.high for parameter in get_effect(RESONANCE).parameters
         if parameter.name == 'damping_ratio')
 
 
-def _found(values: dict[str, float]) -> bool:
+def _found(values: Mapping[str, float]) -> bool:
     return _damping(values) < 0.97
 
 
+def rings(values: Mapping[str, float], bandwidth: float) -> bool:
+    """Whether a shaft of these parameters is one that rings, and none that only smooths noise and
+    timing within the comparison's `bandwidth` [Hz]."""
+    return (LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION
+            and (_found(values) or values['frequency'] < DAMPED_BELOW * bandwidth))
+
+
 def _rings(fit: Fit, fitter: Fitter) -> bool:
-    """Whether a finished fit of a shaft is one that rings: not one that only smooths noise and
-    timing, and not a stiff one."""
-    values = _values(fit)
-    if not LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION:
-        return False
-    if not _found(values):
-        return values['frequency'] < DAMPED_BELOW * fitter.problem.bandwidth
-    # Far above the band only a flank is seen, which goes by compliance, 1/frequency².
+    """Whether a finished fit of a shaft is one that rings, and not a stiff one: far above the band
+    only a flank is seen, which goes by compliance, 1/frequency²."""
     names = [parameter.name for parameter in get_effect(RESONANCE).parameters]
     place = len(fit.hypothesis.numbers) + names.index('frequency')
     deviation = vector_deviations(fit, fitter, by_noise_alone=True)[place]
-    return bool(2.0 * STANDS_OUT * deviation < 1.0)
+    return rings(_values(fit), fitter.problem.bandwidth) and 2.0 * STANDS_OUT * deviation < 1.0
 
 
 def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float) -> Resonance:
