@@ -275,7 +275,9 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
     low = min(float(motion.position.min()) for motion in motions)
     high = max(float(motion.position.max()) for motion in motions)
     nominal = nominal_vector(model)
-    load = float(np.abs(load_torques(nominal, np.linspace(low, high, 200))).max())
+    along = load_torques(nominal, np.linspace(low, high, 200))
+    # One that is the same everywhere acts as an offset: nothing that goes with load shows.
+    load = float(np.abs(along).max()) if np.ptp(along) > 0.0 else 0.0
     loads = np.concatenate([np.abs(load_torques(nominal, motion.position[_moves(motion)]))
                             for motion in motions])
     disc = [motion.disc_speed for motion in motions if motion.has_disc]

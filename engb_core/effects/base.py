@@ -124,7 +124,7 @@ class Scene:
 
     Attributes:
         duration: of the recording [s].
-        largest_effort, largest_load: [N·m].
+        largest_effort, largest_load: [N·m]; no load where it is the same everywhere.
         speed: the fastest one [rad/s].
         sampling: the usual time between two samples [s].
         position_range: from and to [rad].

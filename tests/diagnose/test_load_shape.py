@@ -16,14 +16,32 @@ from engb_core.diagnose.load_shape import (
     with_free_load_curve,
 )
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.search import search
+from engb_core.diagnose.search import physics_effects, search
 from engb_core.diagnose.selection import select
+from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
 from engb_core.effects.load_curve_shape import KNOTS
-from engb_core.model import EffectSetting, Model
+from engb_core.model import EffectSetting, LoadTorque, Model
+from engb_core.recording import Recording
 
 from .simulated_brake import brake_with, lively, NOMINAL
 
 STROKE = 20.0
+
+
+def test_a_load_that_is_the_same_everywhere_has_no_form():
+    """A weight that a spindle lifts: no recording tells its stiffness, its hysteresis, or a
+    friction that goes with it, and a table over the way would be one over time."""
+    time = np.arange(0.0, 8.0, 1e-3)
+    speed = 60.0 * (1.0 - np.exp(-time)) * np.sign(np.sin(0.7 * time) + 1e-9)
+    speed = np.convolve(speed, np.ones(200) / 200.0, 'same')
+    effort = 7.4e-5 * np.gradient(speed, time) + 1e-3 * speed + 0.02 * np.tanh(speed) + 0.01
+    recording = Recording('spindle', time, np.cumsum(speed) * 1e-3, effort)
+    model = replace(NOMINAL, load_torque=LoadTorque(coefficients=(0.01,)))
+    fitter = Fitter(problem_of([recording], model), 1)
+    assert not {'load_hysteresis', 'self_energizing', 'pad_creep'} & {
+        effect.id for effect in physics_effects(fitter)}
+    assert 'load_gain' not in [number.name for number in fitter.numbers]
+    assert not LOAD_CURVE_SHAPE.applies(fitter.problem.scene)
 
 
 def stiffer_at_the_end() -> EffectSetting:
