@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+from std_msgs.msg import Float64
 
 from engb_core.control.causes import Cause
 from engb_ros.can.codec import dbc_file, DriveCodec, DriveStatus
@@ -188,4 +189,23 @@ def test_torque_that_no_controller_asks_for_is_not_passed_on(runner, probe, bus)
         runner.wait_until(lambda value=value, count=count: told(value, count), count,
                           pause=probe.spin)
     assert max(message.effort[0] for message in states) <= 0.76
+    runner.stop()
+
+
+def test_torque_of_a_second_node_is_not_passed_on(runner, probe, bus):
+    bridge = Bridge(probe)
+    loop = closed_loop(runner, probe, can_drive(bus))
+
+    def intrude():
+        intruder = probe.node.create_publisher(Float64, EFFORT_COMMAND.name, 1)
+        begin, end = len(loop.states), time.monotonic() + 2.0
+        while time.monotonic() < end:
+            intruder.publish(Float64(data=-0.7))
+            loop.during(0.005)
+        probe.node.destroy_publisher(intruder)
+        angles = [message.position[0] for message in loop.states[begin:]]
+        return max(angles) - min(angles)
+
+    assert loop.undisturbed(intrude, 15.0) < 1.0
+    loop.until(lambda: int(bridge['commands_of_others'] or 0) > 100, 'the word')
     runner.stop()

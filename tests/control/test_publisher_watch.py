@@ -1,0 +1,135 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Of several publishers of torque a drive obeys one, and knows it by its messages' numbers."""
+
+import itertools
+import random
+
+import pytest
+
+from engb_core.control.publisher_watch import PublisherWatch
+
+CYCLE = 0.004
+
+
+class Publisher:
+    """Sends each `period` [s] from `begin` [s] on; its clock is `ahead` [s]."""
+
+    def __init__(self, name, period=CYCLE, begin=0.0, end=1e9, number=0, ahead=0.0, pauses=(),
+                 late=lambda: 0.0):
+        self.name, self.number, self.ahead = name, number, ahead
+        self.times = (begin + period * index + late() for index in itertools.count())
+        self.end, self.pauses = end, pauses
+
+    def messages(self, until):
+        for now in itertools.takewhile(lambda now: now < min(until, self.end), self.times):
+            if not any(begin < now < end for begin, end in self.pauses):
+                self.number += 1
+                yield now, self.name, self.number, now + self.ahead
+
+
+def obeyed(publishers, until, watch=None, lost=lambda index: False):
+    """Return [(time, name)] of the messages that are obeyed."""
+    watch = watch or PublisherWatch()
+    found = []
+    messages = sorted(message for publisher in publishers for message in publisher.messages(until))
+    for index, (now, name, number, sent) in enumerate(messages):
+        if not lost(index) and watch.obeys(now, number, sent):
+            found.append((now, name))
+    return found
+
+
+def count(found, name, begin=0.0, end=1e9):
+    return sum(1 for now, who in found if who == name and begin <= now < end)
+
+
+def test_one_publisher_is_obeyed_always():
+    assert count(obeyed([Publisher('controller')], 5.0), 'controller') == 1250
+
+
+@pytest.mark.parametrize('number', [0, 1, 50, 900, 5000])
+def test_a_single_message_of_a_stranger_is_not_obeyed(number):
+    controller = Publisher('controller')
+    stranger = Publisher('stranger', begin=4.001, end=4.002, number=number)
+    found = obeyed([controller, stranger], 8.0)
+    assert count(found, 'stranger') == 0
+    assert count(found, 'controller') == 2000
+
+
+@pytest.mark.parametrize('period', [0.0011, 0.0003, 0.0039, CYCLE, 0.02, 0.1])
+@pytest.mark.parametrize('begin', [0.5, 3.0])
+@pytest.mark.parametrize('ahead', [0.0, -3600.0])
+def test_a_stranger_who_goes_on_is_not_obeyed_also_when_he_overtakes(period, begin, ahead):
+    controller = Publisher('controller')
+    stranger = Publisher('stranger', period, begin + 0.0007, ahead=ahead)
+    found = obeyed([controller, stranger], 20.0)
+    assert count(found, 'stranger') == 0
+    assert count(found, 'controller') == 5000
+
+
+@pytest.mark.parametrize('period', [0.0005, 0.001, 0.002])
+@pytest.mark.parametrize('seed', range(5))
+def test_who_is_late_now_and_then_is_known_all_the_same(period, seed):
+    drawn = random.Random(seed)
+    controller = Publisher('controller', late=lambda: drawn.uniform(0.0, 0.9 * CYCLE))
+    stranger = Publisher('stranger', period, 2.0 + drawn.uniform(0.0, CYCLE),
+                         late=lambda: drawn.uniform(0.0, 0.9 * period))
+    found = obeyed([controller, stranger], 10.0)
+    assert count(found, 'stranger') < 25      # while one overtakes the other
+    assert count(found, 'controller') > 2475
+
+
+@pytest.mark.parametrize('stall', [0.03, 0.09, 0.3])
+def test_where_the_first_falls_silent_another_is_obeyed_until_it_speaks_again(stall):
+    controller = Publisher('controller', pauses=[(5.0, 5.0 + stall)])
+    stranger = Publisher('stranger', 0.001, 1.0005)
+    found = obeyed([controller, stranger], 20.0)
+    assert count(found, 'stranger', end=5.02) == count(found, 'stranger', 5.0 + stall + CYCLE) == 0
+    assert count(found, 'stranger') == pytest.approx((stall - 0.025) / 0.001, abs=10)
+    assert count(found, 'controller') == pytest.approx(5000 - stall / CYCLE, abs=1)
+
+
+def test_a_standby_is_obeyed_when_it_takes_over_and_has_its_place_then():
+    primary = Publisher('primary', end=5.0)
+    standby = Publisher('standby', begin=5.05)
+    stranger = Publisher('stranger', 0.02, 7.0)
+    found = obeyed([primary, standby, stranger], 10.0)
+    assert next(now for now, who in found if who == 'standby') == 5.05
+    assert count(found, 'stranger') == 0
+    assert count(found, 'standby') == pytest.approx(4.95 / CYCLE, abs=1)
+
+
+@pytest.mark.parametrize('period', [0.05, 0.1, 0.5])
+def test_a_slow_one_that_was_left_over_does_not_keep_a_controller_out(period):
+    left_over = Publisher('left over', period)
+    controller = Publisher('controller', begin=30.0)
+    found = obeyed([left_over, controller], 60.0)
+    assert count(found, 'left over', 40.0) == 0
+    assert count(found, 'controller', 40.0) == 5000
+
+
+def test_messages_that_are_lost_make_nobody_a_stranger():
+    controller = Publisher('controller')
+    found = obeyed([controller], 10.0, lost=lambda index: index % 7 in (1, 2, 3))
+    assert count(found, 'controller') == sum(index % 7 not in (1, 2, 3) for index in range(2500))
+
+
+def test_a_controller_that_starts_anew_is_obeyed():
+    for pause in (0.05, 0.5, 20.0):
+        found = obeyed([Publisher('old', end=5.0), Publisher('new', begin=5.0 + pause)],
+                       10.0 + pause)
+        assert count(found, 'new') == pytest.approx(1250, abs=1)
+
+
+def test_without_numbers_all_are_obeyed():
+    watch = PublisherWatch()
+    assert all(watch.obeys(0.001 * index, None, 0.0) for index in range(100))
+
+
+def test_many_publishers_do_not_fill_the_memory():
+    watch = PublisherWatch()
+    controller = Publisher('controller')
+    crowd = [Publisher(f'stranger {index}', 1.0, 2.0 + 0.0101 * index, number=1000 * (10 + index))
+             for index in range(200)]
+    found = obeyed([controller, *crowd], 10.0, watch)
+    assert {who for _, who in found} == {'controller'}
+    assert len(watch._publishers) <= 8
