@@ -73,8 +73,6 @@ setup(
         'proof': ['pysindy>=2.0', 'pyoperon>=0.6'],
     },
     entry_points={
-        # How engb_core, which knows no format, reads files: engb_core.read.
-        'engb.readers': ['engb_ros = engb_ros.reader:read'],
         'console_scripts': [
             'engb = engb_ros.commands.main:main',
             'plant = engb_ros.start:plant',

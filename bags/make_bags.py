@@ -22,13 +22,13 @@ import sys
 import yaml
 
 from engb_core.identify.procedure import identify
+from engb_core.io.bags.read import read_recording
+from engb_core.io.sealed import digest, opened, sealed
 from engb_core.model import Model
-from engb_ros.bags.read import read_recording
-from engb_ros.bench import Bench
 from engb_ros.files import NOMINAL_MODEL
-from engb_ros.probe import Probe
-from engb_ros.runner import reserved_domain, Runner
-from engb_ros.sealed import digest, opened, sealed
+from engb_ros.processes.bench import Bench
+from engb_ros.processes.probe import Probe
+from engb_ros.processes.runner import reserved_domain, Runner
 
 FOLDER = Path(__file__).resolve().parent
 NAMES = ('brake_1', 'brake_2', 'brake_3', 'brake_4')

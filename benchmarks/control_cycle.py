@@ -32,8 +32,8 @@ import time
 
 import numpy as np
 
-from benchmarks.page import write_table
-from engb_ros.transport import stay_on_this_computer
+from benchmarks.page import markdown, write_table
+from engb_ros.nodes.transport import stay_on_this_computer
 
 stay_on_this_computer(os.environ)
 
@@ -94,7 +94,7 @@ class Candidate:
     def start(self, domain: int, commands: bool) -> subprocess.Popen:
         """Start the process."""
         from engb_ros.files import config_file, TRUE_BRAKE
-        from engb_ros.runner import node_command
+        from engb_ros.processes.runner import node_command
         if self.node == 'bare echo':
             command = [sys.executable, '-c', ECHO, self.executor, self.namespace]
         else:
@@ -293,11 +293,6 @@ def rows(rate: float, found: dict[Candidate, list[Block]]) -> list[tuple[str, ..
     return made
 
 
-def markdown(lines: list[tuple[str, ...]]) -> str:
-    """Return lines as a Markdown table."""
-    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
-
-
 def main() -> int:
     """Measure and print a table."""
     parser = argparse.ArgumentParser(description=__doc__,
@@ -310,7 +305,7 @@ def main() -> int:
                         help='position commands to the controller (default: none)')
     parser.add_argument('--write', metavar='PAGE', help='page whose table is replaced')
     options = parser.parse_args()
-    from engb_ros.runner import reserved_domain
+    from engb_ros.processes.runner import reserved_domain
     lines = [HEAD, ('---',) * len(HEAD)]
     print(markdown(lines))
     with reserved_domain() as domain, running(domain, options.commands > 0.0) as processes:

@@ -23,9 +23,9 @@ import sys
 import numpy as np
 
 from benchmarks.faults import Fault, FAULTS, KEPT_ANGLE, LET_GO, UNTIMED
-from benchmarks.page import write_table
+from benchmarks.page import markdown, write_table
 from benchmarks.watched_loop import closed_loop, recover, wake, WatchedLoop
-from engb_ros.runner import RunnerError
+from engb_ros.processes.runner import RunnerError
 
 # The final clamp's with the default parameters [N·m]; and how long a ramp from full torque takes,
 # which goes down with each sample of the drive and so ends up to one after [s].
@@ -84,7 +84,7 @@ def table(rows: list[tuple[str, ...]], rounds: int) -> str:
     """Return the table of faults as Markdown."""
     head = ('fault', 'promised within', f'measured, median (largest) of {rounds}', 'in time',
             'reaction', 'test')
-    return '\n'.join('| ' + ' | '.join(row) + ' |' for row in (head, ('---',) * 6, *rows))
+    return markdown((head, ('---',) * len(head), *rows))
 
 
 def replace_rows(page: Path, rows: list[tuple[str, ...]]) -> None:

@@ -21,7 +21,7 @@ from engb_ros.interface import (
     RECORDED,
 )
 from engb_ros.nodes.messages import message_class
-from engb_ros.runner import node_command
+from engb_ros.processes.runner import node_command
 
 __all__ = ['BOUNDS', 'Fault', 'FAULTS', 'KEPT_ANGLE', 'LATENCY', 'LET_GO', 'Times',
            'UNTIMED']
@@ -201,7 +201,7 @@ def observer_killed(loop: WatchedLoop) -> Times:
 
 def recorder_killed(loop: WatchedLoop) -> Times:
     """Kill the recorder while it writes; see what is readable."""
-    from engb_ros.bags.read import read_recording
+    from engb_core.io.bags.read import read_recording
     with tempfile.TemporaryDirectory(prefix='engb_fault_') as folder:
         loop.runner.start('recorder', parameters={'bag': f'{folder}/bag'})
         loop.until(lambda: 'joint_states' in answer_of(loop, 'recorder', RECORDED)[1],

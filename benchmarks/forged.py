@@ -20,7 +20,7 @@ from pathlib import Path
 import sys
 from typing import NamedTuple
 
-from benchmarks.page import write_table
+from benchmarks.page import markdown, write_table
 from engb_core.bench.virtual_brake import DriveSettings, VirtualBrake
 from engb_core.control.brake_controller import BrakeController
 from engb_core.control.brake_settings import ControllerSettings, ForceSettings
@@ -143,7 +143,7 @@ def main() -> int:
         count = len(applied) * len(cases)
         lines.append((name, str(count), f'{worst:.2f}', str(faults)))
         print(' | '.join(lines[-1]), file=sys.stderr, flush=True)
-    text = '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
+    text = markdown(lines)
     print(text)
     if options.write:
         write_table(Path(options.write), 'forged', text)

@@ -22,8 +22,8 @@ import time
 
 import numpy as np
 
-from benchmarks.page import write_table
-from engb_ros.transport import stay_on_this_computer
+from benchmarks.page import markdown, write_table
+from engb_ros.nodes.transport import stay_on_this_computer
 
 stay_on_this_computer(os.environ)
 
@@ -101,7 +101,7 @@ def child(arguments: list[str]) -> int:
 def row(name: str, load: int, rate: float, seconds: float) -> tuple[str, ...] | None:
     """Return a line of the table; None where the system does not permit the options."""
     from engb_ros.files import config_file, TRUE_BRAKE
-    from engb_ros.runner import reserved_domain, Runner
+    from engb_ros.processes.runner import reserved_domain, Runner
     with reserved_domain() as domain, Runner(domain) as runner:
         controller = runner.start('controller', parameters={
             'model': os.fspath(TRUE_BRAKE), 'mechanism': os.fspath(config_file('mechanism.yaml')),
@@ -144,7 +144,7 @@ def main() -> int:
             if made is not None:
                 lines.append(made)
                 print(' | '.join(made), file=sys.stderr, flush=True)
-    text = '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
+    text = markdown(lines)
     print(text)
     if options.write:
         write_table(Path(options.write), 'jitter', text)

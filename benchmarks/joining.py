@@ -6,7 +6,7 @@
 A loop holds a brake at 200 Hz. Again and again a node that listens to its topics starts; half of
 them are killed (SIGKILL), the others end by themselves. Printed are the longest pauses of torque
 commands, and how many joins had one longer than a drive waits (0.1 s), with Fast DDS's UDP
-transport alone, and with its default, which shares memory (engb_ros/transport.py).
+transport alone, and with its default, which shares memory (engb_ros/nodes/transport.py).
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import argparse
 import sys
 import time
 
-from engb_ros.live_loop import LiveLoop
-from engb_ros.probe import Probe
-from engb_ros.runner import reserved_domain, Runner
+from engb_ros.processes.live_loop import LiveLoop
+from engb_ros.processes.probe import Probe
+from engb_ros.processes.runner import reserved_domain, Runner
 
 # A drive lets go after so long without a command [s].
 PATIENCE = 0.1

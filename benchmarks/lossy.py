@@ -25,10 +25,10 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from engb_core.control.causes import Cause
 from engb_ros.interface import JOINT_STATES
-from engb_ros.live_loop import LiveLoop
 from engb_ros.nodes.messages import message_class
-from engb_ros.probe import Probe
-from engb_ros.runner import reserved_domain, Runner
+from engb_ros.processes.live_loop import LiveLoop
+from engb_ros.processes.probe import Probe
+from engb_ros.processes.runner import reserved_domain, Runner
 
 __all__ = ['LossyWire', 'compiler', 'listen_to_what_comes']
 

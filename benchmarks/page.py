@@ -3,10 +3,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 import re
 
-__all__ = ['write_table']
+__all__ = ['markdown', 'write_table']
+
+
+def markdown(lines: Iterable[Sequence[str]]) -> str:
+    """Return lines as a Markdown table."""
+    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
 
 
 def write_table(page: Path, name: str, text: str) -> None:

@@ -67,7 +67,7 @@ def main() -> None:
 
 def make(path: Path, size: int, storage: str, compression: str) -> None:
     """Write a bag of `size` JointStates and Float64s."""
-    from engb_ros.bags.write import FloatTable, JointTable, write_bag
+    from engb_core.io.bags.write import FloatTable, JointTable, write_bag
     stamp = 1_767_000_000_000_000_000 + np.arange(size, dtype=np.int64) * 1_000_000
     time_ = np.arange(size) / 1000
     noise = np.random.default_rng(0).standard_normal(size)
@@ -88,7 +88,7 @@ def timed(action: Callable[[], None]) -> float:
 
 def read_engb(path: Path) -> None:
     """Read with this package."""
-    from engb_ros.bags.read import read_recording
+    from engb_core.io.bags.read import read_recording
     recording = read_recording(path)
     assert recording.signals['effort_command'].value.size == recording.time.size
 
@@ -128,7 +128,7 @@ def _peak() -> float:
 
 
 def _read_once(path: Path) -> None:
-    from engb_ros.bags.read import read_recording
+    from engb_core.io.bags.read import read_recording
     before = _peak()
     begin = time.process_time()
     recording = read_recording(path)

@@ -70,8 +70,8 @@ def timed(action: Callable[[], object]) -> tuple[float, float]:
 def ready(node: str) -> tuple[float, float]:
     """Return the wall seconds until a node is active, and the processor seconds of its life."""
     from engb_ros.interface import Service
-    from engb_ros.probe import Probe
-    from engb_ros.runner import reserved_domain, Runner
+    from engb_ros.processes.probe import Probe
+    from engb_ros.processes.runner import reserved_domain, Runner
     state = Service('~/get_state', 'lifecycle_msgs/srv/GetState', '')
     before = os.times()
     with tempfile.TemporaryDirectory() as folder, reserved_domain() as domain, \

@@ -18,10 +18,10 @@ from benchmarks.lossy import LossyWire
 from engb_core.control.causes import Cause
 from engb_ros.files import config_file, TRUE_BRAKE
 from engb_ros.interface import CLEAR_FAULTS, DIAGNOSTICS, DISTURBANCE, EFFORT_COMMAND, Service
-from engb_ros.live_loop import Drive, LiveLoop
 from engb_ros.nodes.messages import message_class
-from engb_ros.probe import Probe
-from engb_ros.runner import reserved_domain, Runner
+from engb_ros.processes.live_loop import Drive, LiveLoop
+from engb_ros.processes.probe import Probe
+from engb_ros.processes.runner import reserved_domain, Runner
 
 __all__ = ['RATE', 'SPOILT', 'WatchedLoop', 'answer_of', 'closed_loop', 'nanoseconds', 'recover',
            'wake']

@@ -1,15 +1,10 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""What `import engb_core as engb` offers: read, diagnose, predict and simulate from Python.
-
-Bags and tables are read by whoever registered a reader (entry points of the group
-`engb.readers`, a function of path and model each), so that this package needs to know no format.
-"""
+"""What `import engb_core as engb` offers: read, diagnose, predict and simulate from Python."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from importlib.metadata import entry_points
 import os
 from pathlib import Path
 from typing import Any
@@ -26,7 +21,6 @@ from engb_core.recording import Reference, Signal
 __all__ = ['Diagnosis', 'Recording', 'diagnose', 'load_model', 'predict', 'read', 'simulate']
 
 Array = NDArray[np.float64]
-READERS = 'engb.readers'
 
 
 def Recording(time: ArrayLike, position: ArrayLike, effort: ArrayLike,
@@ -58,20 +52,24 @@ def read(path: str | os.PathLike[str], model: Model | None = None) -> Run:
     """Read a recording (a bag's folder, .mcap, .db3) or a table (.csv, .mat, .parquet, …).
 
     Args:
-        path: what to read; ROS need not be there.
+        path: what to read; needs neither ROS nor engb_ros.
         model: tells the joint's name, and the torque constant where effort is a current.
 
     Raises:
-        InputError: not readable, something is missing, or no reader is installed.
+        InputError: not readable, or something is missing that the table does not tell.
     """
-    readers = sorted(entry_points(group=READERS), key=lambda entry: entry.name)
-    if not readers:
-        raise InputError(f'{path}: no reader is installed (entry point {READERS}); install '
-                         'engb_ros anew (pip install -e .), or give arrays to engb.Recording')
+    from engb_core.io.tables.open import is_table
     if not Path(path).exists():
         raise InputError(f'{path}: there is no such file or folder')
-    found: Run = readers[0].load()(path, model)
-    return found
+    name = None if model is None else model.joint.name
+    if not is_table(str(path)):
+        from engb_core.io.bags.read import read_recording
+        return read_recording(path, name, effort_optional=True)
+    from engb_core.io.tables.measure import measured_of
+    from engb_core.io.tables.request import Request
+    constant = None if model is None else model.motor.torque_constant
+    measured, _ = measured_of(path, Request(torque_constant=constant))
+    return measured.recording(name or 'motor')
 
 
 def load_model(path: str | os.PathLike[str]) -> Model:

@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from engb_core.errors import InputError
-from engb_core.yaml_text import check_keys, key_text, list_at, load_yaml, number_at, shown
+from engb_core.text.yaml_text import check_keys, key_text, list_at, load_yaml, number_at, shown
 
 __all__ = ['Cogging', 'Controller', 'EffectSetting', 'Friction', 'Joint', 'LoadTorque', 'Model',
            'Motor']

@@ -40,7 +40,7 @@ def outcomes(tmp_path_factory):
     (root / 'tests' / 'machine.py').write_text(
         (HERE / 'machine.py').read_text() + '\nMOST = FULL = -1.0\n')
     lines = ['import subprocess', 'import pytest',
-             'from engb_ros.runner import RunnerError, RunnerTimeout',
+             'from engb_ros.processes.runner import RunnerError, RunnerTimeout',
              'def ran(name):\n    with open("ran", "a") as file:\n        print(name, file=file)']
     for name, statement in {**LATE, **BROKEN}.items():
         lines.append(f'def test_{name}():\n    ran("{name}")\n    {statement}')

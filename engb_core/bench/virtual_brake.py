@@ -12,7 +12,7 @@ from engb_core.bench.sensors import SensorChain, SensorSettings
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
 from engb_core.physics.simulation import BrakePlant
-from engb_core.yaml_text import load_yaml, shown
+from engb_core.text.yaml_text import load_yaml, shown
 
 if TYPE_CHECKING:
     from engb_core.bench.brake import BenchBrake

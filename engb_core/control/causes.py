@@ -41,6 +41,11 @@ class Stop(Enum):
 class Cause(IntFlag):
     """One bit per cause."""
 
+    @property
+    def key(self) -> str:
+        """Its name as parameters, diagnostics and pages write it."""
+        return str(self.name).lower()
+
     COMMAND_STALE = 1 << 0
     COMMAND_NOT_FINITE = 1 << 1
     COMMAND_OUT_OF_RANGE = 1 << 2

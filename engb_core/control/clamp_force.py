@@ -17,7 +17,7 @@ from engb_core.errors import InputError
 from engb_core.mechanism.kinematics import Mechanism
 from engb_core.mechanism.statics import efficiency_load_gain
 from engb_core.model import Model
-from engb_core.yaml_text import load_yaml
+from engb_core.text.yaml_text import load_yaml
 
 __all__ = ['ClampForceEstimator', 'ClampForceMap', 'EstimatorSettings', 'read_mechanism']
 

@@ -72,8 +72,7 @@ def at_full_bandwidth(fitter: Fitter, explanation: Explanation) -> CorrectedMode
     samples or coarse counts tell no sharper motion. The models, and what is told of the effects,
     are means over which of the file's numbers stand."""
     fit = explanation.fit
-    corner = MOST_OF_RATE / fitter.problem.scene.sampling
-    if is_multimodal(fit) or fitter.problem.coarse or corner < SHARPER * MOTION_BANDWIDTH:
+    if not _is_told_sharper(fitter, fit):
         averaged = with_averaged_numbers(fitter, fit)
         return CorrectedModels(explanation, _models(explanation, averaged.vector),
                                explained_problem(fitter, fit), averaged)
@@ -99,10 +98,22 @@ def fitted_to_all(fitter: Fitter, told: CorrectedModels, place: int) -> Model:
                                         for run in problem.runs))
     other = Fitter(whole, fitter.threads, fitter.earlier, fitter.load_shape)
     fit = told.explanation.fit
-    moved = other.finish(other.refine(other.evaluate(fit.hypothesis, fit.vector)))
-    table = None if told.explanation.table is None else best_table(other, moved)
-    return at_full_bandwidth(other, replace(told.explanation, fit=moved, table=table),
-                             ).models[place - len(told.models)]
+    moved = other.refine(other.evaluate(fit.hypothesis, fit.vector))
+    explanation = replace(told.explanation, fit=moved)
+    if not _is_told_sharper(other, moved):
+        # Else both are fitted once more, to the sharper motion.
+        moved = other.finish(moved)
+        table = None if explanation.table is None else best_table(other, moved)
+        explanation = replace(explanation, fit=moved, table=table)
+    return at_full_bandwidth(other, explanation).models[place - len(told.models)]
+
+
+def _is_told_sharper(fitter: Fitter, fit: Fit) -> bool:
+    """Whether the recordings tell a motion so sharp that the numbers are fitted to it, and the
+    cost has no minima that a few steps downhill would miss."""
+    corner = MOST_OF_RATE / fitter.problem.scene.sampling
+    return not (is_multimodal(fit) or fitter.problem.coarse
+                or corner < SHARPER * MOTION_BANDWIDTH)
 
 
 def _models(explanation: Explanation, mean: Array) -> tuple[Model, ...]:

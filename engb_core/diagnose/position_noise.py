@@ -24,7 +24,7 @@ from engb_core.recording import Recording
 from engb_core.signals.filtering import Comparison
 from engb_core.signals.motion import Motion, motion_of, passing
 from engb_core.signals.motion_band import count_of
-from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
+from engb_core.signals.sampling_noise import SamplingNoise
 
 __all__ = ['position_noise']
 
@@ -37,7 +37,7 @@ SEED = 20
 
 
 def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
-                   physics: Physics, counts_alone: bool = False) -> Array:
+                   physics: Physics, noise: SamplingNoise | None) -> Array:
     """Return the standard deviation (m,) [N·m] that counts, noise and times of the position put
     into the filtered effort of the motion.
 
@@ -46,17 +46,18 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
         motion: derived from it; stands for the true one.
         comparison: the filter through which both sides pass.
         physics: of the model, which says how motion becomes effort.
-        counts_alone: the counts of the smoothed motion, rounded alike, and nothing else: what the
-            constants of the wide band (wide_band.py) were counted with, which is too little.
+        noise: of the recording; None: the counts of the smoothed motion, rounded alike, and
+            nothing else, which is too little: what the constants of the wide band (wide_band.py)
+            were counted with.
     """
     count = count_of(recording.position)
-    noise = SamplingNoise(0.0, 0.0) if counts_alone else sampling_noise(recording)
+    fast = passing(recording) & (noise is not None)
+    noise = noise or SamplingNoise(0.0, 0.0)
     if count <= 0.0 and noise.white == noise.jitter == 0.0:
         return np.zeros(comparison.grid.size)
     # Counts are a part of the noise that is seen.
     own = np.sqrt(max(noise.white ** 2 - count ** 2 / 12.0, 0.0))
     random = np.random.default_rng(SEED)
-    fast = passing(recording) & (not counts_alone)
     drawn_efforts = np.empty((DRAWS, comparison.grid.size))
     for draw in range(DRAWS):
         # Where several counts pass between samples the roundings are independent of one another

@@ -32,15 +32,16 @@ from engb_core.signals.filtering import (
 )
 from engb_core.signals.motion import (
     filtered,
+    gaussian_kernel,
     MOST_OF_RATE,
     Motion,
     MOTION_BANDWIDTH,
     motion_of,
 )
 from engb_core.signals.motion_band import COMPARED, outweighed_from, told_up_to
-from engb_core.signals.order_spectrum import line_amplitude, order_spectrum
+from engb_core.signals.order_periodogram import line_amplitude, order_periodogram
 from engb_core.signals.position_error import effort_of_recording
-from engb_core.signals.sampling_noise import sampling_noise
+from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
 from engb_core.signals.sharp_motion import sharp_motion_of
 
 __all__ = ['Problem', 'holding', 'Run', 'problem_of', 'sharper']
@@ -204,34 +205,35 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     by_counts = bandwidth is None
     told = [told_up_to(recording, model.motor.inertia) if by_counts else np.inf
             for recording in (*recordings, *held_out)]
+    noises = [sampling_noise(recording) if by_counts else None
+              for recording in (*recordings, *held_out)]
     if bandwidth is None:
         most = min(OF_RATE / recording.interval for recording in recordings)
         bandwidth = min(COMPARED, most)
-        passes = max(_line_above(recording, model, bandwidth, highest)
-                     for recording, highest in zip(recordings, told, strict=False))
+        passes = max(_line_above(recording, model, bandwidth, highest, noise)
+                     for recording, highest, noise in zip(recordings, told, noises, strict=False)
+                     if noise is not None)
         if passes > bandwidth:
             bandwidth = min(passes, most)
             motion_bandwidth *= bandwidth / COMPARED
     motions = [motion_of(recording, highest if highest < COMPARED else motion_bandwidth)
                for recording, highest in zip((*recordings, *held_out), told, strict=True)]
-    motions, others = motions[:len(recordings)], motions[len(recordings):]
-    scene = _scene(recordings, motions, model)
-    slowest = slowest_speed(motions, model.friction.saturation_velocity, scene.speed)
+    fitted = motions[:len(recordings)]
+    scene = _scene(recordings, fitted, model)
+    slowest = slowest_speed(fitted, model.friction.saturation_velocity, scene.speed)
     physics = physics_of(model)
 
-    def ready(recording: Recording, motion: Motion, highest: float, judged: bool) -> Run:
+    def ready(recording: Recording, motion: Motion, highest: float, noise: SamplingNoise | None,
+              judged: bool) -> Run:
         corner = min(bandwidth, highest)
         comparison = comparison_of(motion, corner, slowest, before_stop)
         run = _run(recording, motion, comparison, corner, judged,
-                   position_noise(recording, motion, comparison, physics, not by_counts), physics)
+                   position_noise(recording, motion, comparison, physics, noise), physics)
         return replace(run, coarse=highest < COMPARED)
 
-    runs = tuple(ready(recording, motion, highest, False)
-                 for recording, motion, highest in zip(
-                     recordings, motions, told[:len(recordings)], strict=True))
-    judged = tuple(ready(recording, motion, highest, True)
-                   for recording, motion, highest in zip(
-                       held_out, others, told[len(recordings):], strict=True))
+    every = tuple(ready(*given, place >= len(recordings)) for place, given in enumerate(
+        zip((*recordings, *held_out), motions, told, noises, strict=True)))
+    runs, judged = every[:len(recordings)], every[len(recordings):]
     points = sum(int(run.fitted.sum()) for run in runs)
     if points < LEAST_POINTS:
         raise InputError(
@@ -299,7 +301,8 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
         commanded=all(motion.commanded is not None for motion in motions))
 
 
-def _line_above(recording: Recording, model: Model, bandwidth: float, highest: float) -> float:
+def _line_above(recording: Recording, model: Model, bandwidth: float, highest: float,
+                noise: SamplingNoise) -> float:
     """Return the frequency [Hz] at which the strongest torque that turns with the shaft passes at
     the motion's median speed, where it stands out above a band; 0 where none does.
 
@@ -311,10 +314,11 @@ def _line_above(recording: Recording, model: Model, bandwidth: float, highest: f
         model: what it is held against.
         bandwidth: corner of the band [Hz].
         highest: up to where the position's counts tell the torque [Hz].
+        noise: of the position.
     """
-    inertia, above = model.motor.inertia, ABOVE_BAND * bandwidth
+    inertia, corner = model.motor.inertia, ABOVE_BAND * bandwidth
     motion = motion_of(recording, min(highest, MOST_OF_RATE / recording.interval))
-    variance = float(np.mean(sampling_noise(recording).of(motion.velocity) ** 2))
+    variance = float(np.mean(noise.of(motion.velocity) ** 2))
     most = min(OF_RATE / recording.interval, highest,
                outweighed_from(recording, inertia, variance))
     if most <= bandwidth:
@@ -322,11 +326,12 @@ def _line_above(recording: Recording, model: Model, bandwidth: float, highest: f
     moving = judgeable(motion, slowest_speed([motion], model.friction.saturation_velocity,
                                              motion.speed))
     left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics_of(model))
-    order = order_spectrum(motion, moving, above, left).strongest_line(LINE_LEVEL)
+    above = left - filtered(left, gaussian_kernel(corner, motion.step))
+    order = order_periodogram(motion, moving, corner, above).strongest_line(LINE_LEVEL)
     if order is None:
         return 0.0
     # At a constant speed all that counts do may be such a line.
-    amplitude, fourth_power = line_amplitude(motion, moving, above, left, order)
+    amplitude, fourth_power = line_amplitude(motion, moving, corner, above, order)
     if 0.5 * amplitude ** 2 < inertia ** 2 * fourth_power * variance:
         return 0.0
     usual = float(np.median(np.abs(motion.velocity[moving])))
@@ -415,14 +420,8 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
                       * comparison.noise_gain_whole)
     if low is None:
         left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
-        above = noise_above_band(motion, comparison, bandwidth, motion.effort, left)
-        # What turns with the shaft is no noise.
-        between = [order_spectrum(motion, comparison.weight > 0.0,
-                                  min(ABOVE_BAND * bandwidth, 0.2 / motion.step), signal).noise()
-                   for signal in (motion.effort, left)]
-        above = min([above, *(level * comparison.noise_gain_whole
-                              for level in between if level is not None)])
-        low = max(noise_of(recording.effort) * comparison.noise_gain_whole, above)
+        low = max(noise_of(recording.effort) * comparison.noise_gain_whole,
+                  noise_above_band(motion, comparison, bandwidth, motion.effort, left))
     noise = max(low, resolution) / np.sqrt(comparison.scale)
     noise = np.hypot(noise, counts)
     smooth = filtered(motion.effort, comparison.taps)

@@ -16,7 +16,8 @@ import os
 from pathlib import Path
 import tempfile
 
-from engb_core.report.figures import BACKENDS, best_backend, Figure, POINTS, render
+from engb_core.report.figures import Figure, POINTS
+from engb_core.report.render.backends import BACKENDS, best_backend, render
 from engb_core.report.style import SCRIPT, style_sheet
 from engb_core.report.text import escape, Html, join
 
@@ -172,7 +173,7 @@ class Page:
             raise ValueError('details are still open')
         scripts = []
         if self.backend == 'plotly' and self._figures:
-            from engb_core.report.plotly_figure import plotly_script
+            from engb_core.report.render.plotly_figure import plotly_script
             scripts.append(plotly_script())
         scripts.append(SCRIPT)
         digests = ' '.join(f"'sha256-{_digest(script)}'" for script in scripts)

@@ -19,7 +19,7 @@ from engb_core.model import Model
 from engb_core.physics.command_law import command_law
 from engb_core.recording import Recording, Signal
 from engb_core.signals.motion import CUT_OFF, quantum_of
-from engb_core.signals.sampling_noise import sampling_noise
+from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
 from engb_core.signals.stamps import evenly_timed, stamps_vary, VARY
 
 __all__ = ['DataFault', 'cleaned']
@@ -53,9 +53,11 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
     taken, and what is wrong with it."""
     repeated = _repeated(recording)
     # What is repeated has the stamps of the log, not of its source.
-    faults: list[DataFault] = [] if repeated else _jitter(recording)
-    recording = recording if repeated else evenly_timed(recording)
-    position_bad = _impossible(recording, model)
+    timed = recording if repeated else evenly_timed(recording)
+    noise = sampling_noise(timed)
+    faults: list[DataFault] = [] if repeated else _jitter(recording, timed, noise)
+    recording = timed
+    position_bad = _impossible(recording, model, noise)
     effort_bad = _spikes(recording.effort)
     for bad, what in ((position_bad, 'position'), (effort_bad, 'effort')):
         if bad.any():
@@ -106,7 +108,7 @@ def _away_and_back(values: Array, count: int, when: Array | None = None) -> tupl
     return least, after - before
 
 
-def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
+def _impossible(recording: Recording, model: Model, noise: SamplingNoise) -> NDArray[np.bool_]:
     """Return which positions (n,) a shaft cannot have had: the drive's whole torque and as much
     load, for and against it, would not bring it there and back in the time, nor is it the noise
     of the encoder or of the times at which it is read."""
@@ -118,8 +120,8 @@ def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
         # Without a torque nothing bounds what the shaft can have done.
         return bad
     speed = np.abs(np.gradient(position, recording.time)) if position.size > 1 else position
-    noise = float(norm.isf(0.5 * CHANCE / max(position.size, 2))) * sampling_noise(
-        recording).of(median_filter(speed, 2 * LONGEST_GLITCH + 3))
+    by_noise = float(norm.isf(0.5 * CHANCE / max(position.size, 2))) * noise.of(
+        median_filter(speed, 2 * LONGEST_GLITCH + 3))
     for count in range(1, LONGEST_GLITCH + 1):
         if position.size < count + 4:
             break
@@ -128,7 +130,7 @@ def _impossible(recording: Recording, model: Model) -> NDArray[np.bool_]:
         by_stamps, _ = _away_and_back(position, count, recording.time)
         off = np.where(np.abs(by_stamps) < np.abs(off), by_stamps, off)
         reach = (0.125 * most * ((count + 1) * interval) ** 2 + 2.0 * quantum
-                 + noise[1:off.size + 1])
+                 + by_noise[1:off.size + 1])
         # Beside it the motion goes on as if nothing were: a step that stays is no glitch.
         stays = _beyond_motion(position, between, count)
         found = np.flatnonzero((np.abs(off) > reach) & (stays < STAYS * np.abs(off)))
@@ -182,16 +184,17 @@ def _lost(recording: Recording) -> list[DataFault]:
         'judged there. Look at the recorder and its queue.')]
 
 
-def _jitter(recording: Recording) -> list[DataFault]:
+def _jitter(recording: Recording, timed: Recording, noise: SamplingNoise) -> list[DataFault]:
+    """Of a recording as it is stamped and as it was taken, with the noise of the latter."""
     spread = stamps_vary(recording)
     if spread == 0.0:
-        jitter = sampling_noise(recording).jitter
+        jitter = noise.jitter
         return [] if jitter < VARY * recording.interval else [DataFault(
             'jittering_stamps', recording.name, 0.0, recording.duration,
             f'The stamps are {recording.interval * 1e3:.3g} ms apart, but the samples are taken '
             f'{jitter * 1e3:.2g} ms before or after them (standard deviation, by the positions). '
             'Stamp the samples where they are taken.')]
-    even = '' if evenly_timed(recording) is recording else \
+    even = '' if timed is recording else \
         'The positions say that the samples were taken evenly: they are used so. '
     return [DataFault(
         'jittering_stamps', recording.name, 0.0, recording.duration,

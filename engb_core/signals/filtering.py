@@ -18,6 +18,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from engb_core.physics.compiled import compiled
 from engb_core.signals.motion import filtered, gaussian_kernel, Motion
+from engb_core.signals.order_periodogram import order_periodogram
 
 __all__ = ['ABOVE_BAND', 'Comparison', 'comparison_of', 'judgeable', 'low_passed_noise',
            'noise_above_band', 'noise_of', 'slowest_speed']
@@ -147,7 +148,8 @@ def noise_above_band(motion: Motion, comparison: Comparison, bandwidth: float,
 
     A current sensor's noise is coloured, and differences of neighbouring samples see only its
     fastest part. Between the comparison's corner and the motion's own the effort holds noise and,
-    in a few places, the edges of a motion, which the median passes over.
+    in a few places, the edges of a motion, which the median passes over. What turns with the shaft
+    is there all the time, and no noise: between its orders lies the noise, too. The less is told.
 
     Args:
         motion: the run.
@@ -167,9 +169,13 @@ def noise_above_band(motion: Motion, comparison: Comparison, bandwidth: float,
     inset = (both.size - first.size) // 2
     taps[inset:inset + first.size] += first
     gain = float(np.sqrt(np.sum(taps ** 2)))
-    least = min(float(np.median(np.abs((signal - filtered(signal, below))[moving])))
-                for signal in signals)
-    return 1.4826 * least / gain * comparison.noise_gain_whole
+    told = []
+    for signal in signals:
+        above = signal - filtered(signal, below)
+        told.append(1.4826 * float(np.median(np.abs(above[moving]))) / gain)
+        between = order_periodogram(motion, moving, corner, above).noise()
+        told += [] if between is None else [between]
+    return min(told) * comparison.noise_gain_whole
 
 
 def low_passed_noise(motion: Motion, comparison: Comparison, stride: int) -> float | None:

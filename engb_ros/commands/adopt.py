@@ -20,9 +20,9 @@ from typing import Any
 
 from engb_core.effects.catalogue import catalogue, own_effects_folder
 from engb_core.errors import InputError
+from engb_core.io.outputs import folder_output
 from engb_core.model import Model
-from engb_core.printable import printable
-from engb_ros.outputs import folder_output
+from engb_core.text.printable import printable
 
 __all__ = ['add_arguments', 'run']
 

@@ -12,8 +12,8 @@ import sys
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
-from engb_core.printable import printable
-from engb_ros.outputs import file_output, folder_output
+from engb_core.io.outputs import file_output, folder_output
+from engb_core.text.printable import printable
 
 if TYPE_CHECKING:
     from engb_core.model import Model
@@ -99,8 +99,8 @@ def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | 
     """
     import dataclasses
 
-    from engb_ros.bags.read import read_recording
-    from engb_ros.tables.open import is_table
+    from engb_core.io.bags.read import read_recording
+    from engb_core.io.tables.open import is_table
     seen: set[str] = set()
     for path in paths:
         real = os.path.realpath(path)

@@ -22,12 +22,12 @@ import time
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_core.io.outputs import folder_output
 from engb_ros.commands import diagnose
-from engb_ros.outputs import folder_output
 
 if TYPE_CHECKING:
     from engb_core.model import Model
-    from engb_ros.bench import BenchProgress
+    from engb_ros.processes.bench import BenchProgress
 
 __all__ = ['add_arguments', 'run']
 
@@ -84,9 +84,9 @@ def _chosen_bag(name: str | None) -> Path | None:
 
 
 def _record(bag: Path, rate: float) -> None:
-    from engb_ros.bench import Bench
-    from engb_ros.probe import Probe
-    from engb_ros.runner import reserved_domain, Runner, RunnerError
+    from engb_ros.processes.bench import Bench
+    from engb_ros.processes.probe import Probe
+    from engb_ros.processes.runner import reserved_domain, Runner, RunnerError
     _heading('1. A brake, its controller, its observer and a recorder, each a process of its own')
     try:
         with reserved_domain() as domain, Runner(domain) as runner, Probe(domain) as probe:
@@ -114,8 +114,8 @@ def _record(bag: Path, rate: float) -> None:
 
 def _identify(bag: Path, model_path: Path) -> None:
     from engb_core.identify.procedure import identify
+    from engb_core.io.bags.read import read_recording
     from engb_core.model import Model
-    from engb_ros.bags.read import read_recording
     from engb_ros.files import NOMINAL_MODEL, TRUE_BRAKE
     _heading('3. Identifying the model from that bag (steps 2 to 6 of the paper)')
     found = identify([read_recording(str(bag))], Model.read(NOMINAL_MODEL),
@@ -149,8 +149,8 @@ def _compared(model: Model, true: Model) -> Iterator[tuple[str, str, float, floa
 
 
 def _diagnose(folder: Path, out: Path) -> None:
+    from engb_core.io.sealed import digest, opened
     from engb_ros.commands.main import run_command
-    from engb_ros.sealed import digest, opened
     sealed = (folder / 'truth.sealed').read_text(encoding='ascii')
     _heading(f'4. Diagnosing {folder.name}: a brake with something that its model leaves out')
     print(f'   what it is, is sealed; the seal\'s SHA-256: {digest(sealed)}')

@@ -35,7 +35,8 @@ from pathlib import Path
 import textwrap
 from typing import TYPE_CHECKING
 
-from engb_core.printable import printable
+from engb_core.errors import computing
+from engb_core.text.printable import printable
 from engb_ros.commands.common import (
     add_effects,
     add_namespace,
@@ -58,7 +59,6 @@ from engb_ros.commands.nominal_source import (
     simulator_paths,
     SURROGATE,
 )
-from engb_ros.numerics import computing
 
 if TYPE_CHECKING:
     from engb_core.diagnose.diagnosis import Diagnosis, NextExperiment

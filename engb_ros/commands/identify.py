@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import argparse
 
-from engb_core.printable import printable
+from engb_core.errors import computing
+from engb_core.text.printable import printable
 from engb_ros.commands.common import (
     add_model,
     add_namespace,
@@ -23,7 +24,6 @@ from engb_ros.commands.common import (
     Progress,
     read_recordings,
 )
-from engb_ros.numerics import computing
 
 __all__ = ['add_arguments', 'run']
 

@@ -32,13 +32,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
-from engb_core.printable import printable
+from engb_core.io.outputs import recording_output
+from engb_core.text.printable import printable
 from engb_ros.commands.table_options import add_table_options, request_of
-from engb_ros.outputs import recording_output
 
 if TYPE_CHECKING:
-    from engb_ros.tables.measure import Measured
-    from engb_ros.tables.request import Request
+    from engb_core.io.tables.measure import Measured
+    from engb_core.io.tables.request import Request
 
 __all__ = ['add_arguments', 'run', 'write_recording']
 
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError('--out is missing: name the recording to be made (or give --list)')
     request = request_of(arguments, plain_is_si=True)
     _check(arguments, request)
-    from engb_ros.tables.measure import measured_of
+    from engb_core.io.tables.measure import measured_of
     with recording_output(arguments.out, arguments.force, [arguments.table],
                           f'--out {arguments.out}') as made:
         measured, _ = measured_of(arguments.table, request)
@@ -88,8 +88,8 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _listing(path: str) -> str:
-    from engb_ros.tables.open import open_table
-    from engb_ros.tables.roles import roles_of
+    from engb_core.io.tables.open import open_table
+    from engb_core.io.tables.roles import roles_of
     table = open_table(path)
     roles = roles_of(table, {})
     taken = {place: role for role, place in roles.chosen.items()}
@@ -127,7 +127,7 @@ def write_recording(path: Path, measured: Measured, joint: str = 'motor',
     """
     import numpy as np
 
-    from engb_ros.bags.write import FloatTable, JointTable, write_bag
+    from engb_core.io.bags.write import FloatTable, JointTable, write_bag
     good = np.isfinite(measured.time)
     time = measured.time[good]
     if time.size and time.min() < 0.0:

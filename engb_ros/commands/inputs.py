@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
-from engb_core.printable import printable
+from engb_core.text.printable import printable
 from engb_ros.commands.common import read_recordings
 from engb_ros.commands.table_options import add_table_options, request_of
 
 if TYPE_CHECKING:
     from engb_core.identify.first_model import FirstModel
+    from engb_core.io.tables.measure import Measured
+    from engb_core.io.tables.request import Request
     from engb_core.model import Joint, Model
     from engb_core.recording import Recording
-    from engb_ros.tables.measure import Measured
-    from engb_ros.tables.request import Request
 
 __all__ = ['Inputs', 'add_table_options', 'read_inputs', 'recording_names', 'request_of',
            'write_first_model', 'write_inputs']
@@ -39,7 +39,7 @@ class Inputs:
 
 def recording_names(paths: Sequence[str]) -> tuple[str, ...]:
     """Return the names under which tables among `paths` are written as recordings."""
-    from engb_ros.tables.open import is_table
+    from engb_core.io.tables.open import is_table
     return tuple(_recording_name(path) for path in paths if is_table(path))
 
 
@@ -57,10 +57,10 @@ def read_inputs(paths: Sequence[str], model: Model | None, namespace: str | None
         InputError: one can't be read, does not tell all that is needed, or they are of different
             kinds of axis.
     """
+    from engb_core.io.tables.measure import measured_of
+    from engb_core.io.tables.open import is_table
     from engb_core.model import Joint
     from engb_core.signals.absent_effort import with_effort
-    from engb_ros.tables.measure import measured_of
-    from engb_ros.tables.open import is_table
     names = recording_names(paths)
     if len(set(names)) < len(names):
         raise InputError('two tables have the same name; rename one')

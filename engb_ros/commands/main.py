@@ -20,7 +20,7 @@ from types import FrameType, ModuleType
 from typing import Any, NoReturn
 
 from engb_core.errors import InputError
-from engb_core.printable import make_printable, printable
+from engb_core.text.printable import make_printable, printable
 
 __all__ = ['main', 'run_command']
 

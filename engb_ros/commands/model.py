@@ -20,7 +20,8 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from engb_core.printable import printable
+from engb_core.errors import computing, InputError
+from engb_core.text.printable import printable
 from engb_ros.commands.common import add_namespace, add_progress, folder_output, Progress
 from engb_ros.commands.inputs import (
     add_table_options,
@@ -28,7 +29,6 @@ from engb_ros.commands.inputs import (
     request_of,
     write_first_model,
 )
-from engb_ros.numerics import computing
 
 __all__ = ['add_arguments', 'run']
 
@@ -48,7 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    from engb_core.errors import InputError
     out = Path(arguments.out)
     if out.suffix != '.yaml':
         raise InputError(f'--out {arguments.out}: the name must end in .yaml')

@@ -13,9 +13,9 @@ from engb_core.errors import InputError
 from engb_ros.commands.inputs import read_inputs
 
 if TYPE_CHECKING:
+    from engb_core.io.tables.request import Request
     from engb_core.model import Joint, Model
     from engb_core.recording import Recording
-    from engb_ros.tables.request import Request
 
 __all__ = ['SURROGATE', 'Simulator', 'add_nominal', 'model_given', 'simulator_of',
            'simulator_paths']

@@ -17,8 +17,8 @@ from __future__ import annotations
 import argparse
 from typing import Any, cast
 
-from engb_core.errors import InputError
-from engb_core.printable import printable
+from engb_core.errors import computing, InputError
+from engb_core.text.printable import printable
 from engb_ros.commands.common import (
     add_effects,
     add_model,
@@ -28,7 +28,6 @@ from engb_ros.commands.common import (
     Progress,
     read_recordings,
 )
-from engb_ros.numerics import computing
 
 __all__ = ['add_arguments', 'run']
 

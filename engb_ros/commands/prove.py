@@ -40,7 +40,7 @@ import sys
 from types import ModuleType
 
 from engb_core.errors import InputError
-from engb_core.printable import printable
+from engb_core.text.printable import printable
 from engb_ros.commands.common import add_progress, Progress
 
 __all__ = ['add_arguments', 'run']
@@ -237,7 +237,7 @@ def _baseline(one: dict) -> str:
 
 
 def _open(path: str, diagnosis: str | None) -> None:
-    from engb_ros.sealed import digest, opened
+    from engb_core.io.sealed import digest, opened
     try:
         text = Path(path).read_text('ascii')
         truth = opened(text)

@@ -23,8 +23,8 @@ import time
 
 from engb_core.errors import InputError
 from engb_core.model import Model
-from engb_core.printable import printable
 from engb_core.recording import Recording
+from engb_core.text.printable import printable
 from engb_ros.commands.common import add_progress, folder_output, Progress
 
 __all__ = ['add_arguments', 'run']
@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _opened(folder: Path):
-    from engb_ros.sealed_brakes import open_all
+    from engb_ros.experiments.sealed_brakes import open_all
     return open_all(folder, 'They ran on live nodes, with observer and identifier, when the bags '
                     'kept with the package were made; what was found then is kept beside each '
                     'seal.')
@@ -105,8 +105,8 @@ def _opened(folder: Path):
 def _sealed(folder: Path, count: int, seed: int, progress: Progress):
     if not count:
         return None
-    from engb_ros.runner import RunnerError
-    from engb_ros.sealed_brakes import identify_sealed, open_all
+    from engb_ros.experiments.sealed_brakes import identify_sealed, open_all
+    from engb_ros.processes.runner import RunnerError
     try:
         identify_sealed(folder, count, seed, progress)
     except RunnerError as error:
@@ -123,7 +123,7 @@ def _kept_bags(given: str | None) -> Path:
 
 
 def _from_bags(folder: Path) -> Callable[..., Recording]:
-    from engb_ros.experiments import read_experiment
+    from engb_ros.experiments.live_experiments import read_experiment
 
     def record(brake: str, experiment, model: Model) -> Recording:
         path = folder / brake / experiment.name
@@ -140,8 +140,8 @@ def _live(folder: Path, seed: int, every: int, progress: Progress) -> Callable[.
     except ImportError:
         raise InputError('the nodes need ROS 2 (rclpy), which is not installed here; '
                          'use --offline') from None
-    from engb_ros.experiments import record_experiment
-    from engb_ros.runner import RunnerError
+    from engb_ros.experiments.live_experiments import record_experiment
+    from engb_ros.processes.runner import RunnerError
 
     def record(brake: str, experiment, model: Model) -> Recording:
         path = folder / brake / experiment.name

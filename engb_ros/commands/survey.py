@@ -25,14 +25,14 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from engb_core.errors import InputError
-from engb_core.printable import printable
+from engb_core.io.outputs import claimed_folder
+from engb_core.text.printable import printable
 from engb_ros.commands.common import (
     add_model,
     add_progress,
     Progress,
     tell_what_is_missing,
 )
-from engb_ros.outputs import claimed_folder
 
 if TYPE_CHECKING:
     from engb_core.fleet.rows import Entry

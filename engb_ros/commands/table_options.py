@@ -10,8 +10,8 @@ import sys
 from typing import Any, TYPE_CHECKING
 
 from engb_core.errors import InputError
-from engb_core.printable import printable
-from engb_ros.tables.request import Question, Request
+from engb_core.io.tables.request import Question, Request
+from engb_core.text.printable import printable
 
 if TYPE_CHECKING:
     from engb_core.model import Model
@@ -48,7 +48,7 @@ def request_of(arguments: argparse.Namespace, model: Model | None = None,
     Raises:
         InputError: an option is not understood.
     """
-    from engb_ros.tables.request import positive
+    from engb_core.io.tables.request import positive
     numbers = {}
     for option in ('rate', 'torque_constant'):
         given = getattr(arguments, option)

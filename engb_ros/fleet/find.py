@@ -14,8 +14,8 @@ from pathlib import Path
 import re
 
 from engb_core.errors import InputError
-from engb_core.printable import printable
-from engb_ros.bags.bag_files import METADATA, recording_name
+from engb_core.io.bags.bag_files import METADATA, recording_name
+from engb_core.text.printable import printable
 
 __all__ = ['Found', 'find_recordings', 'read_units']
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import tempfile
 from typing import Any
 
-from engb_core.printable import printable
+from engb_core.text.printable import printable
 
 __all__ = ['write_table']
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from engb_core.errors import InputError
+from engb_core.errors import computing, InputError
 
 __all__ = ['diagnose_task', 'failed']
 
@@ -24,7 +24,7 @@ def diagnose_task(task: dict[str, Any]) -> list[dict[str, Any]]:
         `namespace`, `seconds`; and, where ok, `name`, `joint`, `start` [s], `duration` [s],
         `samples`, `document` (diagnosis.json), `model`, `nominal`, `notes`, `report` (HTML).
     """
-    from engb_ros.bags.read import joint_namespaces
+    from engb_core.io.bags.read import joint_namespaces
     try:
         spaces = joint_namespaces(task['path'])
     except InputError as error:
@@ -62,9 +62,8 @@ def _diagnosed(task: dict[str, Any], namespace: str | None) -> dict[str, Any]:
 
     from engb_core.diagnose.document import to_document
     from engb_core.diagnose.engine import diagnose
+    from engb_core.io.bags.read import read_recording
     from engb_core.model import Model
-    from engb_ros.bags.read import read_recording
-    from engb_ros.numerics import computing
     model = Model.from_mapping(task['model'])
     recording = read_recording(task['path'], joint=model.joint.name, namespace=namespace)
     with warnings.catch_warnings():

@@ -34,7 +34,7 @@ from engb_ros.interface import Service, Topic
 from engb_ros.nodes.messages import message_class, publisher_qos, subscription_qos
 from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
 from engb_ros.nodes.realtime import use_realtime
-from engb_ros.transport import share_no_memory, word_about
+from engb_ros.nodes.transport import share_no_memory, word_about
 
 __all__ = ['ManagedNode', 'make_executor', 'run', 'spin_once']
 

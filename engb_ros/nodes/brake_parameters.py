@@ -89,7 +89,7 @@ def _bench_settings(path: str) -> BenchSettings:
     from engb_core.bench.settings import BenchSettings
     if not path.endswith('.sealed'):
         return BenchSettings.read(path)
-    from engb_ros.sealed import read_sealed
+    from engb_core.io.sealed import read_sealed
     truth = read_sealed(path)
     truth.pop('salt', None)
     return BenchSettings.from_mapping(truth)

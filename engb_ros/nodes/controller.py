@@ -194,7 +194,7 @@ class ControllerNode(ManagedNode):
         left = self._controller.clear(monotonic(), speak=not self._standby)
         self._tell()
         if left:
-            raise InputError('still there: ' + ', '.join(str(cause.name).lower() for cause in Cause
+            raise InputError('still there: ' + ', '.join(cause.key for cause in Cause
                                                          if left & cause))
         return 'cleared; the position is held until a new command comes'
 
@@ -404,7 +404,7 @@ class ControllerNode(ManagedNode):
             return
         if supervisor.latched:
             self.get_logger().error('fault: ' + ', '.join(
-                str(cause.name).lower() for cause in Cause if supervisor.latched & cause))
+                cause.key for cause in Cause if supervisor.latched & cause))
         elif supervisor.stopping:
             self.get_logger().warning('joint states have stopped: waiting for them, without '
                                       'torque; no command is taken meanwhile')

@@ -40,7 +40,7 @@ def controller_status(controller: BrakeController, now: float) -> tuple[int, str
     """Return level, message and values of a controller's status."""
     supervisor, report = controller.supervisor, controller.report
     active = supervisor.active(now)
-    named = [str(cause.name).lower() for cause in Cause if active & cause]
+    named = [cause.key for cause in Cause if active & cause]
     state = supervisor.state
     severities = {CAUSES[cause].severity for cause in Cause if active & cause}
     if state is State.FAULT:
@@ -64,6 +64,6 @@ def controller_status(controller: BrakeController, now: float) -> tuple[int, str
                    'contact_angle': f'{estimator.contact_angle:.3f}',
                    'contact_shift_std': f'{estimator.shift_std:.3f}'}
     for cause in Cause:
-        values[str(cause.name).lower()] = '1' if active & cause else '0'
-        values[f'{str(cause.name).lower()}_count'] = str(supervisor.counts[cause])
+        values[cause.key] = '1' if active & cause else '0'
+        values[f'{cause.key}_count'] = str(supervisor.counts[cause])
     return level, state.value + (': ' + ', '.join(named) if named else ''), values

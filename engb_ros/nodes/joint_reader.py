@@ -11,8 +11,8 @@ import math
 import struct
 from typing import Any, TypeAlias
 
-from engb_ros.bags.cdr import JointLayout, parse_joint_state
-from engb_ros.bags.compression import Damaged
+from engb_core.io.bags.cdr import JointLayout, parse_joint_state
+from engb_core.io.bags.compression import Damaged
 
 __all__ = ['JointReader', 'StampedSample']
 

@@ -13,8 +13,8 @@ from typing import Any
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from engb_core.errors import InputError
+from engb_core.io.bags.writing import BagWriter, offered_qos
 from engb_ros import interface
-from engb_ros.bags.writing import BagWriter, offered_qos
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.messages import message_class
 from engb_ros.nodes.parameters import ParameterSpec

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engb_core.errors import InputError
-from engb_ros.bags.read import read_recording
+from engb_core.io.bags.read import read_recording
 
 from .samples import FLOAT64, float64, JOINT_STATE, joint_state, Run, START, storage_file, write
 

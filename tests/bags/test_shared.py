@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from engb_ros.bags.read import read_recording
+from engb_core.io.bags.read import read_recording
 
 from .samples import STORE
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from engb_core.errors import InputError
-from engb_ros.bags import sqlite_pages
-from engb_ros.bags.read import read_recording
-from engb_ros.bags.sqlite_file import SqliteFile
+from engb_core.io.bags import sqlite_pages
+from engb_core.io.bags.read import read_recording
+from engb_core.io.bags.sqlite_file import SqliteFile
 
 from .samples import JOINT_STATE, joint_state, Run, storage_file
 

@@ -6,8 +6,14 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from engb_core.errors import InputError
-from engb_ros.bags.read import read_recording
-from engb_ros.bags.write import float64_rows, FloatTable, joint_state_rows, JointTable, write_bag
+from engb_core.io.bags.read import read_recording
+from engb_core.io.bags.write import (
+    float64_rows,
+    FloatTable,
+    joint_state_rows,
+    JointTable,
+    write_bag,
+)
 
 from .samples import FLOAT64, float64, JOINT_STATE, joint_state, STORE
 

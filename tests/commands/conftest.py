@@ -12,8 +12,8 @@ import sys
 import numpy as np
 import pytest
 
+from engb_core.io.bags.write import FloatTable, JointTable, write_bag
 from engb_core.model import Model
-from engb_ros.bags.write import FloatTable, JointTable, write_bag
 
 ROOT = Path(__file__).resolve().parents[2]
 

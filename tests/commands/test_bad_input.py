@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
+from engb_core.io.bags.write import FloatTable, JointTable, write_bag
 from engb_core.model import Model
-from engb_ros.bags.write import FloatTable, JointTable, write_bag
 
 from .conftest import motion
 

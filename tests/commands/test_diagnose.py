@@ -22,8 +22,8 @@ from engb_core.diagnose.diagnosis import (
 )
 from engb_core.diagnose.document import to_document
 from engb_core.errors import InputError
+from engb_core.io.outputs import LIST
 from engb_core.model import Model
-from engb_ros.outputs import LIST
 
 from .conftest import ROOT
 

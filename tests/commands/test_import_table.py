@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from engb_ros.bags.read import read_recording
+from engb_core.io.bags.read import read_recording
 
 from .conftest import motion
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from engb_core.errors import InputError
+from engb_core.io import outputs
+from engb_core.io.bags.read import read_recording
+from engb_core.io.bags.write import FloatTable, JointTable, write_bag
+from engb_core.io.outputs import file_output, folder_output
 from engb_core.model import Model
-from engb_ros import outputs
-from engb_ros.bags.read import read_recording
-from engb_ros.bags.write import FloatTable, JointTable, write_bag
-from engb_ros.outputs import file_output, folder_output
 
 from .conftest import motion, ROOT
 
@@ -191,7 +191,7 @@ def test_a_folder_whose_parent_is_not_writable(tmp_path):
     code = '''
 import os, sys
 from pathlib import Path
-from engb_ros.outputs import folder_output
+from engb_core.io.outputs import folder_output
 if os.geteuid() == 0:
     os.setegid(65534)
     os.seteuid(65534)
@@ -224,7 +224,7 @@ for out in ('locked/new', 'locked/deep/new'):
 SLOW = '''
 import sys, time
 from engb_ros.commands import main as program
-from engb_ros.outputs import folder_output, recording_output
+from engb_core.io.outputs import folder_output, recording_output
 class Slow:
     __doc__ = 'x'
     def add_arguments(self, parser): pass

@@ -3,8 +3,8 @@
 
 import numpy as np
 
+from engb_core.io.bags.read import read_recording
 from engb_core.model import Controller, Model
-from engb_ros.bags.read import read_recording
 
 
 def test_effort_and_closed_loop(engb, bag, tmp_path):

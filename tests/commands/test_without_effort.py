@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engb_core.io.bags.write import JointTable, write_bag
 from engb_core.model import Controller
-from engb_ros.bags.write import JointTable, write_bag
 from tests.core.test_command_law import PENDULUM, servo
 
 MODEL = replace(PENDULUM, controller=Controller(18.0, 0.0, 0.0, 6.8, 1000.0))

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.diagnosis import EffectFinding, QualityOfFit
+from engb_core.io.bags.write import JointTable, write_bag
 from engb_core.model import Model
-from engb_ros.bags.write import JointTable, write_bag
 from engb_ros.commands.diagnose import summary
 from engb_ros.fleet.row_files import write_table
 

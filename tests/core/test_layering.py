@@ -1,10 +1,12 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""The science knows no ROS, no bag and no command line; modules stay small and say what is public.
+"""The science knows no ROS, no file format and no command line; nothing reaches up or in a circle;
+modules stay small and say what is public.
 """
 
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -55,26 +57,74 @@ def is_effect(path: Path) -> bool:
 
 @EACH
 def test_nothing_from_the_floors_above(path):
-    assert not imported(tree_of(path)) & FOREIGN
+    # Bags are written with rosbags, plain Python, which reads ROS 1's as well.
+    allowed = {'rosbags'} if 'io' in path.relative_to(CORE).parts else set()
+    assert not imported(tree_of(path)) & (FOREIGN - allowed)
 
 
-def of_the_core(path: Path) -> str:
+# What reads files needs of the core: errors told in a line, recordings, text from outside.
+NEEDED_BY_IO = {'engb_core.errors', 'engb_core.io', 'engb_core.recording', 'engb_core.text'}
+
+
+def test_files_are_a_room_of_their_own():
+    for name, needed in needs_of(every_import, MODULES).items():
+        rooms = {'.'.join(entry.split('.')[:2]) for entry in needed if entry != 'engb_core'}
+        if name.startswith('engb_core.io'):
+            assert rooms <= NEEDED_BY_IO, name
+        elif name != 'engb_core.library':
+            assert 'engb_core.io' not in rooms, f'{name} reads files'
+
+
+def dotted(path: Path) -> str:
     """Return the dotted name of a module."""
     return '.'.join(path.relative_to(ROOT).with_suffix('').parts).removesuffix('.__init__')
 
 
-def test_the_diagnosis_has_no_circle_of_imports():
-    """Not even for the sake of types: who needs what says so, and can be read alone."""
-    modules = {of_the_core(path): path for path in MODULES}
+def every_import(tree: ast.AST) -> list[ast.AST]:
+    """Return all that is imported, also within functions and for the sake of types."""
+    return list(ast.walk(tree))
+
+
+def at_loading(tree: ast.AST) -> list[ast.AST]:
+    """Return what is run when the module is loaded (functions and TYPE_CHECKING left out)."""
+    found, left = [], [tree]
+    while left:
+        node = left.pop()
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) or (
+                isinstance(node, ast.If) and ast.unparse(node.test) == 'TYPE_CHECKING'):
+            continue
+        found.append(node)
+        left += ast.iter_child_nodes(node)
+    return found
+
+
+def needs_of(looked_at: Callable[[ast.AST], list[ast.AST]],
+             paths: list[Path]) -> dict[str, set[str]]:
+    """Return which of these modules each of them imports."""
+    modules = {dotted(path): path for path in paths}
     needs = {}
     for name, path in modules.items():
-        found = {f'{node.module}.{alias.name}' for node in ast.walk(tree_of(path))
-                 if isinstance(node, ast.ImportFrom) and node.module for alias in node.names}
-        found |= {entry.rpartition('.')[0] for entry in found}
-        needs[name] = {entry for entry in found if entry in modules and entry != name
-                       and entry.startswith(('engb_core.diagnose.', 'engb_core.laws.'))}
-    TopologicalSorter({name: needs[name] for name in needs if name.startswith(
-        ('engb_core.diagnose.', 'engb_core.laws.'))}).prepare()
+        found = set()
+        for node in looked_at(tree_of(path)):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                below = {f'{node.module}.{alias.name}' for alias in node.names} & set(modules)
+                found |= below or {node.module}
+            elif isinstance(node, ast.Import):
+                found |= {alias.name for alias in node.names}
+        needs[name] = (found & set(modules)) - {name}
+    return needs
+
+
+def test_no_circle_of_imports():
+    every = MODULES + sorted((ROOT / 'engb_ros').rglob('*.py'))
+    TopologicalSorter(needs_of(at_loading, every)).prepare()
+
+
+@pytest.mark.parametrize('rooms', [('diagnose', 'laws'), ('io', 'text'), ('report',)])
+def test_not_even_for_the_sake_of_types(rooms):
+    """Who needs what says so, and can be read alone."""
+    paths = [path for path in MODULES if path.relative_to(CORE).parts[0] in rooms]
+    TopologicalSorter(needs_of(every_import, paths)).prepare()
 
 
 @EACH

@@ -69,7 +69,7 @@ def test_columns_of_different_lengths_are_told():
 
 
 def test_a_table_and_a_bag_are_read_alike(tmp_path):
-    from engb_ros.bags.write import JointTable, write_bag
+    from engb_core.io.bags.write import JointTable, write_bag
     given = columns()
     table = tmp_path / 'bench.csv'
     np.savetxt(table, np.column_stack(list(given.values())), delimiter=',', comments='',
@@ -84,6 +84,28 @@ def test_a_table_and_a_bag_are_read_alike(tmp_path):
     np.testing.assert_allclose(bag.effort, recording.effort, atol=1e-12)
     with pytest.raises(engb.InputError, match='no such file'):
         engb.read(tmp_path / 'missing.csv')
+
+
+def test_reading_needs_neither_ros_nor_engb_ros(tmp_path):
+    """Not even installed: the folder of engb_core alone is on the path."""
+    (tmp_path / 'engb_core').symlink_to(ROOT / 'engb_core')
+    given = columns()
+    table = tmp_path / 'bench.csv'
+    np.savetxt(table, np.column_stack(list(given.values())), delimiter=',', comments='',
+               header='time [s],position [rad],effort [N·m]', encoding='utf-8')
+    bag = ROOT / 'bags' / 'brake_1' / 'recording'
+    said = in_a_process(f"""
+import sys
+sys.path.insert(0, {str(tmp_path)!r})
+for name in ('engb_ros', 'rclpy', 'rosbags', 'rosidl_runtime_py'):
+    sys.modules[name] = None   # importing it is an ImportError
+import engb_core as engb
+print(engb.__file__)
+print([len(engb.read(path).time) for path in ({str(table)!r}, {str(bag)!r})])
+""", cwd=tmp_path)
+    where, sizes = said.splitlines()
+    assert where.startswith(str(tmp_path))
+    assert min(ast.literal_eval(sizes)) >= len(given['time'])
 
 
 def test_an_effect_is_registered_once():

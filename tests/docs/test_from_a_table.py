@@ -6,11 +6,11 @@ import re
 
 import pytest
 
+from engb_core.io.tables.formats import SUFFIXES
 from engb_core.model import Cogging, Controller, EffectSetting, Model
 from engb_ros.commands import diagnose, import_table
 from engb_ros.commands import model as model_command
 from engb_ros.commands.main import _parser
-from engb_ros.tables.open import _SUFFIXES
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / 'docs' / 'from-a-table.md').read_text(encoding='utf-8')
@@ -52,6 +52,6 @@ def test_every_command_on_the_pages_can_be_given():
 def test_formats_are_those_that_are_read():
     readme = (ROOT / 'README.md').read_text(encoding='utf-8')
     listed = set(re.findall(r'\.[a-z0-9]+', readme.split('A table (')[1].split(')')[0]))
-    assert listed <= set(_SUFFIXES)
-    assert {kind for suffix, kind in _SUFFIXES.items() if suffix in listed} == set(
-        _SUFFIXES.values())
+    assert listed <= set(SUFFIXES)
+    assert {kind for suffix, kind in SUFFIXES.items() if suffix in listed} == set(
+        SUFFIXES.values())

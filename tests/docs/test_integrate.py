@@ -11,16 +11,16 @@ import pytest
 pytest.importorskip('rclpy')
 
 from benchmarks.faults import FAULTS, UNTIMED  # noqa: E402
+from docs.make_integration_tables import filled, PAGE, tables  # noqa: E402
 from engb_core.control.causes import Cause, CAUSES, Severity  # noqa: E402
 from engb_ros.files import config_file  # noqa: E402
-from engb_ros.integration_tables import filled, PAGE, tables  # noqa: E402
 from engb_ros.interface import DIAGNOSTICS, TOPICS  # noqa: E402
 
 TEXT = PAGE.read_text(encoding='utf-8')
 
 
 def test_the_tables_are_up_to_date():
-    assert filled(TEXT) == TEXT, 'run: python -m engb_ros.integration_tables'
+    assert filled(TEXT) == TEXT, 'run docs/make_integration_tables.py again'
     assert set(re.findall(r'<!-- table (.+?) -->', TEXT)) == set(tables())
 
 

@@ -6,7 +6,7 @@ import configparser
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-AT_FIRST = 9        # modules that are not checked at all, 2026-11-26; 54 a day before
+AT_FIRST = 8        # modules that are not checked at all, 2026-11-26; 54 a day before
 NOT_STRICT = 91     # modules that only the plain rules hold for; 23 of them were not checked
 
 

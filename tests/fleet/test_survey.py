@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from engb_ros.bags.write import JointTable, write_bag
+from engb_core.io.bags.write import JointTable, write_bag
 
 from .conftest import motion, start
 

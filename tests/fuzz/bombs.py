@@ -20,8 +20,8 @@ import zlib
 import numpy as np
 import yaml
 
+from engb_core.io.bags.write import joint_state_rows, JointTable, write_bag
 from engb_core.model import Model
-from engb_ros.bags.write import joint_state_rows, JointTable, write_bag
 
 __all__ = ['BOMBS', 'make_bomb']
 

@@ -13,8 +13,8 @@ import tempfile
 import numpy as np
 import yaml
 
+from engb_core.io.bags.write import FloatTable, JointTable, write_bag
 from engb_core.model import Cogging, Controller, Friction, LoadTorque, Model
-from engb_ros.bags.write import FloatTable, JointTable, write_bag
 
 from .bombs import BOMBS, make_bomb
 from .mutations import damage_bytes, damage_text, NUMBERS

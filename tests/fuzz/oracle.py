@@ -63,8 +63,8 @@ def in_this_process(tasks, work, jobs, seconds):
 
 
 class ForkedReader:
-    """Stands in for the process of `engb_ros.tables.apart.start_process`, forked from this one:
-    it has the readers imported already, which would take most of the time."""
+    """Stands in for the process of `engb_core.io.tables.apart.start_process`, forked from this
+    one: it has the readers imported already, which would take most of the time."""
 
     def __init__(self, there: socket.socket, scratch: str) -> None:
         self._code: int | None = None
@@ -73,7 +73,7 @@ class ForkedReader:
             return
         status = 1
         try:
-            from engb_ros.tables.apart import serve
+            from engb_core.io.tables.apart import serve
             nowhere = os.open(os.devnull, os.O_RDWR)
             for stream in range(3):
                 os.dup2(nowhere, stream)

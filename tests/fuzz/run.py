@@ -173,8 +173,8 @@ def _work(pipe: Connection, commands: list[str] | None, keep: Path | None,
           seconds: float) -> None:
     warnings.simplefilter('ignore')
     os.environ['ENGB_TRACEBACK'] = ''
+    from engb_core.io.tables import apart
     from engb_ros.fleet import processes
-    from engb_ros.tables import apart
     from fuzz.cases import make_any, warm_up
     from fuzz.oracle import ForkedReader, in_this_process, judge
     processes.run_processes = in_this_process

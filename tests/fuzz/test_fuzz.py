@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from engb_core.io.tables import apart
+from engb_core.io.tables.open import open_table
 from engb_ros.fleet import processes
-from engb_ros.tables import apart
-from engb_ros.tables.open import open_table
 
 from .cases import Case, COMMANDS, make_case
 from .oracle import ForkedReader, in_this_process, judge

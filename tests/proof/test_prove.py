@@ -106,7 +106,7 @@ def test_baselines_are_scored_on_the_same_cases(
 
 
 def test_open_shows_the_truth_beside_a_diagnosis(tmp_path: Path) -> None:
-    from engb_ros.sealed import opened
+    from engb_core.io.sealed import opened
     truth = opened(SEAL.read_text('ascii'))
     claim = {'effect': truth['effect'], 'probability': 0.9,
              'parameters': {name: {'value': 2.0, 'std': None, 'unit': '-'}

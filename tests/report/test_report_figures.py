@@ -10,7 +10,6 @@ import pytest
 
 from engb_core.report.figures import (
     Axis,
-    BACKENDS,
     Band,
     Bars,
     decimate,
@@ -18,11 +17,11 @@ from engb_core.report.figures import (
     Line,
     Panel,
     Points,
-    render,
     rounded,
     Span,
 )
-from engb_core.report.plotly_figure import plotly_spec
+from engb_core.report.render.backends import BACKENDS, render
+from engb_core.report.render.plotly_figure import plotly_spec
 
 
 def figure() -> Figure:

@@ -12,14 +12,14 @@ import pytest
 from engb_core.bench.settings import BenchSettings
 from engb_core.control.clamp_force import read_mechanism
 from engb_core.errors import InputError
+from engb_core.io.sealed import digest, read_sealed, sealed
 from engb_core.reproduce import chosen
 from engb_core.reproduce.blind import drawing, estimate_brake, judge, NUMBERS, summarise, WAYS
 from engb_core.reproduce.drawn_brakes import draw_brake
 from engb_core.reproduce.in_process import run_experiment
 from engb_core.reproduce.truth import truth_of
-from engb_ros.draw_brake import DRAWING, SEAL
-from engb_ros.sealed import digest, read_sealed, sealed
-from engb_ros.sealed_brakes import FOUND, open_all
+from engb_ros.experiments.draw_brake import DRAWING, SEAL
+from engb_ros.experiments.sealed_brakes import FOUND, open_all
 
 BRAKE = draw_brake(2)
 
@@ -120,7 +120,7 @@ def test_seals_are_opened_last_and_must_be_the_ones_that_were_told(tmp_path, fou
 def test_another_process_draws_and_seals(tmp_path):
     told = []
     for name in ('one', 'two'):
-        done = subprocess.run([sys.executable, '-m', 'engb_ros.draw_brake',
+        done = subprocess.run([sys.executable, '-m', 'engb_ros.experiments.draw_brake',
                                str(tmp_path / name)], capture_output=True, text=True, check=True)
         told.append(done.stdout.strip())
         assert digest((tmp_path / name / SEAL).read_text()) == told[-1]

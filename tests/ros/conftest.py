@@ -10,9 +10,9 @@ os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 
 rclpy = pytest.importorskip('rclpy')
 
-from engb_ros.probe import Probe  # noqa: E402
-from engb_ros.runner import reserved_domain, Runner  # noqa: E402
-from engb_ros.transport import stay_on_this_computer  # noqa: E402
+from engb_ros.nodes.transport import stay_on_this_computer  # noqa: E402
+from engb_ros.processes.probe import Probe  # noqa: E402
+from engb_ros.processes.runner import reserved_domain, Runner  # noqa: E402
 from ros.forked import NodeServer  # noqa: E402
 
 stay_on_this_computer(os.environ)

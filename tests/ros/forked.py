@@ -22,7 +22,7 @@ import subprocess
 import sys
 import time
 
-from engb_ros.runner import spawn_process
+from engb_ros.processes.runner import spawn_process
 
 __all__ = ['NodeServer']
 

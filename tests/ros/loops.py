@@ -4,9 +4,9 @@
 import time
 
 from engb_core.control.causes import Cause, CAUSES, Severity
-from engb_ros.live_loop import LiveLoop
 from engb_ros.nodes.controller_parameters import PARAMETERS
-from engb_ros.runner import RunnerError
+from engb_ros.processes.live_loop import LiveLoop
+from engb_ros.processes.runner import RunnerError
 from tests.machine import Watch
 
 # As the controller is shipped [s].

@@ -12,8 +12,8 @@ from engb_core.control.causes import Cause
 from engb_core.model import Model
 from engb_ros.files import config_file, TRUE_BRAKE
 from engb_ros.interface import CLAMP_FORCE, CLAMP_FORCE_COMMAND, EFFORT_COMMAND
-from engb_ros.live_loop import LiveLoop
-from engb_ros.runner import RunnerError
+from engb_ros.processes.live_loop import LiveLoop
+from engb_ros.processes.runner import RunnerError
 from ros.launched import launched
 
 LIMIT = 0.75

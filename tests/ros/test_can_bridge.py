@@ -13,7 +13,7 @@ from engb_core.control.causes import Cause
 from engb_ros.can.codec import dbc_file, DriveCodec, DriveStatus
 from engb_ros.can.link import DriveEnd
 from engb_ros.interface import DIAGNOSTICS, DRIVE_STATE, EFFORT_COMMAND, JOINT_STATES
-from engb_ros.runner import node_command
+from engb_ros.processes.runner import node_command
 from ros.loops import can_drive, closed_loop
 
 can = pytest.importorskip('can')

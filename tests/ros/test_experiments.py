@@ -7,15 +7,16 @@ import numpy as np
 
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.identify.nominal_plant import fit_free_motor
+from engb_core.io.bags.write import FloatTable, JointTable, write_bag
+from engb_core.io.sealed import sealed
 from engb_core.model import Model
 from engb_core.reproduce import chosen
 from engb_core.reproduce.drawn_brakes import draw_brake
 from engb_core.reproduce.plan import HIGH, length, plan_of, REFERENCE
-from engb_ros import experiments, interface
-from engb_ros.bags.write import FloatTable, JointTable, write_bag
-from engb_ros.experiments import read_experiment, record_experiment
+from engb_ros import interface
+from engb_ros.experiments import live_experiments
+from engb_ros.experiments.live_experiments import read_experiment, record_experiment
 from engb_ros.files import config_file
-from engb_ros.sealed import sealed
 
 PLAN = {entry.name: entry for entry in plan_of(chosen.FORM)}
 
@@ -81,7 +82,7 @@ def test_an_experiment_of_which_an_answer_was_missed_is_made_again(tmp_path, mon
     missed, told = [1, 0], []
     experiment = replace(PLAN['strokes'], duration=0.4)
     assert experiment.observed
-    monkeypatch.setattr(experiments, '_run',
+    monkeypatch.setattr(live_experiments, '_run',
                         lambda *given: answered(given[2], missed.pop(0)))
     recording = record_experiment(experiment, chosen.NOMINAL, tmp_path / 'bag', 1, told.append)
     assert not missed

@@ -22,7 +22,7 @@ from engb_ros.interface import (
     Service,
 )
 from engb_ros.nodes.messages import publisher_qos
-from engb_ros.runner import node_command
+from engb_ros.processes.runner import node_command
 from ros.loops import ATTEMPTS, can_drive, closed_loop, FAULTS, plant, STATE_TIMEOUT
 
 # Which drive, and which of its nodes is hit.

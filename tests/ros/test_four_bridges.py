@@ -5,8 +5,8 @@ from contextlib import ExitStack
 
 from engb_ros.files import config_file
 from engb_ros.interface import DIAGNOSTICS, EFFORT_COMMAND, JOINT_STATES
-from engb_ros.probe import Probe
-from engb_ros.runner import node_command
+from engb_ros.processes.probe import Probe
+from engb_ros.processes.runner import node_command
 from ros.launched import launched
 
 WHEELS = ('front_left', 'front_right', 'rear_left', 'rear_right')

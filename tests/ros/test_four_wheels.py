@@ -6,8 +6,8 @@ import time
 
 from engb_ros.files import config_file
 from engb_ros.interface import DIAGNOSTICS, JOINT_STATES, POSITION_COMMAND
-from engb_ros.probe import Probe
-from engb_ros.runner import RunnerError
+from engb_ros.processes.probe import Probe
+from engb_ros.processes.runner import RunnerError
 
 TARGETS = {'front_left': 6.0, 'front_right': 9.0, 'rear_left': 12.0, 'rear_right': 15.0}
 
@@ -53,7 +53,7 @@ def test_four_loops_at_once(runner, domain):
 
 
 def _command(node, wheel, parameters):
-    from engb_ros.runner import node_command
+    from engb_ros.processes.runner import node_command
     command = node_command(node, namespace=f'/{wheel}', parameters=parameters,
                            parameter_file=config_file(f'{wheel}.yaml'))
     return [*command, '--params-file', str(config_file('vehicle.yaml'))]

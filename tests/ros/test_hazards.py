@@ -25,7 +25,7 @@ from engb_ros.interface import (
     POSITION_COMMAND_STAMPED,
     Service,
 )
-from engb_ros.runner import node_command
+from engb_ros.processes.runner import node_command
 from ros.loops import ATTEMPTS, BRAKE, closed_loop
 
 LIMIT = 0.75

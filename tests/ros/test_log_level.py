@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from engb_ros.runner import node_command
+from engb_ros.processes.runner import node_command
 
 ROOT = Path(__file__).resolve().parents[2]
 SEVERITIES = {'debug', 'info', 'warning', 'warn', 'error', 'fatal'}

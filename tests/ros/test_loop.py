@@ -12,14 +12,14 @@ import yaml
 
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.control.feedforward import Feedforward
+from engb_core.io.bags.read import read_recording
 from engb_core.model import Model
 from engb_core.recording import Recording
-from engb_ros.bags.read import read_recording
-from engb_ros.bench import Bench
 from engb_ros.files import TRUE_BRAKE
 from engb_ros.interface import DISTURBANCE, FRICTION_TORQUE, IDENTIFY, LOAD_TORQUE, WRITE_MODEL
-from engb_ros.probe import Probe
-from engb_ros.runner import reserved_domain, Runner
+from engb_ros.processes.bench import Bench
+from engb_ros.processes.probe import Probe
+from engb_ros.processes.runner import reserved_domain, Runner
 
 RATE = 500.0
 

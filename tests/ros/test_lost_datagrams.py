@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.lossy import compiler, listen_to_what_comes, LossyWire
 from engb_core.control.causes import Cause
-from engb_ros.runner import Runner
+from engb_ros.processes.runner import Runner
 from ros.loops import closed_loop, plant
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason='no C compiler')

@@ -6,9 +6,9 @@ import numpy as np
 from engb_core.diagnose.diagnosis import NextExperiment
 from engb_core.diagnose.experiment_room import Room
 from engb_core.diagnose.experiment_segments import course_of, segments_of
-from engb_ros.bags.read import read_recording
-from engb_ros.bench import Bench
+from engb_core.io.bags.read import read_recording
 from engb_ros.commands.diagnose import write_experiment
+from engb_ros.processes.bench import Bench
 
 ROOM = Room(low=0.5, high=30.0, speed=40.0, acceleration=100.0, slowest=0.5, finest=0.02,
             home=0.0, angle=np.linspace(0.5, 30.0, 50), load=np.linspace(0.0, 1.0, 50) ** 2,

@@ -24,7 +24,7 @@ from engb_ros.interface import (
     JOINT_STATES,
     RECORDED,
 )
-from engb_ros.runner import node_command
+from engb_ros.processes.runner import node_command
 
 
 def send(probe, runner, count, pause=0.001):

@@ -18,7 +18,7 @@ from engb_ros.interface import (
     SERVICES,
     TOPICS,
 )
-from engb_ros.runner import node_command
+from engb_ros.processes.runner import node_command
 from engb_ros.security import ENCLAVES, main, may_publish, policy
 
 

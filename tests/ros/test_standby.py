@@ -16,7 +16,7 @@ from engb_ros.interface import (
     EFFORT_COMMAND,
     Service,
 )
-from engb_ros.runner import node_command
+from engb_ros.processes.runner import node_command
 from ros.loops import closed_loop, PATIENT, plant
 from ros.stepped import Stepped
 

@@ -17,7 +17,7 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.parameter import Parameter
 
 from engb_ros.interface import EFFORT_COMMAND, Service
-from engb_ros.runner import node_command
+from engb_ros.processes.runner import node_command
 
 
 def may_be_real_time():

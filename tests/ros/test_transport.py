@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from engb_ros.interface import EFFORT_COMMAND, JOINT_STATES
-from engb_ros.runner import Runner
-from engb_ros.transport import share_no_memory, stay_on_this_computer, word_about
+from engb_ros.nodes.transport import share_no_memory, stay_on_this_computer, word_about
+from engb_ros.processes.runner import Runner
 
 WHOLE_NETWORK = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF', 'FASTRTPS_DEFAULT_PROFILES_FILE': ''}
 

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from engb_core.errors import InputError
+from engb_core.io.tables.open import open_table
+from engb_core.io.tables.table import Table
 from engb_ros.commands.main import main
-from engb_ros.tables.open import open_table
-from engb_ros.tables.table import Table
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -56,7 +56,7 @@ def test_the_end_of_a_reader_is_one_line(reader, capfd, kind, words):
 
 def test_a_reader_without_end_is_ended(reader, monkeypatch):
     path = reader('endless')
-    monkeypatch.setattr('engb_ros.tables.apart._SECONDS', 1.0)
+    monkeypatch.setattr('engb_core.io.tables.apart._SECONDS', 1.0)
     with pytest.raises(InputError, match='not read within'):
         open_table(path)
 

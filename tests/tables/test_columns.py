@@ -6,9 +6,9 @@ import pytest
 from scipy.io import savemat
 
 from engb_core.errors import InputError
-from engb_ros.tables.measure import measured_of
-from engb_ros.tables.open import open_table
-from engb_ros.tables.request import Request
+from engb_core.io.tables.measure import measured_of
+from engb_core.io.tables.open import open_table
+from engb_core.io.tables.request import Request
 
 
 def read_table(path, columns):

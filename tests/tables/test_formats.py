@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from engb_core.errors import InputError
-from engb_ros.tables.measure import measured_of
-from engb_ros.tables.request import Request
-from engb_ros.tables.table import damaged
+from engb_core.io.tables.measure import measured_of
+from engb_core.io.tables.request import Request
+from engb_core.io.tables.table import damaged
 
 TIME = np.arange(2000) * 1e-3
 ANGLE = 90.0 * np.sin(2.0 * TIME)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from engb_core.errors import InputError
-from engb_ros.tables.needs import needed
+from engb_core.io.tables.needs import needed
 
 
 def test_a_reader_that_is_missing():

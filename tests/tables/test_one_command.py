@@ -13,10 +13,10 @@ import sys
 import numpy as np
 import pytest
 
+from engb_core.io.tables.measure import measured_of
+from engb_core.io.tables.request import Request
 from engb_core.model import Model
 from engb_ros.commands.main import main
-from engb_ros.tables.measure import measured_of
-from engb_ros.tables.request import Request
 
 from .other_benches import OTHER_TABLES
 from .simulated_bench import sampled, TABLES, write_table

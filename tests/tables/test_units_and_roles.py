@@ -3,9 +3,9 @@
 
 import pytest
 
-from engb_ros.tables.open import open_table
-from engb_ros.tables.roles import roles_of
-from engb_ros.tables.units import parse_title, unit_of
+from engb_core.io.tables.open import open_table
+from engb_core.io.tables.roles import roles_of
+from engb_core.io.tables.units import parse_title, unit_of
 
 
 @pytest.mark.parametrize(('title', 'name', 'quantity', 'factor'), [
