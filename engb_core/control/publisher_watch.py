@@ -10,7 +10,7 @@ __all__ = ['PublisherWatch']
 
 # Who comes first is obeyed alone unless silent for so long: longer than a controller's cycle and
 # what delays it, shorter than a standby waits before it takes over [s].
-_SILENT = 0.025
+_SILENT = 0.04
 
 # Silent for so long, it has lost its place [s].
 _GONE = 1.0
