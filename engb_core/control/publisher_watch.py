@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
 import math
 
 __all__ = ['PublisherWatch']
@@ -23,54 +23,76 @@ _MEMORY, _LARGER, _CYCLE = 10.0, 0.1, 0.01
 # its pace, and by so many more.
 _AHEAD = 2
 
-# A pace is the mean of about so many intervals; the recent one of so few.
-_USUAL, _RECENT = 100.0, 5.0
+# A pace is the mean of about so many intervals; the recent one the median of so few. Before it is
+# known [s].
+_USUAL, _RECENT = 100, 5
+_FIRST_PACE = 0.001
 
-# Two of which one overtook the other lately are so near, and were taken for each other where their
-# paces fit so much better the other way round (logarithm of the ratios).
-_NEAR, _CLEAR = 100, 1.0
+# Two of which one overtook the other lately are so near, and were taken for each other where the
+# first's usual pace fits the other's messages so much better (logarithm of the ratios).
+_NEAR, _CLEAR = 200, 0.5
 
 # So many publishers are told apart; of more, the one that was silent longest is forgotten.
 _PUBLISHERS = 8
 
 
-@dataclass(eq=False)
 class _Publisher:
-    """What is known of one: number and time of its last message, the time between its messages,
-    when it was heard last, and the part of the time in which it has spoken."""
+    """What is known of one.
 
-    number: int
-    sent: float
-    heard: float
-    share: float = 0.0
-    pace: float = 0.001     # until it is known
-    recent: float = 0.001
-    count: int = 0
+    Attributes:
+        number, sent, heard: of its last message: its number, when it was sent and heard [s].
+        pace: the usual time from one of its messages to the next [s].
+    """
 
-    def share_at(self, now: float) -> float:
-        return self.share * math.exp((self.heard - now) / _MEMORY)
+    def __init__(self, now: float, number: int, sent: float) -> None:
+        self.number, self.sent, self.heard = number, sent, now
+        self.pace = _FIRST_PACE
+        self._intervals = deque([_FIRST_PACE], maxlen=_RECENT)
+        self._share, self._count = 0.0, 0
+
+    @property
+    def recent_pace(self) -> float:
+        """The median of the last intervals: a pause is no other pace [s]."""
+        return sorted(self._intervals)[len(self._intervals) // 2]
+
+    def share(self, now: float) -> float:
+        """Return the part of the last `_MEMORY` seconds in which it has spoken."""
+        return self._share * math.exp((self.heard - now) / _MEMORY)
 
     def may_send(self, now: float, number: int) -> bool:
-        return 0 < number - self.number <= _AHEAD + 2.0 * (now - self.heard) / min(
-            self.pace, self.recent)
+        """Return whether it can have come to this number by now."""
+        ahead = 2.0 * (now - self.heard) / min(self.pace, self.recent_pace)
+        return 0 < number - self.number <= _AHEAD + ahead
 
     def speaks(self, now: float, number: int, sent: float) -> None:
-        self.share = self.share_at(now) + min(now - self.heard, _CYCLE) / _MEMORY
+        """Take a message of it."""
+        self._share = self.share(now) + min(now - self.heard, _CYCLE) / _MEMORY
         interval = (sent - self.sent) / (number - self.number)
         if interval > 0.0:   # else its clock was set
-            self.count += 1
-            self.pace += (interval - self.pace) / min(self.count, _USUAL)
-            self.recent += (interval - self.recent) / min(self.count, _RECENT)
+            if not self._count:
+                self._intervals.clear()
+            self._count += 1
+            self._intervals.append(interval)
+            self.pace += (self.recent_pace - self.pace) / min(self._count, _USUAL)
         self.number, self.sent, self.heard = number, sent, now
 
-    def off_the_pace_of(self, other: _Publisher) -> float:
-        return abs(math.log(self.recent / other.pace))
+    def was_taken_for(self, first: _Publisher, now: float) -> bool:
+        """Return whether messages of another one were taken for `first`'s when one overtook the
+        other, and these are its own: they keep its usual pace, which what is taken for its does
+        not, or they began when that ended."""
+        if abs(self.number - first.number) > _NEAR or not self._count:
+            return False
+        off = abs(math.log(self.recent_pace / first.pace))
+        ended = now - first.heard > 3.0 * first.pace and self._count <= 2 * _RECENT
+        return (off < _CLEAR and ended
+                or off + _CLEAR < abs(math.log(first.recent_pace / first.pace)))
 
     def exchange(self, other: _Publisher) -> None:
-        self.number, other.number = other.number, self.number
-        self.sent, other.sent = other.sent, self.sent
-        self.heard, other.heard = other.heard, self.heard
-        self.recent, other.recent = other.recent, self.recent
+        """Take each other's messages: they had been taken for each other's."""
+        for name in ('number', 'sent', 'heard', '_intervals'):
+            mine = getattr(self, name)
+            setattr(self, name, getattr(other, name))
+            setattr(other, name, mine)
 
 
 class PublisherWatch:
@@ -102,8 +124,11 @@ class PublisherWatch:
             return True
         speaker, first = self._speaker(now, number, sent), self._first
         if first is None or now - first.heard > _GONE or (
-                speaker is not first and speaker.share > first.share_at(now) + _LARGER):
+                speaker is not first and speaker.share(now) > first.share(now) + _LARGER):
             self._first = first = speaker
+        elif speaker is not first and speaker.was_taken_for(first, now):
+            first.exchange(speaker)
+            speaker = first
         return speaker is first or now - first.heard > _SILENT
 
     def _speaker(self, now: float, number: int, sent: float) -> _Publisher:
@@ -114,15 +139,9 @@ class PublisherWatch:
             if len(known) >= _PUBLISHERS:
                 known.remove(min((each for each in known if each is not self._first),
                                  key=lambda each: each.heard))
-            known.append(_Publisher(number, sent, now))
+            known.append(_Publisher(now, number, sent))
             return known[-1]
         speaker = min(after, key=lambda each: (number - each.number,
                                                abs(sent - each.sent - each.pace)))
         speaker.speaks(now, number, sent)
-        for each in known:   # one overtook the other: who is who shows by their paces
-            if abs(each.number - number) <= _NEAR and (
-                    each.off_the_pace_of(each) + speaker.off_the_pace_of(speaker)
-                    > each.off_the_pace_of(speaker) + speaker.off_the_pace_of(each) + _CLEAR):
-                each.exchange(speaker)
-                return each
         return speaker

@@ -78,6 +78,33 @@ def test_who_is_late_now_and_then_is_known_all_the_same(period, seed):
     assert count(found, 'controller') > 2475
 
 
+@pytest.mark.parametrize('lost', [0.0, 0.1])
+@pytest.mark.parametrize('seed', range(8))
+def test_a_stranger_who_sends_in_bursts_acts_for_no_longer_than_a_few_cycles(seed, lost):
+    """Eight messages within a millisecond, then five without any, of which half are lost."""
+    drawn = random.Random(seed)
+    controller = Publisher('controller', late=lambda: drawn.uniform(0.0, 0.0005 + 0.02 * lost))
+    messages = [message for message in controller.messages(8.0) if drawn.random() >= lost]
+    number, now = 0, 2.0 + drawn.uniform(0.0, CYCLE)
+    while now < 8.0:
+        for index in range(8):
+            number += 1
+            if drawn.random() < 0.5:
+                messages.append((now + 1e-4 * index, 'stranger', number, now + 1e-4 * index))
+        now += 0.005 + drawn.uniform(0.0, 0.003)
+    watch, acts_since, acts, heard, silent = PublisherWatch(), None, 0.0, 0.0, 0.0
+    for now, name, number, sent in sorted(messages):
+        if watch.obeys(now, number, sent):
+            silent, heard = max(silent, now - heard), now
+            if name == 'controller':
+                acts, acts_since = max(acts, now - (acts_since or now)), None
+            else:
+                acts_since = acts_since or now
+    assert acts_since is None
+    assert acts < 0.03
+    assert silent < 0.05
+
+
 @pytest.mark.parametrize('stall', [0.03, 0.09, 0.3])
 def test_where_the_first_falls_silent_another_is_obeyed_until_it_speaks_again(stall):
     controller = Publisher('controller', pauses=[(5.0, 5.0 + stall)])
