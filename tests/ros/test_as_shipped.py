@@ -12,7 +12,7 @@ from engb_core.control.causes import Cause
 from engb_core.model import Model
 from engb_ros.files import config_file, TRUE_BRAKE
 from engb_ros.interface import CLAMP_FORCE, CLAMP_FORCE_COMMAND, EFFORT_COMMAND
-from engb_ros.processes.live_loop import LiveLoop
+from engb_ros.processes.live_loop import LiveLoop, Request
 from engb_ros.processes.runner import RunnerError
 from ros.launched import launched
 
@@ -28,32 +28,19 @@ ATTEMPTS = 5
 class Shipped(LiveLoop):
     """Plant, observer and controller of `one_wheel.launch.xml`; `force` [N] is commanded."""
 
+    force = Request(CLAMP_FORCE_COMMAND)
+
     def __init__(self, runner, probe, folder, drive='plant', **arguments):
         wheel = folder / 'wheel.yaml'
         wheel.write_text(DRIVE)
         self.commands = launched('one_wheel.launch.xml', identifier='false',
                                  parameters=str(wheel), **arguments)
         self.commands['/engb/plant'][3] = drive
-        self._force = None
         self.forces = probe.listen(CLAMP_FORCE)
         super().__init__(runner, probe, [('plant', {}), ('disturbance_observer', {})])
 
     def start(self, name):
         self.runner.start_command(name, self.commands[f'/engb/{name}'])
-
-    @property
-    def force(self):
-        return self._force
-
-    @force.setter
-    def force(self, force):
-        self._wish('_force', force, CLAMP_FORCE_COMMAND)
-
-    def command(self):
-        if self._force is None:
-            return super().command()
-        self.probe.publish(CLAMP_FORCE_COMMAND, self._force)
-        return True
 
     def reach(self, condition, what):
         """Wait for `condition`, enabled, whatever a busy computer makes the watchdogs find."""
