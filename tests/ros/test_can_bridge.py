@@ -81,11 +81,11 @@ def test_refused_frames_cost_nothing_but_themselves(runner, probe, bus, tmp_path
     bridge = Bridge(probe)
     loop = closed_loop(runner, probe, can_drive(bus))
     loop.kill('can_bridge')
-    loop.until(lambda: loop.is_in('fault'), 'the fault')
+    loop.until(lambda: loop.has(Cause.STATE_STALE), 'the word')
     runner.start_command('can_bridge', [
         sys.executable, str(REFUSING), 'can_bridge', *node_command(
             'can_bridge', parameters={**bus, 'channel': f'{word},{bus["channel"]}'})[3:]])
-    loop.until(lambda: loop.clear().success, 'the bridge')
+    loop.until(lambda: not loop.has(Cause.STATE_STALE), 'the bridge')
     loop.go(15.0)
     begin = len(loop.state)
     for reason in ('once', 'ENOBUFS', 'full'):
