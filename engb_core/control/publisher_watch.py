@@ -20,8 +20,9 @@ _GONE = 1.0
 _MEMORY, _LARGER, _CYCLE = 10.0, 0.1, 0.01
 
 # A message may be ahead of its publisher's last one by twice as many as it has sent meanwhile, at
-# its pace, and by so many more.
-_AHEAD = 2
+# its pace, and by so many more. What a busy computer reads late came before: two that are read one
+# right after the other may have come at times so far apart, at most [s].
+_AHEAD, _LONGEST_WAIT = 2, 1.0
 
 # A pace is the mean of about so many intervals; the recent one the median of so few. Before it is
 # known [s].
@@ -40,12 +41,13 @@ class _Publisher:
     """What is known of one.
 
     Attributes:
-        number, sent, heard: of its last message: its number, when it was sent and heard [s].
+        number: of its last message.
+        sent, came, heard: when that was sent, came to this computer, and was read [s].
         pace: the usual time from one of its messages to the next [s].
     """
 
-    def __init__(self, now: float, number: int, sent: float) -> None:
-        self.number, self.sent, self.heard = number, sent, now
+    def __init__(self, now: float, number: int, sent: float, came: float) -> None:
+        self.number, self.sent, self.came, self.heard = number, sent, came, now
         self.pace = _FIRST_PACE
         self._intervals = deque([_FIRST_PACE], maxlen=_RECENT)
         self._share, self._count = 0.0, 0
@@ -59,12 +61,13 @@ class _Publisher:
         """Return the part of the last `_MEMORY` seconds in which it has spoken."""
         return self._share * math.exp((self.heard - now) / _MEMORY)
 
-    def may_send(self, now: float, number: int) -> bool:
-        """Return whether it can have come to this number by now."""
-        ahead = 2.0 * (now - self.heard) / min(self.pace, self.recent_pace)
-        return 0 < number - self.number <= _AHEAD + ahead
+    def may_send(self, now: float, number: int, came: float) -> bool:
+        """Return whether it can have come to this number by then."""
+        passed = max(now - self.heard, min(came - self.came, _LONGEST_WAIT))
+        return 0 < number - self.number <= (
+            _AHEAD + 2.0 * passed / min(self.pace, self.recent_pace))
 
-    def speaks(self, now: float, number: int, sent: float) -> None:
+    def speaks(self, now: float, number: int, sent: float, came: float) -> None:
         """Take a message of it."""
         self._share = self.share(now) + min(now - self.heard, _CYCLE) / _MEMORY
         interval = (sent - self.sent) / (number - self.number)
@@ -74,7 +77,7 @@ class _Publisher:
             self._count += 1
             self._intervals.append(interval)
             self.pace += (self.recent_pace - self.pace) / min(self._count, _USUAL)
-        self.number, self.sent, self.heard = number, sent, now
+        self.number, self.sent, self.came, self.heard = number, sent, came, now
 
     def was_taken_for(self, first: _Publisher, now: float) -> bool:
         """Return whether messages of another one were taken for `first`'s when one overtook the
@@ -89,7 +92,7 @@ class _Publisher:
 
     def exchange(self, other: _Publisher) -> None:
         """Take each other's messages: they had been taken for each other's."""
-        for name in ('number', 'sent', 'heard', '_intervals'):
+        for name in ('number', 'sent', 'came', 'heard', '_intervals'):
             mine = getattr(self, name)
             setattr(self, name, getattr(other, name))
             setattr(other, name, mine)
@@ -112,17 +115,23 @@ class PublisherWatch:
         self._publishers: list[_Publisher] = []
         self._first: _Publisher | None = None
 
-    def obeys(self, now: float, number: int | None, sent: float) -> bool:
+    def forget(self) -> None:
+        """Begin anew: whoever speaks next comes first."""
+        self._publishers.clear()
+        self._first = None
+
+    def obeys(self, now: float, number: int | None, sent: float, came: float) -> bool:
         """Return whether a message shall be obeyed.
 
         Args:
             now: steady clock [s].
             number: of its publisher's messages; None: the middleware counts none.
             sent: when it was published [s], on a clock of the publisher's.
+            came: when it came [s], on a clock that may be set; it may be read later.
         """
         if number is None:
             return True
-        speaker, first = self._speaker(now, number, sent), self._first
+        speaker, first = self._speaker(now, number, sent, came), self._first
         if first is None or now - first.heard > _GONE or (
                 speaker is not first and speaker.share(now) > first.share(now) + _LARGER):
             self._first = first = speaker
@@ -131,17 +140,17 @@ class PublisherWatch:
             speaker = first
         return speaker is first or now - first.heard > _SILENT
 
-    def _speaker(self, now: float, number: int, sent: float) -> _Publisher:
+    def _speaker(self, now: float, number: int, sent: float, came: float) -> _Publisher:
         """Return the publisher of a message, which is now the last one heard of it."""
         known = self._publishers
-        after = [each for each in known if each.may_send(now, number)]
+        after = [each for each in known if each.may_send(now, number, came)]
         if not after:
             if len(known) >= _PUBLISHERS:
                 known.remove(min((each for each in known if each is not self._first),
                                  key=lambda each: each.heard))
-            known.append(_Publisher(now, number, sent))
+            known.append(_Publisher(now, number, sent, came))
             return known[-1]
         speaker = min(after, key=lambda each: (number - each.number,
                                                abs(sent - each.sent - each.pace)))
-        speaker.speaks(now, number, sent)
+        speaker.speaks(now, number, sent, came)
         return speaker

@@ -54,11 +54,13 @@ def listen_for_effort(node: ManagedNode, values: dict[str, Any], joint: str,
     watch = PublisherWatch()
     by_joint = values['effort_source'] == 'joint_command'
 
-    def on_command(message: Any, number: int | None, sent: float) -> None:
-        if not watch.obeys(monotonic(), number, sent):
-            ignored()
-            return
+    def on_command(message: Any, number: int | None, sent: float, came: float) -> None:
+        if not watch.obeys(monotonic(), number, sent, came):
+            if node.count_publishers(topic) > 1:
+                ignored()
+                return
+            watch.forget()   # there is nobody else: messages were lost
         callback(joint_effort(message, joint) if by_joint else message.data)
 
-    node.listen(interface.JOINT_COMMAND if by_joint else interface.EFFORT_COMMAND,
-                InformedCallback(on_command))
+    topic = node.listen(interface.JOINT_COMMAND if by_joint else interface.EFFORT_COMMAND,
+                        InformedCallback(on_command)).topic_name

@@ -72,25 +72,25 @@ def subscription_qos(topic: Topic, every: bool = False) -> QoSProfile:
 
 class InformedCallback:
     """A subscription's callback that is told of each message which one of its publisher's it is,
-    and when that one sent it.
+    when that one sent it, and when it came.
 
     Args:
-        callback: called with the message, its number (None where the middleware counts none) and
-            the publisher's time [s].
+        callback: called with the message, its number (None where the middleware counts none), the
+            publisher's time and that of its coming, on this computer's clock [s].
     """
 
     # By this rclpy sees that it takes a message and what is known of it.
     __signature__ = Signature([Parameter(name, Parameter.POSITIONAL_ONLY)
                                for name in ('message', 'info')])
 
-    def __init__(self, callback: Callable[[Any, int | None, float], None]) -> None:
+    def __init__(self, callback: Callable[[Any, int | None, float, float], None]) -> None:
         self._callback = callback
 
     def __call__(self, *taken: Any) -> None:
         # The EventsExecutor of Jazzy hands both over as one tuple, the others as two arguments.
         message, info = taken if len(taken) == 2 else taken[0]
         self._callback(message, info['publication_sequence_number'],
-                       1e-9 * info['source_timestamp'])
+                       1e-9 * info['source_timestamp'], 1e-9 * info['received_timestamp'])
 
 
 class JointSample(NamedTuple):

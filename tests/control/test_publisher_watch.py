@@ -33,7 +33,7 @@ def obeyed(publishers, until, watch=None, lost=lambda index: False):
     found = []
     messages = sorted(message for publisher in publishers for message in publisher.messages(until))
     for index, (now, name, number, sent) in enumerate(messages):
-        if not lost(index) and watch.obeys(now, number, sent):
+        if not lost(index) and watch.obeys(now, number, sent, now):
             found.append((now, name))
     return found
 
@@ -94,7 +94,7 @@ def test_a_stranger_who_sends_in_bursts_acts_for_no_longer_than_a_few_cycles(see
         now += 0.005 + drawn.uniform(0.0, 0.003)
     watch, acts_since, acts, heard, silent = PublisherWatch(), None, 0.0, 0.0, 0.0
     for now, name, number, sent in sorted(messages):
-        if watch.obeys(now, number, sent):
+        if watch.obeys(now, number, sent, now):
             silent, heard = max(silent, now - heard), now
             if name == 'controller':
                 acts, acts_since = max(acts, now - (acts_since or now)), None
@@ -140,6 +140,27 @@ def test_messages_that_are_lost_make_nobody_a_stranger():
     assert count(found, 'controller') == sum(index % 7 not in (1, 2, 3) for index in range(2500))
 
 
+def test_what_a_busy_computer_reads_late_makes_nobody_a_stranger():
+    """It reads the newest alone: one that waited for 20 ms, and right after it the last one."""
+    watch = PublisherWatch()
+    for number in range(1, 1000):
+        sent = came = 0.001 * number
+        phase = number % 50
+        if phase == 0:
+            assert watch.obeys(came + 0.02, number, sent, came)
+        elif phase >= 20:
+            read = came + (0.0001 if phase == 20 else 0.0)
+            assert watch.obeys(read, number, sent, came)
+
+
+def test_after_forgetting_whoever_speaks_next_is_obeyed():
+    watch = PublisherWatch()
+    obeyed([Publisher('controller')], 2.0, watch)
+    assert not watch.obeys(2.0, 7, 2.0, 2.0)
+    watch.forget()
+    assert watch.obeys(2.0, 8, 2.0, 2.0)
+
+
 def test_a_controller_that_starts_anew_is_obeyed():
     for pause in (0.05, 0.5, 20.0):
         found = obeyed([Publisher('old', end=5.0), Publisher('new', begin=5.0 + pause)],
@@ -149,7 +170,7 @@ def test_a_controller_that_starts_anew_is_obeyed():
 
 def test_without_numbers_all_are_obeyed():
     watch = PublisherWatch()
-    assert all(watch.obeys(0.001 * index, None, 0.0) for index in range(100))
+    assert all(watch.obeys(0.001 * index, None, 0.0, 0.0) for index in range(100))
 
 
 def test_many_publishers_do_not_fill_the_memory():
