@@ -12,6 +12,9 @@ __all__ = ['PublisherWatch']
 # what delays it, shorter than a standby waits before it takes over [s].
 _SILENT = 0.04
 
+# A standby goes on from the torque that is there: to within this part of the drive's limit.
+_GOES_ON = 0.2
+
 # Silent for so long, it has lost its place [s].
 _GONE = 1.0
 
@@ -107,24 +110,33 @@ class PublisherWatch:
     belongs to the one whose pace it keeps.
 
     Who comes first is obeyed as long as it speaks. A stranger's messages are not, be they one or a
-    thousand a second. Where it falls silent, another one is obeyed at once (a standby that takes
-    over), until it speaks again. Where the middleware does not number messages, all are obeyed.
+    thousand a second. Where it falls silent, one that goes on from the torque that is there is
+    obeyed (a standby that takes over), anyone once the drive has let go, until the first speaks
+    again. Where the middleware does not number messages, all are obeyed.
+
+    Args:
+        command_timeout: without torque for so long the drive lets go [s].
+        effort_limit: of the drive [N·m].
     """
 
-    def __init__(self) -> None:
-        self._publishers: list[_Publisher] = []
-        self._first: _Publisher | None = None
+    def __init__(self, command_timeout: float, effort_limit: float) -> None:
+        self._command_timeout, self._tolerance = command_timeout, _GOES_ON * effort_limit
+        self.forget()
 
     def forget(self) -> None:
         """Begin anew: whoever speaks next comes first."""
-        self._publishers.clear()
-        self._first = None
+        self._publishers: list[_Publisher] = []
+        self._first: _Publisher | None = None
+        self._successor: _Publisher | None = None
+        self._torque = 0.0
 
-    def obeys(self, now: float, number: int | None, sent: float, came: float) -> bool:
+    def obeys(self, now: float, torque: float, number: int | None, sent: float,
+              came: float) -> bool:
         """Return whether a message shall be obeyed.
 
         Args:
             now: steady clock [s].
+            torque: what it asks for [N·m].
             number: of its publisher's messages; None: the middleware counts none.
             sent: when it was published [s], on a clock of the publisher's.
             came: when it came [s], on a clock that may be set; it may be read later.
@@ -138,7 +150,17 @@ class PublisherWatch:
         elif speaker is not first and speaker.was_taken_for(first, now):
             first.exchange(speaker)
             speaker = first
-        return speaker is first or now - first.heard > _SILENT
+        silent = now - first.heard
+        if speaker is first:
+            self._successor = None
+        elif silent <= _SILENT or (
+                speaker is not self._successor and silent <= self._command_timeout
+                and not abs(torque - self._torque) <= self._tolerance):
+            return False
+        else:
+            self._successor = speaker
+        self._torque = torque
+        return True
 
     def _speaker(self, now: float, number: int, sent: float, came: float) -> _Publisher:
         """Return the publisher of a message, which is now the last one heard of it."""

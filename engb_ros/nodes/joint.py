@@ -51,16 +51,17 @@ def listen_for_effort(node: ManagedNode, values: dict[str, Any], joint: str,
                       callback: Callable[[float], None], ignored: Callable[[], None]) -> None:
     """Call `callback` with each torque [N·m] that comes from the source of the parameters, of one
     publisher at a time (`PublisherWatch`), and `ignored` where it is another one's."""
-    watch = PublisherWatch()
+    watch = PublisherWatch(values['command_timeout'], values['effort_limit'])
     by_joint = values['effort_source'] == 'joint_command'
 
     def on_command(message: Any, number: int | None, sent: float, came: float) -> None:
-        if not watch.obeys(monotonic(), number, sent, came):
+        torque = joint_effort(message, joint) if by_joint else message.data
+        if not watch.obeys(monotonic(), torque, number, sent, came):
             if node.count_publishers(topic) > 1:
                 ignored()
                 return
             watch.forget()   # there is nobody else: messages were lost
-        callback(joint_effort(message, joint) if by_joint else message.data)
+        callback(torque)
 
     topic = node.listen(interface.JOINT_COMMAND if by_joint else interface.EFFORT_COMMAND,
                         InformedCallback(on_command)).topic_name

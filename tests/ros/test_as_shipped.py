@@ -173,7 +173,7 @@ def test_torque_of_an_intruder_within_the_limit_is_told_and_moves_nothing(loop, 
         intruder = probe.node.create_publisher(Float64, EFFORT_COMMAND.name, 1)
         begin, end = len(loop.states), time.monotonic() + 3.0
         while time.monotonic() < end:   # several times as many as the controller sends
-            for _ in range(8):
+            for _ in range(4):
                 intruder.publish(Float64(data=torque))
             loop.during(0.005)
         told = loop.has(Cause.OTHER_CONTROLLER)
