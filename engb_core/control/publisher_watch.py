@@ -32,9 +32,9 @@ _AHEAD, _LONGEST_WAIT = 2, 1.0
 _USUAL, _RECENT = 100, 5
 _FIRST_PACE = 0.001
 
-# Two of which one overtook the other lately are so near, and were taken for each other where the
-# first's usual pace fits the other's messages so much better (logarithm of the ratios).
-_NEAR, _CLEAR = 200, 0.5
+# While one overtakes the other, and for so long after it [s], they may be taken for each other:
+# where the first's usual pace fits the other's messages so much better (logarithm of the ratios).
+_MEETING, _CLEAR = 0.3, 0.5
 
 # So many publishers are told apart; of more, the one that was silent longest is forgotten.
 _PUBLISHERS = 8
@@ -86,7 +86,7 @@ class _Publisher:
         """Return whether messages of another one were taken for `first`'s when one overtook the
         other, and these are its own: they keep its usual pace, which what is taken for its does
         not, or they began when that ended."""
-        if abs(self.number - first.number) > _NEAR or not self._count:
+        if not self._count:
             return False
         off = abs(math.log(self.recent_pace / first.pace))
         ended = now - first.heard > 3.0 * first.pace and self._count <= 2 * _RECENT
@@ -128,6 +128,7 @@ class PublisherWatch:
         self._publishers: list[_Publisher] = []
         self._first: _Publisher | None = None
         self._successor: _Publisher | None = None
+        self._met_at = -math.inf   # when a message could be of two
         self._torque = 0.0
 
     def obeys(self, now: float, torque: float, number: int | None, sent: float,
@@ -147,7 +148,8 @@ class PublisherWatch:
         if first is None or now - first.heard > _GONE or (
                 speaker is not first and speaker.share(now) > first.share(now) + _LARGER):
             self._first = first = speaker
-        elif speaker is not first and speaker.was_taken_for(first, now):
+        elif (speaker is not first and now - self._met_at < _MEETING
+                and speaker.was_taken_for(first, now)):
             first.exchange(speaker)
             speaker = first
         silent = now - first.heard
@@ -172,6 +174,8 @@ class PublisherWatch:
                                  key=lambda each: each.heard))
             known.append(_Publisher(now, number, sent, came))
             return known[-1]
+        if len(after) > 1:
+            self._met_at = now
         speaker = min(after, key=lambda each: (number - each.number,
                                                abs(sent - each.sent - each.pace)))
         speaker.speaks(now, number, sent, came)

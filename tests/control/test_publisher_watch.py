@@ -85,6 +85,24 @@ def test_who_is_late_now_and_then_is_known_all_the_same(period, seed):
     assert count(found, 'controller') > 2475
 
 
+@pytest.mark.parametrize('seed', range(5))
+def test_who_is_let_wait_by_a_busy_computer_is_taken_for_nobody_else(seed):
+    """The controller's messages come up to 25 ms late, a stranger's at the pace that it had."""
+    drawn = random.Random(seed)
+    controller, watch = Publisher('controller'), watching()
+    obeyed([controller], 1.2, watch)
+    number, now = controller.number, 1.2
+    stranger = list(Publisher('stranger', CYCLE, 1.2, number=number - 150).messages(2.0))
+    messages = []
+    while now < 2.0:
+        number, now = number + 1, now + CYCLE + max(drawn.uniform(-0.025, 0.025), 0.0)
+        messages.append((now, 'controller', number, now, TORQUE))
+    found = [name for now, name, number, sent, torque in sorted(messages + stranger)
+             if watch.obeys(now, torque, number, sent, now)]
+    assert set(found) == {'controller'}
+    assert len(found) == len(messages)
+
+
 @pytest.mark.parametrize('lost', [0.0, 0.1])
 @pytest.mark.parametrize('seed', range(8))
 def test_a_stranger_who_sends_in_bursts_acts_for_no_longer_than_a_few_cycles(seed, lost):
