@@ -128,7 +128,7 @@ class PublisherWatch:
         self._publishers: list[_Publisher] = []
         self._first: _Publisher | None = None
         self._successor: _Publisher | None = None
-        self._met_at = -math.inf   # when a message could be of two
+        self._met_at = -math.inf   # when one could be the first's or another's
         self._torque = 0.0
 
     def obeys(self, now: float, torque: float, number: int | None, sent: float,
@@ -174,7 +174,7 @@ class PublisherWatch:
                                  key=lambda each: each.heard))
             known.append(_Publisher(now, number, sent, came))
             return known[-1]
-        if len(after) > 1:
+        if len(after) > 1 and self._first in after:
             self._met_at = now
         speaker = min(after, key=lambda each: (number - each.number,
                                                abs(sent - each.sent - each.pace)))
