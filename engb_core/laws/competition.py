@@ -234,7 +234,7 @@ def _fitted_without(fitter: Fitter, fit: Fit, gone: set[int]) -> Fit:
 
 def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
     """Whether a law without names predicts blocks left out clearly better than what was said, or
-    about as well as a free load curve alone, with fewer numbers.
+    about as well with fewer numbers where that was a free load curve and no likely name.
 
     Where a name is likely, another formula of its would explain more, too: then the names must
     explain too small a part of what the law explains; or the law must speak of other things than
@@ -247,7 +247,7 @@ def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
         named = law.fitter.finish(law.fitter.refine(
             law.fitter.evaluate(named.hypothesis, named.vector)))
     left = _on_blocks(law.fitter, named)
-    plainer = not named.hypothesis.variants \
+    plainer = not likely and not named.hypothesis.variants \
         and law.candidate.fit.hypothesis.size < named.hypothesis.size
     if 0.5 * math.log(left / law.after) <= (-WORTH if plainer else WORTH):
         return False
