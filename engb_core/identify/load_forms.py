@@ -50,6 +50,11 @@ class LoadForm:
     # (m, 1), filtered: friction per load, for weighing the form beside friction that grows with it
     beside: Array | None = None
 
+    @property
+    def has_load(self) -> bool:
+        """Whether it is more than nothing or an offset."""
+        return bool(set(self.names) - {'offset'})
+
 
 def load_forms(data: FilteredColumns, joint: Joint) -> list[LoadForm]:
     """Return the forms that need no search: none, offset, polynomials, sinusoid."""
