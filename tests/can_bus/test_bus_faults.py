@@ -51,8 +51,8 @@ class ToldBus(can.BusABC):
         return given, False
 
     def send(self, msg: Any, timeout: float | None = None) -> None:
-        if TOLD.held is not None:
-            raise can.CanOperationError('Failed to transmit', errno.ENODEV)
+        if TOLD.refusal is not None:
+            raise TOLD.refusal
         TOLD.sent.append(msg.arbitration_id)
 
     @property
@@ -67,7 +67,8 @@ TOLD = SimpleNamespace()
 
 @pytest.fixture(autouse=True)
 def interface(monkeypatch: pytest.MonkeyPatch) -> None:
-    vars(TOLD).update(opened=[], closed_doors=0, held=None, next=Queue(), sent=[], state=None)
+    vars(TOLD).update(opened=[], closed_doors=0, held=None, refusal=None, next=Queue(), sent=[],
+                      state=None)
     monkeypatch.setitem(can.interface.BACKENDS, 'virtual', (__name__, 'ToldBus'))
 
 
@@ -150,14 +151,52 @@ def test_a_bus_that_is_gone_while_it_is_closed_does_not_come_back():
 
 
 def test_what_sending_and_reading_both_find_is_one_failure(bus):
-    TOLD.held = OSError('gone')
+    TOLD.held, TOLD.refusal = OSError('gone'), can.CanOperationError('No', errno.ENODEV)
     TOLD.next.put(TOLD.held)
     until(TOLD.next.empty)       # the reader waits in the interface
     assert not bus.can.send(1, b'\1')
     assert bus.can.failures == 1
-    TOLD.held = None
+    TOLD.held = TOLD.refusal = None
     until(lambda: bus.can.is_up)
     assert bus.can.failures == 1
+
+
+@pytest.mark.parametrize('refusal', [can.CanOperationError('full', errno.ENOBUFS),
+                                     can.CanOperationError('Transmit buffer full'),
+                                     OSError(errno.EAGAIN, 'again')])
+def test_a_refused_frame_is_counted_and_the_bus_stays(bus, refusal):
+    TOLD.refusal = refusal
+    assert not bus.can.send(1, b'\1')
+    assert (bus.can.is_up, bus.can.is_refusing, bus.can.refused) == (True, True, 1)
+    TOLD.refusal = None
+    assert bus.can.send_surely(lambda: (1, b'\2'), 10.0)
+    assert not bus.can.is_refusing
+
+
+def test_only_a_bus_that_refuses_for_long_is_given_up(bus):
+    TOLD.refusal = can.CanOperationError('full', errno.ENOBUFS)
+    begin = time.monotonic()
+    assert not bus.can.send_surely(lambda: (1, b'\1'), 60.0)
+    assert time.monotonic() - begin >= PAUSE
+    assert (bus.can.failures, bus.can.refused > 1) == (1, True)
+
+
+def test_patience_with_a_full_queue_ends():
+    TOLD.refusal = can.CanOperationError('full', errno.ENOBUFS)
+    bus = CanBus('virtual', 'one', 0, print, {1}, reconnect_time=60.0)
+    try:
+        assert not bus.send_surely(lambda: (1, b'\1'), 0.02)
+        assert bus.is_up
+    finally:
+        bus.close()
+
+
+def test_a_port_behind_a_multicast_group(monkeypatch):
+    monkeypatch.setitem(can.interface.BACKENDS, 'udp_multicast', (__name__, 'ToldBus'))
+    CanBus('udp_multicast', '239.0.0.1:4711', 0, print, {1}).close()
+    assert TOLD.opened[-1]['port'] == 4711
+    with pytest.raises(InputError, match='after the colon stands a port'):
+        CanBus('udp_multicast', '239.0.0.1:0', 0, print, {1})
 
 
 def test_a_last_word_on_a_bus_that_is_down_is_not_waited_for(bus):
