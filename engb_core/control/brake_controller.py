@@ -399,7 +399,7 @@ class BrakeController:
         action = settings.supervisor.stale_action
         by_force = force is not None and force.command is not None
         if action == 'hold':
-            if by_force:
+            if force is not None:
                 force.command = None
             self.source.hold()
             return
@@ -430,18 +430,24 @@ class BrakeController:
             self._aim_at_force(force.command)
 
     @property
+    def _forced(self) -> ForceControl:
+        assert self._force is not None, 'a force is asked for only where one can be told'
+        return self._force
+
+    @property
     def _highest_force(self) -> float:
-        return min(self.settings.force_max, self._force.estimator.map.highest_force)
+        highest: float = self._forced.estimator.map.highest_force
+        return min(self.settings.force_max, highest)
 
     def _aim_at_force(self, value: float) -> None:
-        self._force.command = value
+        self._forced.command = value
         angle = self._angle_of_force(value)
         self.report.position_input = angle
         self.source.command(angle)
 
     def _angle_of_force(self, value: float) -> float:
-        return min(max(self._force.angle_of(value), self.settings.position_min),
-                   self.settings.position_max)
+        angle: float = self._forced.angle_of(value)
+        return min(max(angle, self.settings.position_min), self.settings.position_max)
 
     def _force_control(self, model: Model) -> ForceControl | None:
         settings = self.settings

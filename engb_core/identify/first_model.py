@@ -252,7 +252,8 @@ def _solve(data: FilteredColumns, form: LoadForm, rows: NDArray[np.bool_]) -> Ar
     if form.beside is not None:
         low[-1] = 0.0
     found = lsq_linear(design / scale, data.effort[rows], (low, np.inf), method='bvls')
-    return found.x / scale
+    values: Array = found.x / scale
+    return values
 
 
 @dataclass(frozen=True)
@@ -370,7 +371,8 @@ def _jackknife(data: FilteredColumns, form: LoadForm) -> Array:
     """Return the standard deviations of the numbers by leaving out one block after another."""
     blocks = int(data.block.max()) + 1
     values = np.stack([_solve(data, form, data.block != block) for block in range(blocks)])
-    return np.sqrt((blocks - 1) / blocks * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
+    spread: Array = np.sum((values - values.mean(axis=0)) ** 2, axis=0)
+    return np.sqrt((blocks - 1) / blocks * spread)
 
 
 def _numbers(names: tuple[str, ...], fit: Array, deviations: Array, joint: Joint,

@@ -62,7 +62,8 @@ def load_forms(data: FilteredColumns, joint: Joint) -> list[LoadForm]:
     middle, reach = 0.5 * (position.min() + position.max()), max(0.5 * np.ptp(position), 1e-12)
 
     def raised(power: int, values: Array) -> Array:
-        return ((values - middle) / reach) ** power
+        scaled: Array = (values - middle) / reach
+        return scaled ** power
 
     powers = [_filtered(data, partial(raised, power)) for power in range(max(DEGREES) + 1)]
     ones = np.ones_like(position)
