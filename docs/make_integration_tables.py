@@ -25,7 +25,8 @@ _QOS = {
     'status': 'reliable, transient local, depth 1',
 }
 _STATES = {
-    State.READY: 'healthy; holds the angle it found; waits for a command',
+    State.READY: 'no fault; holds the angle it found; waits for a command, and for joint '
+                 'states where they have stopped',
     State.ENABLED: 'tracks',
     State.DEGRADED: 'tracks, with a cause of severity degraded',
     State.FAULT: 'a fault is latched until ~/clear_faults',

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 import resource
 import signal
+import subprocess
 from typing import Any
 
 import pytest
@@ -20,14 +21,17 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 BEGIN = pytest.StashKey[float]()
 WATCH = pytest.StashKey[Watch]()
+BROKEN = pytest.StashKey[bool]()
 
 # Nodes and buses as they are, in real time. One that failed is run again, and both outcomes are
 # told: a stall of a second, of which the load of a whole test shows nothing, lets watchdogs find
 # what nobody injected. Where a busy machine was late they are run again more often, and where
-# others took it to the end the outcome is not known.
+# others took it to the end the outcome is not known. Only what lateness can cause is excused: that
+# something was not as expected, or did not come in time. Any other exception fails at once.
 REAL_TIME = ('tests/ros/', 'tests/can_bus/test_bus.py',
              'tests/can_bus/test_four_drives.py::test_four_drives_over_a_real_bus')
 RERUNS = 3
+OF_LATENESS = (AssertionError, TimeoutError, subprocess.TimeoutExpired)
 
 # Files and tests that take more than a few seconds of processor time, or real time (nodes, buses);
 # `make check` leaves them out. Found by `pytest --durations=80`.
@@ -58,8 +62,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def _may_be_late(item: pytest.Item) -> Callable[[], bool]:
-    return lambda: (getattr(item, 'execution_count', 1) <= 1
-                    or item.stash[WATCH].may_be_late())
+    return lambda: not item.stash[BROKEN] and (
+        getattr(item, 'execution_count', 1) <= 1 or item.stash[WATCH].may_be_late())
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -85,14 +89,19 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Watch what others take, from each attempt's beginning."""
     item.stash[WATCH] = Watch()
+    item.stash[BROKEN] = False
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+def pytest_runtest_makereport(item: pytest.Item,
+                              call: pytest.CallInfo[None]) -> Iterator[None]:
     """Say where a failure in real time proves nothing. Hand the processor time on with the report
     of the teardown, the last one (also by pytest-xdist)."""
+    if call.excinfo is not None and not isinstance(
+            call.excinfo.value, (*OF_LATENESS, pytest.skip.Exception)):
+        item.stash[BROKEN] = True
     report = yield
-    if (report.failed and item.nodeid.startswith(REAL_TIME)
+    if (report.failed and item.nodeid.startswith(REAL_TIME) and not item.stash[BROKEN]
             and getattr(item, 'execution_count', 1) > RERUNS and item.stash[WATCH].inconclusive()):
         report.outcome = 'skipped'
         report.longrepr = (str(item.path), item.location[1] or 0, (

@@ -52,7 +52,6 @@ class BrakeController:
         self.supervisor.watch_commands = settings.reference.kind == 'command'
         self.report = Report()
         self.setpoint = Setpoint(0.0)
-        self.silent = False
         self._disc_speed = 0.0
         self._force = self._force_control(model)
         self._moves = False
@@ -73,9 +72,8 @@ class BrakeController:
     def start(self, now: float) -> None:
         """Begin: hold the position of the first sample."""
         self.supervisor.start(now)
-        self.silent = False
+        self.silent, self._last = False, now
         self._restart()
-        self._last = now
 
     def apply(self, settings: ControllerSettings) -> None:
         """Change settings while running; the torque doesn't jump. `reference` is not changed."""
@@ -199,8 +197,9 @@ class BrakeController:
 
     def start_reference(self) -> float:
         """Begin the trajectory; return its length [s]. InputError where there is none."""
-        if self.supervisor.faults:
-            raise InputError('a fault is latched; clear it first')
+        if self.supervisor.stopping:
+            raise InputError('a fault is latched; clear it first' if self.supervisor.faults
+                             else 'joint states have stopped; they are waited for')
         self.source.start()
         return self.source.duration
 
@@ -209,7 +208,7 @@ class BrakeController:
         goes on as if nothing had been asked; one that is silent speaks, if it may."""
         supervisor = self.supervisor
         stop = supervisor.stop
-        if stop is None:
+        if not supervisor.faults:
             return Cause(0)
         left = supervisor.clear(now)
         if not left and (speak or not self.silent):
@@ -230,6 +229,8 @@ class BrakeController:
         states = supervisor.states
         if not supervisor.accept_state(now, stamp, position, velocity):
             return self._hold_load(now) if states.in_doubt else None
+        if self._ramping and not (supervisor.enabled_once or supervisor.stopping):
+            self._restart(self.clamp.output)   # the drive that was waited for is back
         velocity = self._velocity.step(states.taken.time, states.span, position, velocity)
         states.velocity = velocity
         report, settings = self.report, self.settings
@@ -267,7 +268,7 @@ class BrakeController:
         """Look at the clock; return a torque to send where no joint state will ask for one."""
         supervisor = self.supervisor
         supervisor.watch(now)
-        if self.silent or not supervisor.faults & _STATE_STALE:
+        if self.silent or not supervisor.stopping & _STATE_STALE:
             return None
         dt, self._last = now - self._last, now
         return self._let_go(dt)
@@ -289,8 +290,8 @@ class BrakeController:
         target = self.source.target
         limit = self.settings.supervisor.effort_limit
         self._restart(min(max(torque, -limit), limit))
-        self.silent = False
-        self._last = now
+        self.supervisor.enabled_once = True
+        self.silent, self._last = False, now
         if force is not None:
             self._aim_at_force(force)
         elif self.supervisor.commanded:
@@ -319,7 +320,7 @@ class BrakeController:
             return 0.0
         self.setpoint = self.source.at(time, position)
         if self.source.commanded_by_trajectory and self.source.running:
-            supervisor.commanded = True
+            supervisor.enable()
         loop = self.loop
         loop.pid.frozen = supervisor.torques.short
         return loop.step(time, position, velocity, effort, self.setpoint)
@@ -399,7 +400,7 @@ class BrakeController:
         action = settings.supervisor.stale_action
         by_force = force is not None and force.command is not None
         if action == 'hold':
-            if force is not None:
+            if by_force:
                 force.command = None
             self.source.hold()
             return
@@ -430,24 +431,17 @@ class BrakeController:
             self._aim_at_force(force.command)
 
     @property
-    def _forced(self) -> ForceControl:
-        assert self._force is not None, 'a force is asked for only where one can be told'
-        return self._force
-
-    @property
     def _highest_force(self) -> float:
-        highest: float = self._forced.estimator.map.highest_force
-        return min(self.settings.force_max, highest)
+        return min(self.settings.force_max, self._force.estimator.map.highest_force)
 
     def _aim_at_force(self, value: float) -> None:
-        self._forced.command = value
-        angle = self._angle_of_force(value)
-        self.report.position_input = angle
+        self._force.command = value
+        self.report.position_input = angle = self._angle_of_force(value)
         self.source.command(angle)
 
     def _angle_of_force(self, value: float) -> float:
-        angle: float = self._forced.angle_of(value)
-        return min(max(angle, self.settings.position_min), self.settings.position_max)
+        return min(max(self._force.angle_of(value), self.settings.position_min),
+                   self.settings.position_max)
 
     def _force_control(self, model: Model) -> ForceControl | None:
         settings = self.settings

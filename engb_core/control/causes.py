@@ -121,7 +121,8 @@ CAUSES: dict[Cause, CauseInfo] = {
         '`largest_command_step` or `largest_force_step`', 'taken: an emergency looks like this'),
     Cause.STATE_STALE: CauseInfo(
         Severity.FAULT, 'no valid joint state within `state_timeout`',
-        'stopped by `stop_state_stale`', _BLIND,
+        'stopped by `stop_state_stale`; before the first command since activation not latched: '
+        'waited for, told as a warning', _BLIND,
         'a torque that nobody watches must go, but the vehicle shall not jerk'),
     Cause.STATE_NOT_FINITE: CauseInfo(
         Severity.NOTICE, 'a joint state held NaN, infinity, or a number beyond 1e6',

@@ -7,6 +7,8 @@ tested exactly.
 
 from __future__ import annotations
 
+import math
+
 from engb_core.control.causes import Cause, CAUSES, Severity, State, Stop
 from engb_core.control.command_arbiter import Command, CommandArbiter
 from engb_core.control.state_watch import StateWatch
@@ -47,6 +49,9 @@ class Supervisor:
         faults: faults that wait to be cleared, as a plain number: it is asked every cycle, and
             arithmetic with enum flags costs a microsecond each.
         counts: how often each cause came up.
+        enabled_once: since `start` a command was taken, or a torque taken over. Before, joint
+            states that stop are no fault: nothing was asked of the brake, and whoever sends them
+            may still be starting. They are waited for, without torque.
     """
 
     def __init__(self, settings: SupervisorSettings) -> None:
@@ -75,7 +80,8 @@ class Supervisor:
         """Begin (on activation): ages count from now on."""
         self.faults = self._conditions = 0
         self._last_seen.clear()
-        self.commanded = False
+        self.commanded = self.enabled_once = False
+        self._back_since = -math.inf   # when joint states that were waited for came back
         self._state_time = self._observer_time = now
         self._disc_time: float | None = None
         self._refuses = self._holds_on = False
@@ -92,13 +98,20 @@ class Supervisor:
 
     @property
     def stop(self) -> Stop | None:
-        """What the latched faults make of the torque: the strictest of their stops."""
-        faults = self.faults
+        """What becomes of the torque: the strictest stop of `stopping`."""
+        faults = self.stopping
         if not faults:
             return None
         if faults & self._release:
             return Stop.RELEASE
         return Stop.RAMP if faults & self._ramp else Stop.HOLD
+
+    @property
+    def stopping(self) -> int:
+        """Latched faults, and joint states that are waited for, as a plain number."""
+        if self.enabled_once or not self.states.seen:
+            return self.faults
+        return self.faults | self._conditions & _STATE_STALE
 
     @property
     def latched(self) -> Cause:
@@ -164,15 +177,24 @@ class Supervisor:
         """Return the value to follow, within `low` and `high`; None: the last one stands.
 
         In a fault only a source that has been speaking for a while is listened to: the caller
-        follows lower requests.
+        follows lower requests. None is taken while joint states are waited for.
         """
         value = self.commands.judge(now, command, low, high)
-        if value is None:
+        if value is None or not (self.enabled_once or self._have_states(now)):
             return None
         if self.faults:
             return value if self.commands.steady(now) else None
-        self.commanded = True
+        self.enable()
         return value
+
+    def enable(self) -> None:
+        """Follow a command, or a trajectory, from now on."""
+        self.commanded = self.enabled_once = True
+
+    def _have_states(self, now: float) -> bool:
+        """Whether joint states, once missed, have come for `state_timeout` without a gap."""
+        return (not self._conditions & _STATE_STALE
+                and now - self._back_since >= self._settings.state_timeout)
 
     def accept_state(self, now: float, stamp: float, position: float, velocity: float) -> bool:
         """Return whether a joint state may be used; if so it feeds the watchdog.
@@ -182,6 +204,7 @@ class Supervisor:
             stamp: of the sample [s].
             position, velocity: [rad, rad/s]; a velocity of NaN means that none is given.
         """
+        first = not self.states.seen
         if not self.states.accept(now, stamp, position, velocity):
             if not self.states.lost:
                 return False
@@ -189,8 +212,13 @@ class Supervisor:
             self.set(Cause.ANGLE_LOST, True, now)
             self.set(Cause.ANGLE_LOST, False, now)
             self.states.believe()
+        if self._conditions & _STATE_STALE:
+            timeout = self._settings.state_timeout
+            if first or now - self._state_time > timeout:
+                self._back_since = now
+            if first or self.enabled_once or now - self._back_since >= timeout:
+                self._conditions &= ~_STATE_STALE
         self._state_time = now
-        self._conditions &= ~_STATE_STALE
         return True
 
     def angle(self, now: float, position: float, low: float, high: float) -> None:
@@ -274,8 +302,8 @@ class Supervisor:
         if (self._refuses or self._holds_on) and now - self._word_at > _WORD_FORGOTTEN:
             self.drive_state(now, '')
         if settings.state_timeout > 0.0 and now - self._state_time > settings.state_timeout:
-            # Before the very first sample nothing has failed yet.
-            self.set(Cause.STATE_STALE, True, now, latch=self.states.seen)
+            # Before the very first sample, and the first command, nothing has failed yet.
+            self.set(Cause.STATE_STALE, True, now, latch=self.states.seen and self.enabled_once)
         if (self.watch_commands and self.commanded and settings.command_timeout > 0.0
                 and now - commands.spoke_at > settings.command_timeout
                 and not commands.successor(now)):

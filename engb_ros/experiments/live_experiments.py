@@ -19,7 +19,7 @@ from engb_core.recording import Recording, Signal
 from engb_core.reproduce import chosen
 from engb_core.reproduce.plan import Experiment
 from engb_ros import interface
-from engb_ros.processes.runner import reserved_domain, Runner, RunnerError
+from engb_ros.processes.runner import reserved_domain, Runner, RunnerError, RunnerTimeout
 
 __all__ = ['read_experiment', 'record_experiment']
 
@@ -81,8 +81,8 @@ def record_experiment(experiment: Experiment, model: Model, bag: Path, seed: int
                 and not (experiment.observed and _is_unpaired(recording, 'disturbance'))):
             return recording
         progress(f'{experiment.name}: samples were lost; once more, slower')
-    raise RunnerError(f'the recorder loses samples even at {SPEEDS[-1]} of real time: the '
-                      'machine is too busy')
+    raise RunnerTimeout(f'the recorder loses samples even at {SPEEDS[-1]} of real time: the '
+                        'machine is too busy')
 
 
 def read_experiment(bag: Path) -> Recording:
@@ -239,7 +239,7 @@ def _follow(runner: Runner, probe: Any, messages: list[Any], duration: float,
         if len(messages) > last:
             last, since = len(messages), time.monotonic()
         elif time.monotonic() - since > PATIENCE:
-            raise RunnerError(f'the plant has sent nothing for {PATIENCE:.0f} s')
+            raise RunnerTimeout(f'the plant has sent nothing for {PATIENCE:.0f} s')
         if 0.01 * last - told >= 1.0:
             told = 0.01 * last
             tell(told)

@@ -179,7 +179,7 @@ class ControllerNode(ManagedNode):
         """Send a last command: no torque. A healthy controller leaves a standby the torque that is
         there; should none take over, the drive lets go by its own timeout."""
         hands_over = (self._claims.standby(monotonic())
-                      and not self._controller.supervisor.faults)
+                      and not self._controller.supervisor.stopping)
         if not self._controller.silent and not hands_over:
             self._publish_effort(scalar(0.0))
             # A publisher that is destroyed takes along what is still under way.
@@ -295,7 +295,7 @@ class ControllerNode(ManagedNode):
         if torque is not None:
             self._publish_effort(scalar(torque))
         supervisor = self._controller.supervisor
-        if self._told != (supervisor.state, supervisor.faults):
+        if self._told != (supervisor.state, supervisor.stopping):
             self._tell()
 
     def _on_activation(self, message: UInt64) -> None:
@@ -325,16 +325,16 @@ class ControllerNode(ManagedNode):
                 # then healthy and says so, means both.
                 controller.clear(now, speak=False)
             supervisor.set(Cause.STANDBY_NOT_READY, not self._could_take_over(now), now)
-            if not supervisor.faults:
+            if not supervisor.stopping:
                 self._publish_activation(UInt64(data=STANDBY_CLAIM))
             return   # it hears the other one, and whether it falls silent
-        faulty = bool(supervisor.latched & ~Cause.OTHER_CONTROLLER)
+        faulty = bool(supervisor.stopping & ~Cause.OTHER_CONTROLLER.value)
         present, was_first = self._claims.judge(
             now, count(self._effort_topic), self._spoke, faulty)
         controller.on_other_controller(now, present, was_first, latch=not self._standby)
         if controller.silent:
             self._heard_at, self._spoke = now, False
-        elif not supervisor.faults:
+        elif not supervisor.stopping:
             self._claim()
 
     def _has_rivals(self, counts: list[int]) -> bool:
@@ -369,7 +369,7 @@ class ControllerNode(ManagedNode):
         """Speak if the one who spoke has fallen silent, and nobody else claims to."""
         patience = self.values['takeover_time'] if self._hears_primary else _FIRST_TAKEOVER
         supervisor = self._controller.supervisor
-        if now - self._heard_at <= patience or supervisor.faults:
+        if now - self._heard_at <= patience or supervisor.stopping:
             return
         supervisor.set(Cause.STANDBY_NOT_READY, False, now)
         self._claims.take_over(time_ns())
@@ -397,12 +397,17 @@ class ControllerNode(ManagedNode):
     def _tell(self) -> None:
         """Publish the state now, because it has changed."""
         supervisor = self._controller.supervisor
-        before, self._told = self._told, (supervisor.state, supervisor.faults)
+        before, self._told = self._told, (supervisor.state, supervisor.stopping)
         self._publish_state(String(data=supervisor.state.value))
         self._diagnose()
-        if before is not None and before[1] != self._told[1] and supervisor.latched:
+        if before is None or before[1] == self._told[1]:
+            return
+        if supervisor.latched:
             self.get_logger().error('fault: ' + ', '.join(
                 cause.key for cause in Cause if supervisor.latched & cause))
+        elif supervisor.stopping:
+            self.get_logger().warning('joint states have stopped: waiting for them, without '
+                                      'torque; no command is taken meanwhile')
 
     def _diagnose(self) -> None:
         if not self.active:

@@ -23,7 +23,7 @@ from engb_ros.interface import (
     Topic,
 )
 from engb_ros.processes.probe import Probe
-from engb_ros.processes.runner import Runner, RunnerError
+from engb_ros.processes.runner import Runner, RunnerError, RunnerTimeout
 
 __all__ = ['Drive', 'LiveLoop']
 
@@ -133,13 +133,14 @@ class LiveLoop:
         """Wait for `condition` and return how long it took [s].
 
         Raises:
-            RunnerError: not met within `timeout`, or a node ended; it says what the loop was at.
+            RunnerTimeout: not met within `timeout` [s].
+            RunnerError: a node ended. Both say what the loop was at.
         """
         begin = time.monotonic()
         try:
             self.runner.wait_until(condition, what, timeout, pause=self.pump)
         except RunnerError as error:
-            raise RunnerError(f'{error}; {self.words()}') from None
+            raise type(error)(f'{error}; {self.words()}') from None
         return time.monotonic() - begin
 
     def words(self) -> str:
@@ -162,8 +163,9 @@ class LiveLoop:
         """Track `angle` [rad] and wait until the brake is there (`tracks`).
 
         Raises:
-            RunnerError: it is not there within a minute, or the controller stays in a fault, which
-                nothing but clearing ends: waiting would not help.
+            RunnerTimeout: it is not there within a minute, or the controller stays in a fault,
+                which nothing but clearing ends: waiting would not help.
+            RunnerError: a node ended.
         """
         self.target = angle
         fault_since: float | None = None
@@ -175,7 +177,7 @@ class LiveLoop:
             elif fault_since is None:
                 fault_since = time.monotonic()
             elif time.monotonic() - fault_since > LASTING_FAULT:
-                raise RunnerError(f'a fault keeps the brake from {angle} rad')
+                raise RunnerTimeout(f'a fault keeps the brake from {angle} rad')
             return abs(self.position - angle) < 0.3 and self.tracks()
 
         self.until(there, f'{angle} rad')

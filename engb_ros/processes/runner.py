@@ -21,11 +21,16 @@ from typing import Any
 from engb_ros.interface import DEFAULT_NAMESPACE
 from engb_ros.nodes.transport import stay_on_this_computer
 
-__all__ = ['NodeProcess', 'Runner', 'RunnerError', 'node_command', 'reserved_domain']
+__all__ = ['NodeProcess', 'Runner', 'RunnerError', 'RunnerTimeout', 'node_command',
+           'reserved_domain']
 
 
 class RunnerError(Exception):
     """A process that should run has ended, or a condition was not met in time."""
+
+
+class RunnerTimeout(RunnerError, TimeoutError):
+    """A condition was not met in time, or a process did not end in time."""
 
 
 @contextlib.contextmanager
@@ -129,13 +134,13 @@ class NodeProcess:
         """Wait for its end and return the exit status.
 
         Raises:
-            RunnerError: it still runs after `timeout` [s].
+            RunnerTimeout: it still runs after `timeout` [s].
         """
         try:
             return self.process.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise RunnerError(f'{self.name} still runs {timeout:.0f} s after the signal; it '
-                              f'printed: {self.output[-2000:]}') from None
+            raise RunnerTimeout(f'{self.name} still runs {timeout:.0f} s after the signal; it '
+                                f'printed: {self.output[-2000:]}') from None
 
 
 class Runner:
@@ -203,7 +208,8 @@ class Runner:
             pause: called in between (e.g. an executor's spin_once); by default 20 ms of sleep.
 
         Raises:
-            RunnerError: not met in time, or a process has ended.
+            RunnerTimeout: not met in time.
+            RunnerError: a process has ended.
         """
         end = time.monotonic() + timeout
         while True:
@@ -212,7 +218,7 @@ class Runner:
                 return found
             self.check()
             if time.monotonic() > end:
-                raise RunnerError(f'waited {timeout:.0f} s for {what}')
+                raise RunnerTimeout(f'waited {timeout:.0f} s for {what}')
             if pause is None:
                 time.sleep(0.02)
             else:
@@ -223,7 +229,8 @@ class Runner:
         """Stop processes (all by default, in order of start) and check that each ends with 0.
 
         Raises:
-            RunnerError: one does not end, or not with status 0.
+            RunnerTimeout: one does not end in time.
+            RunnerError: one does not end with status 0.
         """
         chosen = [self.processes[name] for name in (names or list(self.processes))]
         for process in chosen:

@@ -383,6 +383,7 @@ def _tracks_badly(supervisor, begins):
 
 
 def _state_stale(supervisor, begins):
+    supervisor.enabled_once = True      # before it is waited for: test_waiting.py
     if begins:
         supervisor.accept_state(BEGIN, 1.0, 5.0, 0.0)
         supervisor.watch(BEGIN + 0.25)
@@ -447,6 +448,7 @@ def test_ages_count_from_zero_before_it_is_started():
 
 def test_a_joint_state_feeds_its_watchdog():
     supervisor = started()
+    supervisor.enabled_once = True
     assert supervisor.accept_state(BEGIN, 1.0, 5.0, 0.0)
     supervisor.watch(BEGIN + 0.125)
     assert active(supervisor, BEGIN + 0.125) == Cause(0)
@@ -499,7 +501,7 @@ def test_a_lost_angle_is_a_fault_and_the_angle_is_believed_anew():
 
 
 def test_a_jump_feeds_nothing():
-    supervisor = started(replace(SETTINGS, jump_time=9.0))
+    supervisor = commanded(replace(SETTINGS, jump_time=9.0))
     supervisor.accept_state(BEGIN, 0.0, 5.0, 0.0)
     assert not supervisor.accept_state(BEGIN + 0.0625, 0.0625, 300.0, 0.0)
     supervisor.watch(BEGIN + 0.125 + LITTLE)

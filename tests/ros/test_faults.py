@@ -62,6 +62,21 @@ def test_a_killed_drive_and_a_frozen_drive(runner, probe, drive, node):
     runner.stop()
 
 
+@pytest.mark.parametrize(('drive', 'node'), HIT, indirect=['drive'])
+def test_a_drive_that_is_silent_before_the_first_command_is_waited_for(runner, probe, drive, node):
+    loop = closed_loop(runner, probe, drive)
+    loop.until(lambda: loop.is_in('ready') and not loop.has(Cause.STATE_STALE)
+               and len(loop.efforts) > 50, 'the controller to hold what it found')
+    runner.processes[node].signal(signal.SIGSTOP)
+    loop.until(lambda: loop.has(Cause.STATE_STALE), 'the word')
+    loop.until(lambda: loop.efforts[-1].data == 0.0, 'the torque to be gone')
+    runner.processes[node].signal(signal.SIGCONT)
+    loop.until(lambda: not loop.has(Cause.STATE_STALE), 'the drive to be back')
+    assert not any(message.data == 'fault' for message in loop.state), loop.words()
+    loop.go(8.0)   # nothing had to be cleared
+    runner.stop()
+
+
 @pytest.mark.parametrize('drive', ['plant', 'can'], indirect=True)
 def test_a_killed_controller_and_its_restart_in_mid_stroke(runner, probe, drive):
     loop = closed_loop(runner, probe, drive)

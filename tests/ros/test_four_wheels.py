@@ -42,7 +42,7 @@ def test_four_loops_at_once(runner, domain):
             words = {wheel: (entry[-1].position[0] if entry else 'no joint states')
                      for wheel, entry in states.items()}
             faults = {entry.name: entry.message for message in told for entry in message.status}
-            raise RunnerError(f'{error}: {words}, {faults}') from None
+            raise type(error)(f'{error}: {words}, {faults}') from None
         for wheel in TARGETS:   # each with names of its own
             assert states[wheel][-1].name == [f'{wheel}_motor']
         runner.wait_until(lambda: {(entry.name, entry.hardware_id) for message in told
