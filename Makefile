@@ -27,9 +27,9 @@ check: $(VENV)/.ready lint types
 mutants: $(VENV)/.mutants
 	$(BIN)/python -m tests.mutants.run --jobs $(WORKERS) $(MODULES)
 
-# Statements and branches that the quick tests reach, in the processes that they start as well. All of
-# the last line of defence (the modules of tests/mutants, and the bus) has to be reached; of the rest
-# the figure is told. COVERED='tests/control tests/can_bus' is enough for the former.
+# Statements and branches that the quick tests reach, of those that start no processes. All of the
+# last line of defence (the modules of tests/mutants, and the bus) has to be reached; of the rest the
+# figure is told. COVERED='tests/control tests/can_bus' is enough for the former.
 LAST_LINE := engb_core/control/final_clamp.py,engb_core/control/pid.py,engb_core/control/torque_watch.py,engb_core/control/state_watch.py,engb_core/control/supervisor.py,engb_ros/can/*
 COVERED ?= $(addprefix tests/,bags bench can_bus commands control core diagnose export fleet identify kinematics laws report \
 	simulators tables)
