@@ -521,8 +521,15 @@ UNTIMED = (
     ('torque of 1e6 N·m, or none that is finite, from a stranger', '0.1 s after discovery',
      'not taken by the drive; told, degraded',
      'test_torque_of_an_intruder_that_no_controller_asks_for_does_nothing'),
-    ('torque within the limit from a stranger', '0.1 s after discovery', 'told; ends in a fault',
-     'test_torque_of_an_intruder_within_the_limit_is_told_and_ends_in_a_fault'),
+    ('torque within the limit from a stranger', '0.1 s after discovery', 'not taken by the drive; '
+     'told, degraded', 'test_torque_of_an_intruder_within_the_limit_is_told_and_moves_nothing'),
+    ('torque of a second node, of a drive on CAN', '0.5 s', 'not passed on; told',
+     'test_torque_of_a_second_node_is_not_passed_on'),
+    ('constant delay with which the loop swings', 'three times beyond `largest_error`',
+     'degraded', 'test_a_constant_delay_with_which_the_loop_swings_is_told'),
+    ('drive silent before the first command', '`state_timeout` + 20 ms', 'torque ramps to zero; '
+     'told, waited for, not latched',
+     'test_a_drive_that_is_silent_before_the_first_command_is_waited_for'),
     ('two publishers of one clamp force', '0.1 s after discovery', 'the highest request of the '
      'last `command_timeout`; degraded', 'test_two_publishers_do_not_swing_the_force'),
     ('transition that the state has not', 'at the service call', 'refused; the loop goes on',

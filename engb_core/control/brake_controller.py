@@ -257,7 +257,7 @@ class BrakeController:
         if self.clamp.limited:
             supervisor.note(Cause.OUTPUT_LIMITED, now)
         error = self.setpoint.position - position
-        supervisor.tracking(now, error)
+        supervisor.tracking(now, error, self.setpoint.position)
         if supervisor.shaft(now, position, error, self._is_full(torque), dt):
             self._seized(position)
         report.position_command = self.setpoint.position

@@ -147,8 +147,8 @@ CAUSES: dict[Cause, CauseInfo] = {
         'stopped by `stop_output_not_finite`', _BLIND,
         'the loop cannot hold what it cannot compute'),
     Cause.TRACKING_ERROR: CauseInfo(
-        Severity.DEGRADED, 'the angle is off by more than `largest_error` for `error_time`',
-        'tracking goes on'),
+        Severity.DEGRADED, 'the angle is off by more than `largest_error` for `error_time`, or '
+        'swings so far to both sides of one set-point', 'tracking goes on'),
     Cause.OTHER_CONTROLLER: CauseInfo(
         Severity.FAULT, 'someone else publishes `effort_command`',
         'the one who came later is silent; who was there first goes on, degraded'),

@@ -133,10 +133,6 @@ class ClampForceMap:
         """Return the motor angle [rad] for F_N [N]: contact for 0, the stroke's end at most."""
         return self._inverse(self._forces, force)
 
-    def angle_of_load(self, load: float) -> float:
-        """Return the motor angle [rad] where the standing load torque is `load` [N·m]."""
-        return self._inverse(self._loads, load)
-
     def load_of_angle(self, angle: float) -> float:
         """Return the standing load torque [N·m] from contact on at `angle` [rad]."""
         return self._interpolated(self._loads, angle)

@@ -36,6 +36,10 @@ _VELOCITY_WRONG = Cause.VELOCITY_WRONG.value
 # been said for so long, three times at its pace, and until it was not said for so long [s].
 _WORD_KEPT_UP, _WORD_FORGOTTEN = 0.015, 0.5
 
+# Who goes beyond `largest_error` to one side, to the other and back again, so many times at one
+# set-point, swings.
+_SWINGS = 3
+
 _DRIVE = (Cause.DRIVE_WEAK | Cause.DRIVE_OFF | Cause.DRIVE_WRONG).value
 # Someone else's torque is a fault for who came later; who was first goes on, degraded.
 _DEGRADING = Cause.OTHER_CONTROLLER.value | sum(
@@ -91,6 +95,8 @@ class Supervisor:
         self.states.reset()
         self.torques.reset()
         self._error_since: float | None = None
+        self._swings, self._aim = 0, 0.0
+        self._is_above, self._beyond_at = False, now
         settings = self.settings
         if settings.state_timeout <= 0.0 or (
                 self.watch_commands and settings.command_timeout <= 0.0):
@@ -168,6 +174,7 @@ class Supervisor:
             self._conditions &= ~(tried_anew | _DRIVE | _TRACKING_ERROR)
             self.commanded = False
             self._error_since = None
+            self._swings = 0
             self.commands.reset(now)
             self.torques.reset()
         return self.latched
@@ -286,14 +293,28 @@ class Supervisor:
         self._observer_time = now
         self._conditions &= ~_OBSERVER_STALE
 
-    def tracking(self, now: float, error: float) -> None:
-        """Judge the tracking error [rad]."""
-        if abs(error) <= self.settings.largest_error:
+    def tracking(self, now: float, error: float, setpoint: float = 0.0) -> None:
+        """Judge the tracking error [rad], at a set-point [rad]: one that lasts, and one that
+        swings."""
+        largest, error_time = self._settings.largest_error, self._settings.error_time
+        if self._swings and abs(setpoint - self._aim) > largest:
+            self._swings = 0   # another move
+        if abs(error) <= largest:
             self._error_since = None
-            self._conditions &= ~_TRACKING_ERROR
-        elif self._error_since is None:
+            if self._swings and now - self._beyond_at > error_time:
+                self._swings = 0
+            if self._swings < _SWINGS:
+                self._conditions &= ~_TRACKING_ERROR
+            return
+        is_above = error > 0.0
+        if not self._swings:
+            self._swings, self._aim = 1, setpoint
+        elif is_above is not self._is_above:
+            self._swings += 1
+        self._is_above, self._beyond_at = is_above, now
+        if self._error_since is None:
             self._error_since = now
-        elif now - self._error_since > self.settings.error_time:
+        if now - self._error_since > error_time or self._swings >= _SWINGS:
             self.set(Cause.TRACKING_ERROR, True, now)
 
     def watch(self, now: float) -> None:

@@ -96,8 +96,9 @@ class CanBridgeNode(ManagedNode):
         self._joint = JointMessage(model.joint.name)
         self._flags: tuple[str, ...] = ()
         self._samples = self._withheld = self._late = self._limited = self._rejected = 0
-        self._counted = (0, 0)
-        self._news = (False, False)
+        self._ignored = 0
+        self._counted = (0, 0, 0)
+        self._news = (False, False, False)
         self._command_time: float | None = None
         self._told: str | None = None
         self._drive_state: DriveState | None = None
@@ -108,7 +109,7 @@ class CanBridgeNode(ManagedNode):
         self._publish_temperature = self.advertise(interface.PAD_TEMPERATURE).publish
         self._publish_drive = self.advertise(interface.DRIVE_STATE).publish
         self._publish_diagnostics = self.advertise(interface.DIAGNOSTICS).publish
-        listen_for_effort(self, values, model.joint.name, self._on_effort)
+        listen_for_effort(self, values, model.joint.name, self._on_effort, self._on_other_effort)
         self.every(_TICK, self._on_tick)
         self.every(0.5, self._report)
         self._bus: CanBus | None = CanBus(
@@ -152,6 +153,9 @@ class CanBridgeNode(ManagedNode):
             torque = min(max(torque, -self._limit), self._limit)
         now = self._command_time = monotonic()
         self._send(DriveCommand(torque, TORQUE), now)
+
+    def _on_other_effort(self) -> None:
+        self._ignored += 1
 
     def _on_frame(self, identifier: int, data: bytes, now: float, waited: float) -> None:
         """Take a frame; runs in the bus's thread."""
@@ -206,7 +210,8 @@ class CanBridgeNode(ManagedNode):
                   'samples': str(self._samples), 'samples_withheld': str(self._withheld),
                   'samples_late': str(self._late),
                   'commands_limited': str(self._limited),
-                  'commands_rejected': str(self._rejected), 'flags': ' '.join(self._flags)}
+                  'commands_rejected': str(self._rejected),
+                  'commands_of_others': str(self._ignored), 'flags': ' '.join(self._flags)}
         values |= {f'frames_{name}': str(count) for name, count in link.counts().items()}
         if not bus.is_up:
             return ERROR, 'bus down (bus-off or cut off); reconnecting', values
@@ -217,19 +222,23 @@ class CanBridgeNode(ManagedNode):
             return ERROR, _SAID[state].format(mode=mode, deaf=deaf), values
         if self._flags:
             return WARN, 'drive: ' + ', '.join(flag.lower() for flag in self._flags), values
-        refusing, beyond = self._news
+        refusing, beyond, others = self._news
         if refusing:
             return WARN, 'the bus takes no frames (queue full); commands are dropped', values
         if beyond:
             return WARN, ('torque commands beyond the limit; is someone else on the topic, or '
                           'effort_limit not the controller\'s?'), values
+        if others:
+            return WARN, ('more than one node commands torque; the one that came first is '
+                          'obeyed'), values
         return OK, 'link valid', values
 
     def _report(self) -> None:
         """Look, twice a second, whether what comes and goes with each message has happened."""
         counted = (self._bus.refused if self._bus is not None else 0,
-                   self._rejected + self._limited)
-        self._news = (counted[0] > self._counted[0], counted[1] > self._counted[1])
+                   self._rejected + self._limited, self._ignored)
+        self._news = tuple(
+            now > before for now, before in zip(counted, self._counted, strict=True))
         self._counted = counted
         self._diagnose()
 

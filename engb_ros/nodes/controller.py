@@ -89,7 +89,6 @@ class ControllerNode(ManagedNode):
         self._report_every = values['report_every']
         self._count = 0
         self._told: tuple[Any, int] | None = None
-        self._activation = 0
         self._speak_at, self._look_at = inf, 0.0
         self._claims = ControllerClaims()
         self._spoke = False

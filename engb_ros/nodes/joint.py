@@ -6,13 +6,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 import math
+from time import monotonic
 from typing import Any, TYPE_CHECKING
 
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64
 
+from engb_core.control.publisher_watch import PublisherWatch
 from engb_core.model import Model
 from engb_ros import interface
+from engb_ros.nodes.messages import InformedCallback
 from engb_ros.nodes.parameters import ParameterSpec
 
 if TYPE_CHECKING:
@@ -46,16 +48,20 @@ def joint_effort(message: JointState, joint: str) -> float:
 
 
 def listen_for_effort(node: ManagedNode, values: dict[str, Any], joint: str,
-                      callback: Callable[[float], None]) -> None:
-    """Call `callback` with each torque [N·m] that comes from the source of the parameters."""
-    if values['effort_source'] == 'joint_command':
-        def on_joint_command(message: JointState) -> None:
-            callback(joint_effort(message, joint))
+                      callback: Callable[[float], None], ignored: Callable[[], None]) -> None:
+    """Call `callback` with each torque [N·m] that comes from the source of the parameters, of one
+    publisher at a time (`PublisherWatch`), and `ignored` where it is another one's."""
+    watch = PublisherWatch(values['command_timeout'], values['effort_limit'])
+    by_joint = values['effort_source'] == 'joint_command'
 
-        node.listen(interface.JOINT_COMMAND, on_joint_command)
-        return
+    def on_command(message: Any, number: int | None, sent: float, came: float) -> None:
+        torque = joint_effort(message, joint) if by_joint else message.data
+        if not watch.obeys(monotonic(), torque, number, sent, came):
+            if node.count_publishers(topic) > 1:
+                ignored()
+                return
+            watch.forget()   # there is nobody else: messages were lost
+        callback(torque)
 
-    def on_effort_command(message: Float64) -> None:
-        callback(message.data)
-
-    node.listen(interface.EFFORT_COMMAND, on_effort_command)
+    topic = node.listen(interface.JOINT_COMMAND if by_joint else interface.EFFORT_COMMAND,
+                        InformedCallback(on_command)).topic_name

@@ -62,7 +62,8 @@ class PlantNode(ManagedNode):
                               if values['bench'] else None)
         self._publish_clock = (self.advertise(interface.CLOCK).publish if values['publish_clock']
                                else None)
-        listen_for_effort(self, values, self._brake.model.joint.name, self._on_command)
+        listen_for_effort(self, values, self._brake.model.joint.name, self._on_command,
+                          self._on_other_command)
         period = self._brake.period
         self.every(period if self._speed > 10.0 else max(period / self._speed, 2e-4), self._tick)
         self._period_ns = round(1e9 * period)
@@ -111,6 +112,11 @@ class PlantNode(ManagedNode):
         self._answered = True
         if self._lockstep and self._due() >= 1.0:
             self._sample()
+
+    def _on_other_command(self) -> None:
+        self.get_logger().warning(
+            'more than one node commands torque; the one that came first is obeyed',
+            throttle_duration_sec=10.0)
 
     def _sample(self) -> None:
         brake = self._brake

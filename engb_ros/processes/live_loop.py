@@ -25,7 +25,7 @@ from engb_ros.interface import (
 from engb_ros.processes.probe import Probe
 from engb_ros.processes.runner import Runner, RunnerError, RunnerTimeout
 
-__all__ = ['Drive', 'LiveLoop']
+__all__ = ['Drive', 'LiveLoop', 'Request']
 
 # A fault that was just cleared may still be the last word for so long [s].
 LASTING_FAULT = 3.0
@@ -36,6 +36,22 @@ _DEGRADES = Cause(sum(cause.value for cause, info in CAUSES.items()
                       if info.severity is Severity.DEGRADED))
 
 Drive = Sequence[tuple[str, Mapping[str, Any]]]
+
+
+class Request:
+    """What a loop commands on one topic, as an attribute of it; None: nothing, or something else.
+
+    What is set takes the place of whatever was commanded before.
+    """
+
+    def __init__(self, topic: Topic) -> None:
+        self._topic = topic
+
+    def __get__(self, loop: LiveLoop, owner: Any = None) -> float | None:
+        return loop.asked(self._topic)
+
+    def __set__(self, loop: LiveLoop, value: float | None) -> None:
+        loop.ask(self._topic, value)
 
 
 class LiveLoop:
@@ -61,6 +77,7 @@ class LiveLoop:
     """
 
     command_period = 0.05   # [s]
+    target = Request(POSITION_COMMAND)
 
     def __init__(self, runner: Runner, probe: Probe, drive: Drive, **controller: Any) -> None:
         self.runner, self.probe = runner, probe
@@ -69,7 +86,7 @@ class LiveLoop:
         self.pause = 0.0
         self._killed = False
         self._sent: float | None = None   # when the last one was
-        self._target: float | None = None
+        self._request: tuple[Topic, float] | None = None
         self._sending = threading.Lock()
         probe.repeat(self.command_period, self._send)
         self.drive = dict(drive)
@@ -95,22 +112,16 @@ class LiveLoop:
         """Handle messages for a moment."""
         self.probe.spin(0.01)
 
-    @property
-    def target(self) -> float | None:
-        """The angle that is commanded [rad]; None: nothing is, from when it is set on."""
-        return self._target
+    def asked(self, topic: Topic) -> float | None:
+        """Return what is commanded on `topic`; None: nothing is."""
+        return self._request[1] if self._request and self._request[0] == topic else None
 
-    @target.setter
-    def target(self, angle: float | None) -> None:
-        """Command another angle [rad], or none."""
-        self._wish('_target', angle, POSITION_COMMAND)
-
-    def _wish(self, name: str, value: float | None, topic: Topic) -> None:
-        """Change what is commanded on `topic`: the next command says so."""
+    def ask(self, topic: Topic, value: float | None) -> None:
+        """Command something else, or nothing: the next command says so."""
         if value is not None:
             self.probe.advertise(topic)   # in the user's thread, which alone makes endpoints
         with self._sending:
-            setattr(self, name, value)
+            self._request = None if value is None else (topic, value)
 
     def _send(self) -> None:
         with self._sending:
@@ -124,10 +135,14 @@ class LiveLoop:
 
     def command(self) -> bool:
         """Send what is commanded, and return whether anything is; not in the user's thread."""
-        if self._target is None:
+        if self._request is None:
             return False
-        self.probe.publish(POSITION_COMMAND, self._target)
+        self.send(*self._request)
         return True
+
+    def send(self, topic: Topic, value: float) -> None:
+        """Send one command."""
+        self.probe.publish(topic, value)
 
     def until(self, condition: Callable[[], Any], what: str, timeout: float = 60.0) -> float:
         """Wait for `condition` and return how long it took [s].

@@ -155,3 +155,29 @@ def test_frames_that_could_be_taken_for_each_other_are_refused(tmp_path, old, ne
     path.write_text(text.replace(old, new))
     with pytest.raises(InputError, match=told):
         DriveCodec(path)
+
+
+def sent(controller, torque):
+    return controller.command(DriveCommand(torque, 1))
+
+
+def test_one_forged_frame_is_obeyed_until_the_next_but_one_and_ends_no_link():
+    """A CRC is no signature: what bears the next counter is taken, and the true one repeats it."""
+    controller, drive = ends = ControllerEnd(CODEC), DriveEnd(CODEC)
+    _, _, now = run(ends)
+    forger = ControllerEnd(CODEC)
+    while sent(forger, 0.0)[1][1] & 0x0F != sent(controller, 0.1)[1][1] & 0x0F:
+        controller.take_back()
+    controller.take_back()
+    forger.take_back()
+    assert drive.receive(*sent(forger, -3.0), now).torque == pytest.approx(-3.0)
+    assert drive.receive(*sent(controller, 0.2), now) is None
+    assert drive.receive(*sent(controller, 0.2), now).torque == pytest.approx(0.2)
+    assert drive.receiver.state is LinkState.VALID
+
+
+def test_who_silences_the_drive_and_speaks_in_its_place_is_believed():
+    controller, drive = ends = ControllerEnd(CODEC), DriveEnd(CODEC)
+    _, _, now = run(ends)
+    found, _, _ = run((controller, DriveEnd(CODEC)), 5, now + 1.0)
+    assert found[-1] is not None

@@ -1,6 +1,7 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Each way in which torque could be wrong, on the brake: what is done about it, and how soon."""
 
+from collections import deque
 from dataclasses import replace
 import math
 
@@ -512,6 +513,62 @@ def test_samples_in_bunches_with_stamps_of_when_they_were_read_make_no_wild_velo
     assert angles[-1] == pytest.approx(35.0, abs=0.3)
     # It had been three tenths of the time and more.
     assert sum(abs(torque) > 0.7 for torque in torques) < 0.01 * len(torques)
+
+
+def delayed(brake, seconds):
+    """Let all that the drive tells come so much later, with the stamps of when it comes."""
+    samples, advance = deque(maxlen=round(seconds / DT) + 1), brake.brake.advance
+
+    def late():
+        samples.append(advance())
+        return samples[0]
+    brake.brake.advance = late
+    return brake
+
+
+def test_a_short_constant_delay_does_no_harm():
+    brake = delayed(Brake(), 0.005)
+    for angle in (10.0, 20.0, 5.0):
+        brake.at(angle)
+
+
+@pytest.mark.parametrize('delay', [0.015, 0.02])
+def test_a_constant_delay_with_which_the_loop_swings_is_told(delay):
+    brake = delayed(Brake().at(10.0), delay)
+    brake.asked = Command(20.0)   # at rest friction holds it: it takes a move
+    brake.run(2.0)
+    assert brake.state is State.DEGRADED
+    assert brake.controller.supervisor.holds(Cause.TRACKING_ERROR)
+
+
+def reversed_angles(brake):
+    advance = brake.brake.advance
+
+    def told():
+        measured = advance()
+        return measured._replace(position=-measured.position, velocity=-measured.velocity)
+    brake.brake.advance = told
+
+
+def reversed_torques(brake):
+    brake.link = lambda torque: -torque
+    brake.effort = lambda effort: -effort
+
+
+@pytest.mark.parametrize('starts', [True, False])
+@pytest.mark.parametrize('reverse', [reversed_angles, reversed_torques])
+def test_what_runs_away_with_a_wrong_sign_ends_without_torque(reverse, starts):
+    brake = Brake()
+    if not starts:
+        brake.at(10.0)
+    reverse(brake)
+    brake.asked = Command(10.0)
+    begin = brake.now
+    while brake.state is not State.FAULT:
+        brake.run(DT)
+        assert brake.now - begin < 0.2
+    assert brake.latched(Cause.ANGLE_LOST | Cause.ANGLE_OUT_OF_RANGE)
+    brake.until_no_torque(0.25)
 
 
 def test_the_velocity_of_a_coarse_encoder_is_believed():

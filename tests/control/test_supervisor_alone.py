@@ -636,6 +636,47 @@ def test_the_tracking_error_has_its_time(sign):
     assert not supervisor.holds(Cause.TRACKING_ERROR)
 
 
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_a_swing_to_both_sides_is_a_tracking_error(sign):
+    supervisor = started()
+
+    def tracks(seconds, error, setpoint=10.0):
+        supervisor.tracking(BEGIN + seconds, sign * error, setpoint)
+        return not supervisor.holds(Cause.TRACKING_ERROR)
+
+    assert tracks(0.0, 2.5)
+    assert tracks(0.125, -2.5)
+    assert tracks(0.1875, -3.0)
+    assert tracks(0.25, 0.0)
+    assert not tracks(0.3125, 2.5)
+    assert not tracks(0.375, 0.0)              # on its way to the other side
+    assert not tracks(0.3125 + 0.25, 0.0)
+    assert tracks(0.3125 + 0.25 + LITTLE, 0.0)
+    # Once over, it is counted anew.
+    assert tracks(0.625, 2.5)
+    assert tracks(0.6875, -2.5)
+    assert supervisor.counts[Cause.TRACKING_ERROR] == 1
+    supervisor.start(BEGIN)
+    assert tracks(0.0, 2.5)
+
+
+def test_one_side_after_the_other_at_another_set_point_is_no_swing():
+    supervisor = started()
+    for step in range(12):      # steps that are followed, 8 rad up and 8 rad down
+        error = 2.5 if step % 2 == 0 else -2.5
+        supervisor.tracking(BEGIN + 0.125 * step, error, 10.0 + 8.0 * (step % 2))
+        supervisor.tracking(BEGIN + 0.125 * step + 0.0625, 0.0, 10.0 + 8.0 * (step % 2))
+        assert not supervisor.holds(Cause.TRACKING_ERROR)
+
+
+def test_one_side_again_and_again_is_no_swing():
+    supervisor = started()
+    for step in range(12):
+        supervisor.tracking(BEGIN + 0.125 * step, 2.5, 10.0)
+        supervisor.tracking(BEGIN + 0.125 * step + 0.0625, 0.0, 10.0)
+        assert not supervisor.holds(Cause.TRACKING_ERROR)
+
+
 def test_a_seized_shaft_is_a_fault_until_it_moves():
     supervisor = started()
     seized = [supervisor.shaft(BEGIN, 5.0, 3.0, True, DT) for _ in range(34)]

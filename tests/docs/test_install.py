@@ -5,6 +5,7 @@ Neither Docker nor a forge is here; that these files work is not tested, only th
 that validators find nothing where they are installed.
 """
 
+import ast
 from pathlib import Path
 import re
 import shutil
@@ -23,8 +24,8 @@ DEPENDENCIES = {entry.text for entry in ElementTree.parse(ROOT / 'package.xml').
 # Debian package; False: rosdep would call pip.
 KEYS = {'python3-numpy': True, 'python3-scipy': True, 'python3-yaml': True,
         'python3-matplotlib': True, 'python3-numba': True, 'python3-can': True,
-        'python3-msgpack': True, 'python3-pytest': True, 'python3-rosbags-pip': False,
-        'python3-cantools-pip': False}
+        'python3-msgpack': True, 'python3-pytest': True, 'python3-pytest-timeout': True,
+        'python3-hypothesis': True, 'python3-rosbags-pip': False, 'python3-cantools-pip': False}
 
 # The distribution that each key stands for.
 DISTRIBUTIONS = {'python3-can': 'python-can', 'python3-yaml': 'pyyaml',
@@ -49,6 +50,44 @@ def test_every_python_key_is_one_of_rosdistro():
 def test_every_need_has_a_key():
     named = {DISTRIBUTIONS.get(key, key.removeprefix('python3-')) for key in DEPENDENCIES}
     assert needed() <= named
+
+
+def imported(*paths):
+    """Return the top-level names of what the modules below these paths import."""
+    found = set()
+    for path in paths:
+        for file in sorted(path.rglob('*.py')) if path.is_dir() else [path]:
+            for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+                names = ([alias.name for alias in node.names] if isinstance(node, ast.Import)
+                         else [node.module] if isinstance(node, ast.ImportFrom) and node.module
+                         else [])
+                found |= {name.partition('.')[0] for name in names}
+    return found
+
+
+def test_every_ros_package_that_is_imported_is_a_need():
+    interfaces = {name for name in imported(ROOT / 'engb_ros') if name.endswith(
+        ('_msgs', '_srvs', '_interfaces')) or name in ('rclpy', 'ament_index_python')}
+    assert {'rclpy', 'sensor_msgs'} <= interfaces
+    assert interfaces <= DEPENDENCIES
+
+
+def test_what_the_tests_of_the_workflow_import_is_installed_there():
+    """They are collected whole: one import that fails ends them all."""
+    workflow = (ROOT / FILES[2]).read_text(encoding='utf-8')
+    folders = [ROOT / name for name in re.findall(r'tests/\w+', workflow)]
+    assert len(folders) == 2
+    needs = imported(*folders, ROOT / 'tests/conftest.py', ROOT / 'tests/machine.py')
+    ours = {'engb_core', 'engb_ros', 'benchmarks', 'tests', *(
+        path.name for path in (ROOT / 'tests').iterdir()), *(
+        path.stem for folder in folders for path in folder.glob('*.py'))}
+    given = {key.removeprefix('python3-').removesuffix('-pip') for key in DEPENDENCIES} | set(
+        re.findall(r"[\w-]+", re.search(r'pip install (.*)', workflow).group(1)))
+    # Those that come with ROS, those of which a test is left out without, and a name of its own.
+    others = {'rosidl_generator_py', 'e2e'}
+    assert needs - set(sys.stdlib_module_names) - ours - given - others == set()
+    options = (ROOT / 'pytest.ini').read_text(encoding='utf-8')
+    assert ('timeout =' in options) <= ('pytest-timeout' in given)
 
 
 @pytest.mark.parametrize('name', FILES)

@@ -7,13 +7,14 @@ import sys
 import time
 
 import pytest
+from std_msgs.msg import Float64
 
 from engb_core.control.causes import Cause
 from engb_ros.can.codec import dbc_file, DriveCodec, DriveStatus
 from engb_ros.can.link import DriveEnd
 from engb_ros.interface import DIAGNOSTICS, DRIVE_STATE, EFFORT_COMMAND, JOINT_STATES
 from engb_ros.processes.runner import node_command
-from ros.loops import can_drive, closed_loop
+from ros.loops import ATTEMPTS, can_drive, closed_loop
 
 can = pytest.importorskip('can')
 
@@ -80,11 +81,11 @@ def test_refused_frames_cost_nothing_but_themselves(runner, probe, bus, tmp_path
     bridge = Bridge(probe)
     loop = closed_loop(runner, probe, can_drive(bus))
     loop.kill('can_bridge')
-    loop.until(lambda: loop.is_in('fault'), 'the fault')
+    loop.until(lambda: loop.has(Cause.STATE_STALE), 'the word')
     runner.start_command('can_bridge', [
         sys.executable, str(REFUSING), 'can_bridge', *node_command(
             'can_bridge', parameters={**bus, 'channel': f'{word},{bus["channel"]}'})[3:]])
-    loop.until(lambda: loop.clear().success, 'the bridge')
+    loop.until(lambda: not loop.has(Cause.STATE_STALE), 'the bridge')
     loop.go(15.0)
     begin = len(loop.state)
     for reason in ('once', 'ENOBUFS', 'full'):
@@ -188,4 +189,30 @@ def test_torque_that_no_controller_asks_for_is_not_passed_on(runner, probe, bus)
         runner.wait_until(lambda value=value, count=count: told(value, count), count,
                           pause=probe.spin)
     assert max(message.effort[0] for message in states) <= 0.76
+    runner.stop()
+
+
+def test_torque_of_a_second_node_is_not_passed_on(runner, probe, bus):
+    bridge = Bridge(probe)
+    loop = closed_loop(runner, probe, can_drive(bus))
+
+    def moves_nothing():
+        loop.go(15.0)
+        intruder = probe.node.create_publisher(Float64, EFFORT_COMMAND.name, 1)
+        begin, told, end = len(loop.states), len(loop.state), time.monotonic() + 2.0
+        while time.monotonic() < end:
+            intruder.publish(Float64(data=-0.7))
+            loop.during(0.005)
+        probe.node.destroy_publisher(intruder)
+        angles = [message.position[0] for message in loop.states[begin:]]
+        return (max(angles) - min(angles) < 1.0
+                and not any(message.data == 'fault' for message in loop.state[told:]))
+
+    for _ in range(ATTEMPTS):
+        if moves_nothing():
+            break
+        loop.healthy()   # a controller that the computer lets wait is silent: others are obeyed
+    else:
+        raise AssertionError(loop.words())
+    loop.until(lambda: int(bridge['commands_of_others'] or 0) > 100, 'the word')
     runner.stop()

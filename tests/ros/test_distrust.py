@@ -32,12 +32,12 @@ BY = {'angle': (POSITION_COMMAND_STAMPED, 'motor', 20.0),
 
 class Named(Shipped):
     """The loop as shipped, under a stack that stamps, names and counts its commands; its clock
-    is the probe's, and `wanted` what it asks for by `by`."""
+    is the probe's. It asks for angles or forces: `by`."""
 
     command_period = PERIOD
 
     def __init__(self, runner, probe, folder, by='angle', **arguments):
-        self._wanted, self.by, self.counter = None, by, 0
+        self.by, self.counter = by, 0
         super().__init__(runner, probe, folder, **arguments)
 
     def clock(self):
@@ -54,24 +54,17 @@ class Named(Shipped):
             self.clock() + round(1e9 * ahead), 10**9)
         return made
 
-    @property
-    def wanted(self):
-        return self._wanted
+    def want(self, value):
+        """Ask for another angle, or force."""
+        self.ask(BY[self.by][0], value)
 
-    @wanted.setter
-    def wanted(self, value):
-        self._wish('_wanted', value, BY[self.by][0])
-
-    def command(self):
-        if self._wanted is None:
-            return False
+    def send(self, topic, value):
         self.counter += 1
-        self.probe.publish(BY[self.by][0], self.message(self._wanted, self.counter))
-        return True
+        super().send(topic, self.message(value, self.counter))
 
     def applied(self):
         """Apply the brake and wait until it stands."""
-        self.wanted = BY[self.by][2]
+        self.want(BY[self.by][2])
         self.reach(lambda: abs(self.position - 20.0) < 8.0, 'the brake')
         self.during(0.8)
 
@@ -141,7 +134,7 @@ def test_a_release_goes_through_after_the_clock_was_set_back(runner, probe, tmp_
         loop.shift -= round(1e9 * back)
         loop.during(0.8)
         kept = not any(message.data == 'fault' for message in loop.state[told:])
-        loop.wanted = 8.0
+        loop.want(8.0)
         loop.until(lambda: abs(loop.position - 8.0) < 0.5, 'the release')
         return kept
 

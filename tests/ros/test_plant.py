@@ -61,6 +61,23 @@ def test_in_lockstep_each_sample_waits_for_a_command_and_time_is_exact(runner, p
     runner.stop()
 
 
+def test_of_one_publisher_every_torque_is_obeyed_that_is_read(runner, probe):
+    """Bursts, of which the newest alone is read, make no second publisher of it."""
+    runner.start('plant', parameters={'rate': 200.0, 'effort_noise': 0.0})
+    states = probe.listen(JOINT_STATES)
+    runner.wait_until(lambda: states and probe.subscribers(EFFORT_COMMAND), 'the plant',
+                      pause=probe.spin)
+    for _ in range(60):
+        for _ in range(40):
+            probe.publish(EFFORT_COMMAND, 0.005)
+        end = time.monotonic() + 0.03   # less than the drive waits for a command
+        while time.monotonic() < end:
+            probe.spin()
+    assert max(message.effort[0] for message in states) > 0.0
+    assert 'more than one node' not in runner.processes['plant'].output
+    runner.stop()
+
+
 def test_any_effect_of_the_library_can_be_switched_on(runner, probe):
     effects = ('{torque_offset: {offset: 0.03}, stribeck_friction: {breakaway_ratio: 1.5, '
                'stribeck_velocity: 3.0}, disc_runout: {amplitude: 0.01}}')
