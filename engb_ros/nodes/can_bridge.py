@@ -98,7 +98,7 @@ class CanBridgeNode(ManagedNode):
         self._samples = self._withheld = self._late = self._limited = self._rejected = 0
         self._ignored = 0
         self._counted = (0, 0, 0)
-        self._news = (False, False, False)
+        self._news: tuple[bool, ...] = (False, False, False)
         self._command_time: float | None = None
         self._told: str | None = None
         self._drive_state: DriveState | None = None
