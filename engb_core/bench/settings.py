@@ -113,7 +113,7 @@ class BenchSettings:
         return efficiency_load_gain(self.mechanism)[1]
 
     @classmethod
-    def read(cls, path: str | os.PathLike) -> BenchSettings:
+    def read(cls, path: str | os.PathLike[str]) -> BenchSettings:
         """Read a file that `write` made; InputError names what is wrong."""
         path = Path(path)
         try:
@@ -159,7 +159,7 @@ class BenchSettings:
         data['cogging'] = [list(row) for row in self.cogging]
         return data
 
-    def write(self, path: str | os.PathLike) -> None:
+    def write(self, path: str | os.PathLike[str]) -> None:
         """Write the numbers as YAML."""
         Path(path).write_text(yaml.safe_dump(self.to_mapping(), sort_keys=False),
                               encoding='utf-8')

@@ -195,14 +195,14 @@ def joined(parts: Sequence[Trajectory], acceleration: float = 60.0) -> Trajector
     return Trajectory(times, pieces)
 
 
-def _append(times: list[float], pieces: list, part: Trajectory) -> None:
+def _append(times: list[float], pieces: list[Any], part: Trajectory) -> None:
     offset = times[-1]
     times.extend(offset + begin for begin in part._begins[1:])
     times.append(offset + part.duration)
     pieces.extend(part._pieces)
 
 
-def file_reference(path: str | os.PathLike) -> Trajectory:
+def file_reference(path: str | os.PathLike[str]) -> Trajectory:
     """Read a reference from a CSV file with the columns `time` [s] and `position` [rad].
 
     Between the rows it runs as a monotone cubic (PCHIP): it never overshoots them.

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from engb_core.effects import base
 from engb_core.effects.base import Effect, SAMPLE_SIZE, STAGES, STATE_SIZE
 from engb_core.export.expressions import number
@@ -19,16 +21,23 @@ from engb_core.model import Model
 from engb_core.physics import plant
 from engb_core.physics.compiled import PARAMETER_SIZE
 from engb_core.physics.load_friction import load_friction_gain
-from engb_core.physics.plant import ACTUATION_STAGE, effects_of, NOMINAL_SIZE, Physics, physics_of
-from engb_core.physics.simulation import advance_steps, INNER_STEP
+from engb_core.physics.plant import effects_of, NOMINAL_SIZE, Physics, physics_of
+from engb_core.physics.simulation import (
+    acted_reference,
+    advance_steps,
+    INNER_STEP,
+    loop_effort,
+    loop_of,
+    LOOP_SIZE,
+    recorded_effort,
+)
 
 __all__ = ['CModel', 'Quantity', 'c_model', 'feedforward_header']
 
-# The stages of the brake itself; the others are of the loop round it and of what is recorded.
-_OF_THE_PLANT = STAGES[:ACTUATION_STAGE + 1]
-_RECORDED = 'when effort and position are recorded'
-_ELSEWHERE = {'command': 'what a drive makes of its set-point',
-              'measurement': 'what is recorded of the effort'}
+# The controller's numbers, with units of a revolute joint, in the order of `loop_of`.
+_LOOP = (('controller.proportional', 'N.m/rad'), ('controller.integral', 'N.m/(rad.s)'),
+         ('controller.derivative', 'N.m.s/rad'), ('controller.effort_limit', 'N.m'),
+         ('controller.cycle', 's'))
 # What the nominal vector holds, in its order, with units of a revolute joint.
 _NOMINAL = (('motor.inertia', 'kg.m2'), ('motor.viscous_friction', 'N.m.s/rad'),
             ('friction.coulomb', 'N.m'), ('friction.load_gain', '1'),
@@ -37,10 +46,10 @@ _NOMINAL = (('motor.inertia', 'kg.m2'), ('motor.viscous_friction', 'N.m.s/rad'),
 _TOP = '''\
 /* Written by `engb export`: do not edit, export the model again.
  *
- * The simulated brake with all effects of its model. Units are SI; angles are motor angles
- * [rad], torques motor-side [N.m] (a prismatic joint: m and N). No heap, no recursion, no shared
- * data: each engb_plant stands for itself. C99; compile with -ffp-contract=off where results have
- * to agree to the last digits with those of engb_core.
+ * The simulated brake with all effects of its model, and its position loop. Units are SI; angles
+ * are motor angles [rad], torques motor-side [N.m] (a prismatic joint: m and N). No heap, no
+ * recursion, no shared data: each engb_plant stands for itself. C99; compile with
+ * -ffp-contract=off where results have to agree to the last digits with those of engb_core.
  */
 '''
 _HEADER = '''\
@@ -53,14 +62,27 @@ _HEADER = '''\
 #define ENGB_PARAMETER_SIZE {parameters}
 #define ENGB_STATE_SIZE {state}
 #define ENGB_SAMPLE_SIZE {sample}
+#define ENGB_LOOP_SIZE {loop}
+#define ENGB_CONTROLLER {controller} /* 1: the model has a controller */
 
 /* Places in engb_plant.sample. */
 enum {{
 {places}
 }};
 
-/* One brake. The numbers of `nominal`, `cogging` (order, amplitude, phase of each wave) and
- * `parameters` (a row for each effect) may be changed after engb_plant_init. */
+/* Places in engb_plant.loop: gains [N.m/rad, N.m/(rad.s), N.m.s/rad], limit of effort [N.m], cycle
+ * [s], and what is integrated so far [N.m]. */
+enum {{
+    ENGB_PROPORTIONAL,
+    ENGB_INTEGRAL,
+    ENGB_DERIVATIVE,
+    ENGB_EFFORT_LIMIT,
+    ENGB_CYCLE,
+    ENGB_INTEGRATED
+}};
+
+/* One brake. The numbers of `nominal`, `cogging` (order, amplitude, phase of each wave),
+ * `parameters` (a row for each effect) and `loop` may be changed after engb_plant_init. */
 typedef struct {{
     double step; /* longest inner step [s] */
     double nominal[ENGB_NOMINAL_SIZE];
@@ -68,6 +90,7 @@ typedef struct {{
     double parameters[(ENGB_EFFECTS + 1) * ENGB_PARAMETER_SIZE];
     double state[(ENGB_EFFECTS + 1) * ENGB_STATE_SIZE];
     double sample[ENGB_SAMPLE_SIZE];
+    double loop[ENGB_LOOP_SIZE];
 }} engb_plant;
 
 /* Set all numbers to the model's; the motor stands at `position` [rad]. */
@@ -77,6 +100,21 @@ void engb_plant_init(engb_plant *plant, double position);
  * `disc_speed` [rad/s] and `pad_temperature` [degC] are held too. */
 void engb_plant_advance(engb_plant *plant, double effort, double duration, double disc_speed,
                         double pad_temperature);
+
+/* What is recorded of an effort [N.m] that was held for `duration` [s]: called once for each
+ * engb_plant_advance, after it, by whoever asks. */
+double engb_plant_recorded(engb_plant *plant, double effort, double duration);
+
+/* The set-point [rad] on which the drive acts, for a loop of one's own that runs every `cycle`
+ * [s]: called once a cycle with the set-point that the drive is given. */
+double engb_plant_acted(engb_plant *plant, double reference, double cycle);
+
+/* The effort [N.m] that the model's controller asks for in its next cycle, to be held over
+ * loop[ENGB_CYCLE] [s]: with what it tracks [rad], how fast that moves [rad/s], and the
+ * feedforward torque [N.m]. It finds the set-point on which the drive acts itself. Without a
+ * controller in the model its gains are 0. */
+double engb_plant_loop(engb_plant *plant, double reference, double reference_velocity,
+                       double reference_effort);
 
 #endif
 '''
@@ -88,6 +126,7 @@ void engb_plant_init(engb_plant *plant, double position)
     memcpy(plant->nominal, engb_nominal, sizeof engb_nominal);
     memcpy(plant->cogging, engb_cogging, sizeof engb_cogging);
     memcpy(plant->parameters, engb_parameters, sizeof engb_parameters);
+    memcpy(plant->loop, engb_loop, sizeof engb_loop);
     plant->sample[ENGB_POSITION] = position;
     plant->sample[ENGB_PAD_TEMPERATURE] = 20.0;
 }}
@@ -104,6 +143,25 @@ void engb_plant_advance(engb_plant *plant, double effort, double duration, doubl
     plant->sample[ENGB_PAD_TEMPERATURE] = pad_temperature;
     {advance}(plant->nominal, plant->cogging, engb_bounds, engb_owner, plant->parameters,
         plant->state, plant->sample, isfinite(effort) ? effort : 0.0, steps);
+}}
+
+double engb_plant_recorded(engb_plant *plant, double effort, double duration)
+{{
+    return {recorded}(engb_bounds, engb_owner, plant->parameters, plant->state, plant->sample,
+        effort, duration);
+}}
+
+double engb_plant_acted(engb_plant *plant, double reference, double cycle)
+{{
+    return {acted}(engb_bounds, engb_owner, plant->parameters, plant->state, plant->sample,
+        reference, cycle);
+}}
+
+double engb_plant_loop(engb_plant *plant, double reference, double reference_velocity,
+                       double reference_effort)
+{{
+    return {loop}(engb_bounds, engb_owner, plant->parameters, plant->state, plant->sample,
+        plant->loop, reference, reference_velocity, reference_effort);
 }}
 '''
 
@@ -135,7 +193,7 @@ class CModel:
         header: engb_model.h.
         source: engb_model.c.
         quantities: numbers that may be changed.
-        beside: what the plant does not hold since it acts on the measurement, a sentence each.
+        beside: what is not in it, a sentence each.
     """
 
     header: str
@@ -160,21 +218,28 @@ def c_model(model: Model) -> CModel:
     functions = [translator.function(
         function.definition, (Array(PARAMETER_SIZE), Array(STATE_SIZE), Array(SAMPLE_SIZE)),
         writes=('state', 'sample')).name
-        for stage in _OF_THE_PLANT for function, _ in physics.stages[stage]]
+        for stage in STAGES for function, _ in physics.stages[stage]]
+    acting = (TABLE, Array(physics.bounds.size, item=LONG), Array(len(functions), item=LONG),
+              Array(rows, PARAMETER_SIZE), Array(rows, STATE_SIZE), Array(SAMPLE_SIZE))
+    written_to = ('state', 'sample')
     advance = translator.function(advance_steps, (
-        Array(NOMINAL_SIZE), Array(physics.cogging.shape[0], 3), TABLE, Array(7, item=LONG),
-        Array(len(functions), item=LONG), Array(rows, PARAMETER_SIZE), Array(rows, STATE_SIZE),
-        Array(SAMPLE_SIZE), REAL, LONG), writes=('state', 'sample'))
+        Array(NOMINAL_SIZE), Array(physics.cogging.shape[0], 3), *acting, REAL, LONG), written_to)
+    recorded = translator.function(recorded_effort, (*acting, REAL, REAL), written_to)
+    acted = translator.function(acted_reference, (*acting, REAL, REAL), written_to)
+    loop = translator.function(loop_effort, (*acting, Array(LOOP_SIZE), REAL, REAL, REAL),
+                               (*written_to, 'loop'))
     header = _TOP + _HEADER.format(
         nominal=NOMINAL_SIZE, cogging=physics.cogging.shape[0], effects=len(effects),
-        parameters=PARAMETER_SIZE, state=STATE_SIZE, sample=SAMPLE_SIZE,
+        parameters=PARAMETER_SIZE, state=STATE_SIZE, sample=SAMPLE_SIZE, loop=LOOP_SIZE,
+        controller=int(model.controller is not None),
         places='\n'.join(f'    ENGB_{name} = {place},' for name, place in _PLACES))
     parts = [_TOP, '#include "engb_model.h"\n\n#include <math.h>\n#include <stdlib.h>\n'
                    '#include <string.h>\n']
     nominal = [f'    ENGB_{name} = {place},' for name, place in _NOMINAL_PLACES]
     parts.append('\n'.join(['/* Places in engb_plant.nominal. */', 'enum {', *nominal, '};', '']))
-    plant_text = _PLANT.format(step=number(INNER_STEP), advance=advance.name)
-    parts += ['\n'.join(_tables(physics, functions)),
+    plant_text = _PLANT.format(step=number(INNER_STEP), advance=advance.name, acted=acted.name,
+                               recorded=recorded.name, loop=loop.name)
+    parts += ['\n'.join(_tables(model, physics, functions)),
               helpers_of('\n'.join([*translator.functions.values(), plant_text])),
               '\n'.join(translator.structures.values()),
               'typedef double (*engb_function)(const double *parameters, double *state, '
@@ -195,7 +260,7 @@ def c_model(model: Model) -> CModel:
 _PLACES = tuple((name, getattr(base, name)) for name in (
     'TIME_STEP', 'TIME', 'POSITION', 'VELOCITY', 'ACCELERATION', 'DISC_SPEED', 'DISC_ANGLE',
     'PAD_TEMPERATURE', 'SHIFT', 'LOAD', 'LEVEL', 'DIRECTION', 'EFFORT', 'INERTIA', 'VISCOUS',
-    'COULOMB', 'LOAD_GAIN', 'TORQUE'))
+    'COULOMB', 'LOAD_GAIN', 'TORQUE', 'REFERENCE'))
 _NOMINAL_PLACES = tuple((name, value) for name, value in vars(plant).items()
                         if name.startswith('N_'))
 
@@ -204,10 +269,12 @@ def _constant_names() -> dict[tuple[str, float], str]:
     return {(name, value): f'ENGB_{name}' for name, value in (*_PLACES, *_NOMINAL_PLACES)}
 
 
-def _tables(physics: Physics, functions: list[str]) -> Iterator[str]:
+def _tables(model: Model, physics: Physics, functions: list[str]) -> Iterator[str]:
     """Yield the numbers of the model as constant arrays."""
     arrays = {'nominal': (REAL, physics.nominal), 'cogging': (REAL, physics.cogging.ravel()),
-              'parameters': (REAL, physics.parameters.ravel())}
+              'parameters': (REAL, physics.parameters.ravel()),
+              'loop': (REAL, loop_of(model.controller) if model.controller is not None
+                       else np.zeros(LOOP_SIZE))}
     yield '/* The numbers of the model. */'
     for name, (kind, values) in arrays.items():
         # What follows the last number that is not 0 is 0 in C.
@@ -215,9 +282,9 @@ def _tables(physics: Physics, functions: list[str]) -> Iterator[str]:
         text = ', '.join(number(value) for value in values[:used]) or '0'
         yield f'static const {kind} engb_{name}[{max(values.size, 1)}] = {{{_wrapped(text)}}};'
     yield '/* Where each stage of the balance begins among the functions; whose they are. */'
-    bounds = ', '.join(str(one) for one in physics.bounds[:len(_OF_THE_PLANT) + 1])
-    yield f'static const long engb_bounds[7] = {{{bounds}}};'
-    owner = ', '.join(str(one) for one in physics.owner[:len(functions)]) or '0'
+    bounds = ', '.join(str(one) for one in physics.bounds)
+    yield f'static const long engb_bounds[{physics.bounds.size}] = {{{bounds}}};'
+    owner = ', '.join(str(one) for one in physics.owner) or '0'
     yield f'static const long engb_owner[{max(len(functions), 1)}] = {{{owner}}};\n'
 
 
@@ -241,6 +308,9 @@ def _quantities(model: Model, effects: list[tuple[Effect, list[float]]],
         for power, value in enumerate(model.load_torque.coefficients):
             yield Quantity(f'load_torque.coefficients[{power}]', '1', 'nominal',
                            plant.N_TERMS + 1 + power, value)
+    if model.controller is not None:
+        for index, value in enumerate(loop_of(model.controller)[:len(_LOOP)]):
+            yield Quantity(*_LOOP[index], 'loop', index, float(value))
     for row, wave in enumerate(model.cogging):
         for column, (name, unit) in enumerate((('order', '1'), ('amplitude', 'N.m'),
                                                ('phase', 'rad'))):
@@ -260,9 +330,10 @@ def _quantities(model: Model, effects: list[tuple[Effect, list[float]]],
 
 def _beside(effects: list[tuple[Effect, list[float]]]) -> Iterator[str]:
     for effect, _ in effects:
-        if not set(effect.stages) & set(_OF_THE_PLANT):
-            yield (f'{effect.id} is {_ELSEWHERE.get(next(iter(effect.stages), ""), _RECORDED)}, '
-                   'not what the brake does: the plant does not hold it')
+        if not effect.stages:
+            yield (f'{effect.id} is when effort and position are stamped, not what the brake or '
+                   'its loop does; move one of the columns against the other where they are '
+                   'written down')
 
 
 def feedforward_header(model: Model) -> str:

@@ -4,7 +4,9 @@
 The unit holds the generated C (c_model.py), so that it runs where there is no Python. Inputs are
 the effort [N·m], the disc's speed [rad/s] and the pad's temperature [°C], held over a step;
 outputs are motor angle, speed, acceleration and load torque. All numbers of the model are
-parameters that may be set before the start.
+parameters that may be set before the start. Where the model has a controller, the unit holds its
+loop, too: with `closed_loop` = 1 the set-point is the input. Effects on the set-point and on the
+recorded effort have variables of their own.
 
 https://fmi-standard.org: FMI 2.0.4 and 3.0.1.
 """
@@ -12,7 +14,7 @@ https://fmi-standard.org: FMI 2.0.4 and 3.0.1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import hashlib
 from importlib.resources import files
 import os
@@ -26,9 +28,10 @@ from xml.etree import ElementTree
 import zipfile
 
 from engb_core.errors import InputError
-from engb_core.export.c_model import c_model, CModel, Quantity
+from engb_core.export.c_model import c_model, CModel
 from engb_core.export.expressions import number
 from engb_core.model import Model
+from engb_core.physics.plant import effects_of
 
 __all__ = ['FLAGS', 'compiler', 'write_fmu']
 
@@ -36,18 +39,43 @@ NAME = 'engb_model'
 # As the standard says; what FMA gives is not what Python computes.
 FLAGS = ('-std=c99', '-O2', '-fPIC', '-shared', '-fvisibility=hidden', '-ffp-contract=off')
 _FIRST_PARAMETER = 16
-# name, unit, what it is, causality, and its start or None; in the order of fmu_instance.h.
-_VARIABLES = (
-    ('time', 's', 'time', 'independent', None),
-    ('effort', 'N.m', 'motor torque that is measured or commanded', 'input', 0.0),
-    ('disc_speed', 'rad/s', 'speed of the brake disc', 'input', 0.0),
-    ('pad_temperature', 'degC', 'temperature of the pad', 'input', 20.0),
-    ('position', 'rad', 'motor angle', 'output', None),
-    ('velocity', 'rad/s', 'motor speed', 'output', None),
-    ('acceleration', 'rad/s2', 'motor acceleration over the last inner step', 'output', None),
-    ('load_torque', 'N.m', 'load torque, motor side, with its effects', 'output', None),
-    ('initial_position', 'rad', 'where the motor stands at the start', 'parameter', 0.0))
-_LINEAR = {'rad': 'm', 'N.m': 'N', 'rad/s': 'm/s', 'rad/s2': 'm/s2'}
+
+
+@dataclass(frozen=True)
+class _Variable:
+    """A variable of the unit; the reference is its place in fmu_instance.h."""
+
+    reference: int
+    name: str
+    unit: str
+    what: str
+    causality: str
+    start: float | None = None
+
+
+_ALWAYS = (
+    _Variable(0, 'time', 's', 'time', 'independent'),
+    _Variable(1, 'effort', 'N.m', 'motor torque that is measured or commanded', 'input', 0.0),
+    _Variable(2, 'disc_speed', 'rad/s', 'speed of the brake disc', 'input', 0.0),
+    _Variable(3, 'pad_temperature', 'degC', 'temperature of the pad', 'input', 20.0),
+    _Variable(4, 'position', 'rad', 'motor angle', 'output'),
+    _Variable(5, 'velocity', 'rad/s', 'motor speed', 'output'),
+    _Variable(6, 'acceleration', 'rad/s2', 'motor acceleration over the last inner step',
+              'output'),
+    _Variable(7, 'load_torque', 'N.m', 'load torque, motor side, with its effects', 'output'),
+    _Variable(8, 'initial_position', 'rad', 'where the motor stands at the start', 'parameter',
+              0.0))
+_SET_POINT = (
+    _Variable(9, 'reference', 'rad', 'set-point that the drive is given', 'input', 0.0),
+    _Variable(10, 'acted_reference', 'rad', 'set-point on which the drive acts', 'output'))
+_LOOP = (
+    _Variable(11, 'reference_velocity', 'rad/s', 'how fast the set-point moves', 'input', 0.0),
+    _Variable(12, 'reference_effort', 'N.m', 'feedforward torque', 'input', 0.0),
+    _Variable(13, 'closed_loop', '1', '1: the controller of the model tracks `reference`, and '
+              '`effort` is not looked at; 0: `effort` drives', 'parameter', 0.0))
+_RECORDED = (
+    _Variable(14, 'recorded_effort', 'N.m', 'motor torque as a log of the drive has it', 'output'),
+)
 # Powers of kg, m, s and rad; other units are names only.
 _BASE = {'N.m': (1, 2, -2, 0), 'rad': (0, 0, 0, 1), 'rad/s': (0, 0, -1, 1),
          'rad/s2': (0, 0, -2, 1), 's': (0, 0, 1, 0), 'kg.m2': (1, 2, 0, 0), 'm': (0, 1, 0, 0),
@@ -155,7 +183,9 @@ def _binary(found: str, sources: dict[str, str], version: int) -> bytes:
 
 
 def _unit(model: Model, unit: str) -> str:
-    return _LINEAR.get(unit, unit) if model.joint.type == 'prismatic' else unit
+    if model.joint.type == 'prismatic':
+        return unit.replace('kg.m2', 'kg').replace('N.m', 'N').replace('rad', 'm')
+    return unit
 
 
 def _description(model: Model, made: CModel, version: int, token: str, title: str) -> bytes:
@@ -172,44 +202,48 @@ def _description(model: Model, made: CModel, version: int, token: str, title: st
         listed = ElementTree.SubElement(kind, 'SourceFiles')
         for name in ('engb_model.c', 'fmi2.c'):
             ElementTree.SubElement(listed, 'File', {'name': name})
-    _units(root, [_unit(model, entry[1]) for entry in _VARIABLES]
+    own = _variables_of(model)
+    _units(root, [_unit(model, entry.unit) for entry in own]
            + [_unit(model, entry.unit) for entry in made.quantities])
     ElementTree.SubElement(root, 'DefaultExperiment', {'startTime': '0', 'stopTime': '1',
                                                        'stepSize': '0.001'})
     variables = ElementTree.SubElement(root, 'ModelVariables')
     outputs = []
-    for reference, (name, unit, what, causality, start) in enumerate(_VARIABLES):
-        place = _variable(variables, version, reference, name, _unit(model, unit), what, causality,
-                          start)
-        if causality == 'output':
-            outputs.append(place if version == 2 else reference)
-    for reference, entry in enumerate(made.quantities, _FIRST_PARAMETER):
-        _variable(variables, version, reference, entry.name, _unit(model, entry.unit), '',
-                  'parameter', _start(entry))
+    for entry in own:
+        place = _variable(variables, version, replace(entry, unit=_unit(model, entry.unit)))
+        if entry.causality == 'output':
+            outputs.append(place if version == 2 else entry.reference)
+    for reference, quantity in enumerate(made.quantities, _FIRST_PARAMETER):
+        _variable(variables, version, _Variable(
+            reference, quantity.name, _unit(model, quantity.unit), '', 'parameter',
+            quantity.value))
     _structure(root, version, outputs)
     ElementTree.indent(root)
     return bytes(ElementTree.tostring(root, encoding='utf-8', xml_declaration=True))
 
 
-def _start(entry: Quantity) -> float:
-    return entry.value
+def _variables_of(model: Model) -> tuple[_Variable, ...]:
+    stages = {stage for effect, _ in effects_of(model) for stage in effect.stages}
+    loop = model.controller is not None
+    return (*_ALWAYS, *(_SET_POINT if loop or 'command' in stages else ()),
+            *(_LOOP if loop else ()), *(_RECORDED if loop or 'measurement' in stages else ()))
 
 
-def _variable(parent: ElementTree.Element, version: int, reference: int, name: str, unit: str,
-              what: str, causality: str, start: float | None) -> int:
+def _variable(parent: ElementTree.Element, version: int, entry: _Variable) -> int:
     """Add a variable; return its place, from 1."""
-    said = {'name': name, 'valueReference': str(reference), 'causality': causality,
-            'variability': 'fixed' if causality == 'parameter' else 'continuous'}
-    if what:
-        said['description'] = what
-    if causality == 'output':
+    said = {'name': entry.name, 'valueReference': str(entry.reference),
+            'causality': entry.causality,
+            'variability': 'fixed' if entry.causality == 'parameter' else 'continuous'}
+    if entry.what:
+        said['description'] = entry.what
+    if entry.causality == 'output':
         said['initial'] = 'calculated'
-    value = {'unit': unit}
-    if start is not None:
-        value['start'] = number(start).replace('(', '').replace(')', '')
+    value = {'unit': entry.unit}
+    if entry.start is not None:
+        value['start'] = number(entry.start).replace('(', '').replace(')', '')
     if version == 2:
-        entry = ElementTree.SubElement(parent, 'ScalarVariable', said)
-        ElementTree.SubElement(entry, 'Real', value)
+        scalar = ElementTree.SubElement(parent, 'ScalarVariable', said)
+        ElementTree.SubElement(scalar, 'Real', value)
     else:
         ElementTree.SubElement(parent, 'Float64', {**said, **value})
     return len(parent)

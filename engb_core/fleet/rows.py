@@ -34,7 +34,7 @@ class Entry:
     @property
     def good(self) -> bool:
         """Whether there is a diagnosis."""
-        return self.result['status'] == 'ok'
+        return bool(self.result['status'] == 'ok')
 
     @property
     def start(self) -> float | None:

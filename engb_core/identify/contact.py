@@ -62,7 +62,8 @@ class ContactProfile:
         padded = np.concatenate([[np.inf], self.squares, [np.inf]])
         inner = padded[1:-1]
         places = np.flatnonzero((inner <= padded[:-2]) & (inner < padded[2:]))
-        return places[np.argsort(self.squares[places])].tolist()
+        found: list[int] = places[np.argsort(self.squares[places])].tolist()
+        return found
 
 
 def fit_contacts(pieces: Sequence[Motion], plain: Fit) -> list[Fit]:

@@ -22,8 +22,10 @@ rule is shared among the forms (Bonferroni) unless a form leaves clearly smaller
 blocks.
 
 Each load is weighed beside friction that grows with it, too: where a gear has much of it, what it
-leaves in every form hid that a straight line is no pendulum. The model has no such friction: it is
-for a diagnosis to name.
+leaves in every form hid that a straight line is no pendulum. What then helps may be that friction
+alone, as it differs from place to place or falls as a drive warms up: each such friction is
+weighed without its load, too, so that a load stands only for what it explains itself. The model
+has no such friction: it is for a diagnosis to name.
 """
 
 from __future__ import annotations
@@ -165,10 +167,16 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
     data = _data(recordings, joint)
     tell('weighing forms of the load')
     scored = _scored(data, joint)
-    form = _chosen(scored)
+    best = form = _chosen(scored)
+    beside = best.beside is not None
+    if beside and not best.has_load:
+        # The friction, which is not in the model, explains it all: what is left has no load.
+        form = next(plain for plain, _ in scored if plain.names == best.names)
+    shown = [pair for pair in scored
+             if pair[0].beside is None or pair[0].has_load or pair[0] is best]
     scores = tuple(_score(entry, found, scored) for entry, found in
-                   sorted(scored, key=lambda pair: pair[0] is not form))
-    beside, form = form.beside is not None, replace(form, beside=None)
+                   sorted(shown, key=lambda pair: (pair[0] is not form, pair[0] is not best)))
+    form = replace(form, beside=None)
     fit = _solve(data, form, np.ones(data.effort.size, bool))
     deviations = _jackknife(data, form)
     names = ('inertia', 'viscous_friction', 'coulomb', *form.names)
@@ -177,9 +185,10 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
     predicted = _design(data, form) @ fit
     told = _not_told(data, form, numbers, scores, joint)
     if beside:
-        told.insert(0, 'friction that grows with the load: stretches left out of the fit are '
-                       'predicted better with it; it is not in the model, so that a diagnosis '
-                       'can name it')
+        kind = ('that grows with the load' if form.has_load else
+                'that differs from place to place or changes with time')
+        told.insert(0, f'friction {kind}: stretches left out of the fit are predicted better '
+                       'with it; it is not in the model, so that a diagnosis can name it')
     if not fit[0] > 0.0:
         # A model needs one; the largest that the data leave room for is harmless.
         model = replace(model, motor=replace(model.motor, inertia=max(2.0 * deviations[0],
@@ -243,7 +252,8 @@ def _solve(data: FilteredColumns, form: LoadForm, rows: NDArray[np.bool_]) -> Ar
     if form.beside is not None:
         low[-1] = 0.0
     found = lsq_linear(design / scale, data.effort[rows], (low, np.inf), method='bvls')
-    return found.x / scale
+    values: Array = found.x / scale
+    return values
 
 
 @dataclass(frozen=True)
@@ -293,7 +303,7 @@ def _scored(data: FilteredColumns, joint: Joint) -> Scored:
         scored.append((form, _unseen(data, form)))
     for form in [form for form, _ in scored if form.name not in ('none', 'offset')]:
         form = _beside_friction(data, form)
-        scored.append((form, _unseen(data, form)))
+        scored += [(each, _unseen(data, each)) for each in (form, *_friction_alone(form))]
     return scored
 
 
@@ -310,6 +320,14 @@ def _beside_friction(data: FilteredColumns, form: LoadForm) -> LoadForm:
             comparison(np.sign(motion.velocity) * np.abs(load_torques(nominal, motion.position)))
             for motion, comparison in data.runs])[:, None])
     return beside
+
+
+def _friction_alone(beside: LoadForm) -> list[LoadForm]:
+    """Return what a load beside friction has to be better than: that friction without the load,
+    with an offset and without."""
+    return [replace(beside, name=f'{name} beside friction over the position ({beside.name})',
+                    columns=np.ones((beside.columns.shape[0], count)), names=(name,) * count)
+            for name, count in (('none', 0), ('offset', 1))]
 
 
 def _chosen(scored: Scored) -> LoadForm:
@@ -353,7 +371,8 @@ def _jackknife(data: FilteredColumns, form: LoadForm) -> Array:
     """Return the standard deviations of the numbers by leaving out one block after another."""
     blocks = int(data.block.max()) + 1
     values = np.stack([_solve(data, form, data.block != block) for block in range(blocks)])
-    return np.sqrt((blocks - 1) / blocks * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
+    spread: Array = np.sum((values - values.mean(axis=0)) ** 2, axis=0)
+    return np.sqrt((blocks - 1) / blocks * spread)
 
 
 def _numbers(names: tuple[str, ...], fit: Array, deviations: Array, joint: Joint,
@@ -396,9 +415,9 @@ def _not_told(data: FilteredColumns, form: LoadForm, numbers: dict[str, Number],
         told.append('a load that changes over the stroke: a constant predicts stretches '
                     'left out of the fit as well')
     others = [score.form for score in scores[1:]
-              if score.behind <= score.error and score.form not in ('none', 'offset')
-              and not score.form.startswith(form.name)]
-    if others and form.name not in ('none', 'offset'):
+              if score.behind <= score.error and not score.form.startswith(
+                  ('none', 'offset', form.name))]
+    if others and form.has_load:
         told.append(f'the form of the load for sure: as good are {", ".join(others)}')
     both = [float(np.mean(np.sign(data.velocity) > 0)), float(np.mean(np.sign(data.velocity) < 0))]
     if min(both) < 0.05:

@@ -50,6 +50,11 @@ class LoadForm:
     # (m, 1), filtered: friction per load, for weighing the form beside friction that grows with it
     beside: Array | None = None
 
+    @property
+    def has_load(self) -> bool:
+        """Whether it is more than nothing or an offset."""
+        return bool(set(self.names) - {'offset'})
+
 
 def load_forms(data: FilteredColumns, joint: Joint) -> list[LoadForm]:
     """Return the forms that need no search: none, offset, polynomials, sinusoid."""
@@ -57,7 +62,8 @@ def load_forms(data: FilteredColumns, joint: Joint) -> list[LoadForm]:
     middle, reach = 0.5 * (position.min() + position.max()), max(0.5 * np.ptp(position), 1e-12)
 
     def raised(power: int, values: Array) -> Array:
-        return ((values - middle) / reach) ** power
+        scaled: Array = (values - middle) / reach
+        return scaled ** power
 
     powers = [_filtered(data, partial(raised, power)) for power in range(max(DEGREES) + 1)]
     ones = np.ones_like(position)

@@ -53,8 +53,8 @@ _BLOCK = 1 << 20
 
 
 @contextlib.contextmanager
-def folder_output(folder: str | os.PathLike, names: Sequence[str],
-                  inputs: Iterable[str | os.PathLike] = ()) -> Iterator[Path]:
+def folder_output(folder: str | os.PathLike[str], names: Sequence[str],
+                  inputs: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Path]:
     """Give a hidden folder to write into; its files appear in `folder` once all is well.
 
     Args:
@@ -103,8 +103,8 @@ def folder_output(folder: str | os.PathLike, names: Sequence[str],
 
 
 @contextlib.contextmanager
-def claimed_folder(folder: str | os.PathLike, names: Sequence[str],
-                   inputs: Iterable[str | os.PathLike] = ()) -> Iterator[Path]:
+def claimed_folder(folder: str | os.PathLike[str], names: Sequence[str],
+                   inputs: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Path]:
     """Give a folder for work that goes on where it stopped: files appear in it one by one.
 
     Args:
@@ -135,8 +135,8 @@ def claimed_folder(folder: str | os.PathLike, names: Sequence[str],
 
 
 @contextlib.contextmanager
-def file_output(path: str | os.PathLike, suffix: str,
-                inputs: Iterable[str | os.PathLike] = ()) -> Iterator[Path]:
+def file_output(path: str | os.PathLike[str], suffix: str,
+                inputs: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Path]:
     """Give a hidden file to write into; it becomes `path` once all is well.
 
     Args:
@@ -167,8 +167,9 @@ def file_output(path: str | os.PathLike, suffix: str,
 
 
 @contextlib.contextmanager
-def recording_output(path: str | os.PathLike, replace: bool = False,
-                     inputs: Iterable[str | os.PathLike] = (), told: str = '') -> Iterator[Path]:
+def recording_output(path: str | os.PathLike[str], replace: bool = False,
+                     inputs: Iterable[str | os.PathLike[str]] = (),
+                     told: str = '') -> Iterator[Path]:
     """Give a hidden place to make a bag at (nothing is there yet); it becomes `path` at the end.
 
     Args:
@@ -232,7 +233,7 @@ def undisturbed() -> Iterator[None]:
                 os.kill(os.getpid(), number)
 
 
-def _real(path: str | os.PathLike) -> Path:
+def _real(path: str | os.PathLike[str]) -> Path:
     """Return where something that is written to `path` really lands."""
     if not os.fspath(path):
         raise InputError('--out is empty; name a place')

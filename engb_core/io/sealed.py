@@ -29,10 +29,11 @@ def digest(text: str) -> str:
 
 def opened(text: str) -> dict[str, Any]:
     """Return what a seal holds."""
-    return json.loads(_content(text))
+    content: dict[str, Any] = json.loads(_content(text))
+    return content
 
 
-def read_sealed(path: str | os.PathLike) -> dict[str, Any]:
+def read_sealed(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return what the seal in a file holds; InputError where there is none."""
     try:
         text = Path(path).read_text(encoding='ascii')

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 import itertools
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,7 +121,7 @@ class _Searching:
         self._labels = stretches_of_time(fitter)
         self._blocks = Blocks(fitter, base, self._labels, heard=HEARD)
         self._within = _ranges(fitter)
-        self._seen: dict[tuple, Candidate] = {}
+        self._seen: dict[tuple[Any, ...], Candidate] = {}
 
     def run(self, least: float = 0.0) -> Search:
         before = self._blocks.without()
@@ -291,8 +292,8 @@ def _sized(form: Form, sizes: Array) -> Form:
 
 def _of_each_kind(screened: list[Screened], most: int) -> list[Screened]:
     """Return the best of each kind of form, so many kinds."""
-    found: dict[tuple, Screened] = {}
-    alike: Counter[tuple] = Counter()
+    found: dict[tuple[Any, ...], Screened] = {}
+    alike: Counter[tuple[Any, ...]] = Counter()
     for entry in screened:
         family = (entry.form.acts_as, *sorted(atom.kind for atom in entry.form.factors))
         if entry.form.kinds in found or alike[family] == ALIKE:

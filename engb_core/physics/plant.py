@@ -49,7 +49,7 @@ from engb_core.physics.compiled import (
 )
 from engb_core.physics.dry_friction import friction_gain
 
-__all__ = ['ACTUATION_STAGE', 'MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'effects_of',
+__all__ = ['MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'effects_of',
            'load_torque', 'load_torques', 'nominal_vector', 'physics_of',
            'torque_without_inertia', 'with_values']
 
@@ -60,7 +60,6 @@ Array = NDArray[np.float64]
  N_CONTACT, N_FORM, N_AMPLITUDE, N_PHASE, N_DELAY, N_TERMS) = range(13)
 MAXIMUM_LOAD_TERMS = 12
 NOMINAL_SIZE = N_TERMS + 1 + MAXIMUM_LOAD_TERMS
-ACTUATION_STAGE = STAGES.index('actuation')
 # How many effect functions one model can hold (an effect brings one to three).
 _MOST_FUNCTIONS = 12
 # What an effect may give for a motion of size one, in SI units; beyond it sums overflow.

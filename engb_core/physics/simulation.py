@@ -47,7 +47,8 @@ from engb_core.physics.plant import (
 )
 from engb_core.recording import Recording
 
-__all__ = ['BrakePlant', 'INNER_STEP', 'advance_steps', 'simulate_closed_loop']
+__all__ = ['BrakePlant', 'INNER_STEP', 'LOOP_SIZE', 'acted_reference', 'advance_steps',
+           'loop_effort', 'loop_of', 'recorded_effort', 'simulate_closed_loop']
 
 Array = NDArray[np.float64]
 
@@ -142,45 +143,89 @@ def _advance_nominal(nominal, cogging, sample, effort, steps):
     sample[DIRECTION] = direction
 
 
+# What a loop is told and keeps, an array of LOOP_SIZE: its gains, its effort limit, its cycle [s],
+# and the integral part of its effort [N·m].
+_PROPORTIONAL, _INTEGRAL, _DERIVATIVE, _LIMIT, _CYCLE, _INTEGRATED = range(6)
+LOOP_SIZE = 6
+
+
 @compiled
-def _acted(functions, bounds, owner, parameters, state, sample, set_point, tick):
-    """Return the set-point on which the drive acts, in a loop that runs every `tick` [s]."""
+def acted_reference(functions, bounds, owner, parameters, state, sample, reference, cycle):
+    """Return the set-point on which the drive acts, in a loop that runs every `cycle` [s]."""
     inner = sample[TIME_STEP]
-    sample[TIME_STEP] = tick
-    sample[REFERENCE] = set_point
+    sample[TIME_STEP] = cycle
+    sample[REFERENCE] = reference
     for index in range(bounds[6], bounds[7]):
         sample[REFERENCE] = call_effect(functions, index, parameters, owner[index], state, sample)
     sample[TIME_STEP] = inner
     return sample[REFERENCE]
 
 
+@compiled
+def recorded_effort(functions, bounds, owner, parameters, state, sample, effort, duration):
+    """Return what is recorded of an effort [N·m] that was held for `duration` [s]."""
+    inner = sample[TIME_STEP]
+    before = sample[EFFORT]
+    sample[TIME_STEP] = duration
+    sample[EFFORT] = effort
+    for index in range(bounds[7], bounds[8]):
+        sample[EFFORT] = call_effect(functions, index, parameters, owner[index], state, sample)
+    recorded = sample[EFFORT]
+    sample[EFFORT] = before
+    sample[TIME_STEP] = inner
+    return recorded
+
+
+@compiled
+def loop_effort(functions, bounds, owner, parameters, state, sample, loop, reference, speed,
+                feedforward):
+    """Return the effort [N·m] that the loop asks for in its next cycle, to be held over it."""
+    set_point = reference
+    set_speed = speed
+    if bounds[7] > bounds[6]:
+        # Between cycles the sample holds by how much the set-point runs behind.
+        before = sample[REFERENCE]
+        set_point = acted_reference(functions, bounds, owner, parameters, state, sample,
+                                    reference, loop[_CYCLE])
+        sample[REFERENCE] = reference - set_point
+        set_speed -= (sample[REFERENCE] - before) / loop[_CYCLE]
+    error = set_point - sample[POSITION]
+    rate = set_speed - sample[VELOCITY]
+    wanted = (feedforward + loop[_PROPORTIONAL] * error + loop[_DERIVATIVE] * rate
+              + loop[_INTEGRATED])
+    effort = min(loop[_LIMIT], max(-loop[_LIMIT], wanted))
+    # Conditional integration: a loop at its limit does not wind up.
+    if effort == wanted or (wanted - effort) * error < 0.0:
+        loop[_INTEGRATED] += loop[_INTEGRAL] * error * loop[_CYCLE]
+    return effort
+
+
 @kernel
-def _loop(nominal, cogging, functions, bounds, owner, parameters, state, sample, gains, ticks,
-          steps, integral, out):
+def _run_loop(nominal, cogging, functions, bounds, owner, parameters, state, sample, loop, ticks,
+              steps, out):
     for row in range(ticks.shape[0]):
         sample[DISC_SPEED] = ticks[row, 3]
         sample[PAD_TEMPERATURE] = ticks[row, 4]
-        set_point = ticks[row, 0]
-        set_speed = ticks[row, 1]
-        if bounds[7] > bounds[6]:
-            # Between cycles the sample holds by how much the set-point runs behind.
-            before = sample[REFERENCE]
-            set_point = _acted(functions, bounds, owner, parameters, state, sample, set_point,
-                               gains[4])
-            sample[REFERENCE] = ticks[row, 0] - set_point
-            set_speed -= (sample[REFERENCE] - before) / gains[4]
-        error = set_point - sample[POSITION]
-        rate = set_speed - sample[VELOCITY]
-        wanted = ticks[row, 2] + gains[0] * error + gains[2] * rate + integral
-        effort = min(gains[3], max(-gains[3], wanted))
-        # Conditional integration: a loop at its limit does not wind up.
-        if effort == wanted or (wanted - effort) * error < 0.0:
-            integral += gains[1] * error * gains[4]
+        effort = loop_effort(functions, bounds, owner, parameters, state, sample, loop,
+                             ticks[row, 0], ticks[row, 1], ticks[row, 2])
         out[row, 0] = sample[POSITION]
         out[row, 1] = sample[VELOCITY]
         advance_steps(nominal, cogging, functions, bounds, owner, parameters, state, sample,
                       effort, steps)
-    return integral
+
+
+def loop_of(controller: Controller) -> Array:
+    """Return a controller as the loop's numbers (LOOP_SIZE,), before its first cycle."""
+    return np.array([controller.proportional, controller.integral, controller.derivative,
+                     min(controller.effort_limit, 1e300), 1.0 / controller.rate, 0.0])
+
+
+def _inner_steps(duration: float, step: float) -> tuple[int, float]:
+    """Return how many inner steps of at most `step` [s] make a duration, and how long one is."""
+    steps = max(1, math.ceil(duration / step - 1e-9))
+    inner = duration / steps
+    # A difference of times is a step but for its last digits, which impacts would magnify.
+    return steps, step if abs(inner - step) < 1e-9 * step else inner
 
 
 class BrakePlant:
@@ -213,11 +258,8 @@ class BrakePlant:
         `disc_speed` [rad/s] and `pad_temperature` [°C] are held too. A torque that is not finite
         counts as zero: a drive would not follow it.
         """
-        steps = max(1, int(math.ceil(duration / self.step - 1e-9)))
-        inner = duration / steps
         sample = self._sample
-        # A difference of times is a step but for its last digits, which impacts would magnify.
-        sample[TIME_STEP] = self.step if abs(inner - self.step) < 1e-9 * self.step else inner
+        steps, sample[TIME_STEP] = _inner_steps(duration, self.step)
         sample[DISC_SPEED] = disc_speed
         sample[PAD_TEMPERATURE] = pad_temperature
         physics = self._physics
@@ -227,11 +269,10 @@ class BrakePlant:
 
     def measured_effort(self, torque: float, duration: float) -> float:
         """Return the effort [N·m] that is recorded of `torque` after another `duration` [s]."""
-        physics, sample = self._physics, self._sample.copy()
-        sample[TIME_STEP], sample[EFFORT] = duration, torque
-        for function, effect in physics.stages['measurement']:
-            sample[EFFORT] = function(physics.parameters[effect], self._state[effect], sample)
-        return float(sample[EFFORT])
+        physics = self._physics
+        return float(recorded_effort(physics.functions, physics.bounds, physics.owner,
+                                     physics.parameters, self._state, self._sample, torque,
+                                     duration))
 
     @property
     def time(self) -> float:
@@ -276,7 +317,7 @@ def simulate_closed_loop(recording: Recording, model: Model) -> tuple[Array, Arr
     controller: Controller = model.controller
     tick = 1.0 / controller.rate
     cycles = controller.rate * recording.time[-1]
-    steps = max(1, math.ceil(min(tick, 1e9) / INNER_STEP - 1e-9))
+    steps, inner = _inner_steps(min(tick, 1e9), INNER_STEP)
     if not 2.0 <= cycles <= min(MOST_CYCLES, MOST_STEPS / steps):
         raise InputError(f'controller.rate of {controller.rate:g} Hz makes {cycles:.3g} cycles in '
                          f'the {recording.time[-1]:.3g} s of {recording.name}, which take too '
@@ -285,10 +326,9 @@ def simulate_closed_loop(recording: Recording, model: Model) -> tuple[Array, Arr
     state = physics.fresh_state()
     sample = np.zeros(SAMPLE_SIZE)
     sample[POSITION] = recording.position[0]
-    sample[TIME_STEP] = tick / steps
-    gains = np.array([controller.proportional, controller.integral, controller.derivative,
-                      min(controller.effort_limit, 1e300), tick])
-    integral, size = 0.0, math.ceil(recording.time[-1] / tick) + 1
+    sample[TIME_STEP] = inner
+    loop = loop_of(controller)
+    size = math.ceil(recording.time[-1] / tick) + 1
     found = np.empty((2, recording.time.size))
     for first in range(0, size, _BLOCK):
         # One cycle beyond the block, which the next one begins with, to interpolate up to.
@@ -296,9 +336,9 @@ def simulate_closed_loop(recording: Recording, model: Model) -> tuple[Array, Arr
         ticks = _ticks(recording, time, tick, (size - 1) * tick)
         out = np.empty((time.size, 2))
         own = min(_BLOCK, size - first)
-        integral = _loop(physics.nominal, physics.cogging, physics.functions, physics.bounds,
-                         physics.owner, physics.parameters, state, sample, gains, ticks[:own],
-                         steps, integral, out[:own])
+        _run_loop(physics.nominal, physics.cogging, physics.functions, physics.bounds,
+                  physics.owner, physics.parameters, state, sample, loop, ticks[:own], steps,
+                  out[:own])
         out[own:] = sample[POSITION], sample[VELOCITY]
         rows = slice(*np.searchsorted(recording.time, (time[0], time[-1]), side='left'))
         if first + own >= size:

@@ -16,7 +16,7 @@ from engb_core.report.wording import number
 __all__ = ['write_first_model_page']
 
 
-def write_first_model_page(path: str | os.PathLike, first: FirstModel) -> None:
+def write_first_model_page(path: str | os.PathLike[str], first: FirstModel) -> None:
     """Write the page, whole or not at all."""
     linear = first.model.joint.type == 'prismatic'
     angle, torque = ('m', 'N') if linear else ('rad', 'N·m')

@@ -191,7 +191,7 @@ class Page:
             + ''.join(f'<script>{script}</script>\n' for script in scripts)
             + '</body>\n</html>\n')
 
-    def write(self, path: str | os.PathLike) -> None:
+    def write(self, path: str | os.PathLike[str]) -> None:
         """Write the page, whole or not at all."""
         write_text(path, self.html())
 
@@ -228,7 +228,7 @@ def bar(share: float, colour: str = 'after', *, mark: float | None = None) -> Ht
                 f'--fill:var(--{escape(colour)})"></i>{tick}</span>')
 
 
-def write_text(path: str | os.PathLike, text: str) -> None:
+def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a text file, whole or not at all."""
     path = Path(path)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}.')

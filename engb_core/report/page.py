@@ -20,7 +20,7 @@ from engb_core.report.wording import effect_name, enumerate_words, number
 __all__ = ['diagnosis_page', 'write_report']
 
 
-def write_report(path: str | os.PathLike, diagnosis: Diagnosis) -> None:
+def write_report(path: str | os.PathLike[str], diagnosis: Diagnosis) -> None:
     """Write the diagnosis as one self-contained HTML file, whole or not at all."""
     diagnosis_page(diagnosis).write(path)
 

@@ -43,7 +43,7 @@ class Table:
     time: Array
     position: Array
 
-    def write(self, path: str | os.PathLike) -> None:
+    def write(self, path: str | os.PathLike[str]) -> None:
         """Write it as a CSV file that the controller reads."""
         rows = [f'{time:.6f},{position:.9f}' for time, position
                 in zip(self.time.tolist(), self.position.tolist(), strict=True)]

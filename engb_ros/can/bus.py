@@ -115,9 +115,11 @@ class CanBus:
 
     def _open(self) -> Any:
         bus = self._can.Bus(**self._options)
-        # Not every interface filters by itself; the reading loop does it again.
-        with contextlib.suppress(Exception):
-            bus.set_filters(self._filters)
+        # Linux filters in the kernel and still gives error frames; python-can, which filters for
+        # most other interfaces, drops those, and bus-off with them. The reading loop filters all.
+        if self._options['interface'] == 'socketcan':
+            with contextlib.suppress(Exception):
+                bus.set_filters(self._filters)
         return bus
 
     def _read(self) -> None:

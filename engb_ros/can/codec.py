@@ -3,15 +3,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 import os
 from pathlib import Path
+from typing import Any, TYPE_CHECKING
 
 from engb_core.errors import InputError
 from engb_ros.can.end_to_end import crc_start
 from engb_ros.can.libraries import without_file_formats
 from engb_ros.files import config_file
+
+if TYPE_CHECKING:
+    from cantools.database.can import Message, Signal
 
 __all__ = ['DriveCodec', 'DriveCommand', 'DriveStatus', 'DRIVE_DBC', 'dbc_file']
 
@@ -67,7 +72,7 @@ class DriveCodec:
             ID that the CRC cannot tell from it.
     """
 
-    def __init__(self, path: str | os.PathLike = DRIVE_DBC, drive: str = 'DRIVE') -> None:
+    def __init__(self, path: str | os.PathLike[str] = DRIVE_DBC, drive: str = 'DRIVE') -> None:
         try:
             with without_file_formats():
                 import cantools
@@ -75,8 +80,12 @@ class DriveCodec:
             raise InputError('cantools is not installed; pip install "engb_ros[can]", or rosdep '
                              'key python3-cantools-pip') from None
         try:
-            database = cantools.database.load_file(os.fspath(path), database_format='dbc',
-                                                   strict=True)
+            # Of CAN, as its format is given; cantools has databases of diagnostics as well.
+            database: Any = cantools.database.load_file(
+                os.fspath(path), database_format='dbc', strict=True)
+            self.command: Message
+            self.status_1: Message
+            self.status_2: Message
             self.command, self.status_1, self.status_2 = (
                 database.get_message_by_name(f'{drive}_{name}')
                 for name in ('COMMAND', 'STATUS_1', 'STATUS_2'))
@@ -98,7 +107,8 @@ class DriveCodec:
             message.name: {signal.name: _range(signal) for signal in message.signals}
             for message in frames}
 
-    def _check_against_others(self, path: str | os.PathLike, mine: tuple, every: list) -> None:
+    def _check_against_others(self, path: str | os.PathLike[str], mine: Sequence[Message],
+                              every: Sequence[Message]) -> None:
         """Refuse a file in which another frame could pass for one of this drive's."""
         guarded = [frame for frame in every
                    if frame.dbc and frame.dbc.attributes.get('E2eDataId') is not None]
@@ -127,11 +137,11 @@ class DriveCodec:
     @property
     def mode_names(self) -> dict[int, str]:
         """What the values of a status frame's MODE are called."""
-        choices = self.status_1.get_signal_by_name('MODE').choices or {}
+        choices: Any = self.status_1.get_signal_by_name('MODE').choices or {}
         return {number: str(name).lower() for number, name in choices.items()}
 
     @staticmethod
-    def data_id(message: object) -> int:
+    def data_id(message: Message) -> int:
         """Return a frame's E2E data ID, attribute E2eDataId of the DBC file."""
         attribute = message.dbc.attributes.get('E2eDataId') if message.dbc else None
         if attribute is None:
@@ -145,7 +155,7 @@ class DriveCodec:
 
     def decode_command(self, data: bytes) -> DriveCommand:
         """Return what DRIVE_COMMAND says."""
-        values = self.command.decode(data, decode_choices=False)
+        values = _numbers(self.command, data)
         return DriveCommand(float(values['TORQUE']), int(values['MODE']))
 
     def encode_status(self, status: DriveStatus) -> tuple[bytearray, bytearray]:
@@ -160,16 +170,15 @@ class DriveCodec:
 
     def decode_status(self, first: bytes, second: bytes) -> DriveStatus:
         """Return what both status frames of one sample say."""
-        one = self.status_1.decode(first, decode_choices=False)
-        two = self.status_2.decode(second, decode_choices=False)
+        one, two = _numbers(self.status_1, first), _numbers(self.status_2, second)
         return DriveStatus(
             float(one['ANGLE']), float(one['SPEED']), float(two['CURRENT']), int(one['MODE']),
             tuple(flag for flag in FLAGS if two[flag]), float(two['DISC_SPEED']),
             float(two['TEMPERATURE']))
 
-    def _encode(self, message: object, values: dict[str, float]) -> bytearray:
+    def _encode(self, message: Message, values: dict[str, float]) -> bytearray:
         ranges = self._ranges[message.name]
-        filled = {'CRC': 0, 'COUNTER': 0}
+        filled: dict[str, float] = {'CRC': 0, 'COUNTER': 0}
         for name, value in values.items():
             if not math.isfinite(value):
                 raise ValueError(f'{message.name}.{name} is {value}')
@@ -178,7 +187,12 @@ class DriveCodec:
         return bytearray(message.encode(filled))
 
 
-def _range(signal: object) -> tuple[float, float]:
+def _numbers(message: Message, data: bytes) -> dict[str, float]:
+    values: Any = message.decode(data, decode_choices=False)
+    return dict(values)
+
+
+def _range(signal: Signal) -> tuple[float, float]:
     """Return a signal's range; where the file states none, what its bits can carry."""
     if signal.minimum is not None and signal.maximum is not None:
         return signal.minimum, signal.maximum

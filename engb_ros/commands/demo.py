@@ -13,7 +13,7 @@ Needs rclpy (ROS 2 Jazzy, or the wheels that `make demo` installs).
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import contextlib
 import os
 from pathlib import Path
@@ -169,7 +169,7 @@ def _heading(text: str) -> None:
 
 
 @contextlib.contextmanager
-def _line() -> Iterator:
+def _line() -> Iterator[Callable[[str], None]]:
     """Give a function that shows a line in place (on a terminal), or now and then (elsewhere)."""
     terminal = sys.stdout.isatty()
     last = [0.0]

@@ -3,8 +3,10 @@
 
 c: the simulated brake with all effects and laws as C99 (engb_model.h, engb_model.c), and a header
 with the feedforward torque (engb_feedforward.h). fmu: the same as a co-simulation unit, source and
-binary. Both hold everything, and give the numbers that engb itself computes. mjcf, urdf and
-modelica hold what the format can say; what it cannot is told, and stands in the file.
+binary. Both hold everything, the position loop with what a drive makes of its set-point and of its
+recorded effort as well, and give the numbers that engb itself computes; only sampling_delay, which
+is how a recording was stamped, is nothing that a machine does. mjcf, urdf and modelica hold what
+the format can say; what it cannot is told, and stands in the file.
 
 examples:
   engb export result/model.yaml --to fmu --out unit

@@ -134,7 +134,8 @@ def run_command(name: str, given: Sequence[str]) -> int | None:
     if getattr(parsed, 'effects_folder', None):
         from engb_core.effects.catalogue import read_effects_of
         read_effects_of(parsed.effects_folder)
-    return module.run(parsed)
+    status: int | None = module.run(parsed)
+    return status
 
 
 def _available() -> list[str]:

@@ -38,6 +38,7 @@ from pathlib import Path
 import shlex
 import sys
 from types import ModuleType
+from typing import Any
 
 from engb_core.errors import InputError
 from engb_core.text.printable import printable
@@ -223,7 +224,7 @@ def _proof(name: str) -> ModuleType:
     return importlib.import_module(f'engb_proof.{name}')
 
 
-def _baseline(one: dict) -> str:
+def _baseline(one: dict[str, Any]) -> str:
     named = [('strong', one['named_first'].get('strong')),
              ('subtle', one['named_first'].get('subtle')), ('both of a pair', one['pairs_both']),
              ('false alarms', one['false_alarms']),
@@ -247,7 +248,8 @@ def _open(path: str, diagnosis: str | None) -> None:
     print(f'sha256 {digest(text)}')
     print(f'concealed: {effect}')
     claims = [] if diagnosis is None else _claims(diagnosis)
-    found: dict = next((claim['parameters'] for claim in claims if claim['effect'] == effect), {})
+    found: dict[str, Any] = next((claim['parameters'] for claim in claims
+                                  if claim['effect'] == effect), {})
     for name, value in parameters.items():
         line = f'   {name} = {value:g}'
         if name in found:
@@ -265,7 +267,7 @@ def _open(path: str, diagnosis: str | None) -> None:
         print('   nothing')
 
 
-def _claims(path: str) -> list[dict]:
+def _claims(path: str) -> list[dict[str, Any]]:
     try:
         claims = json.loads(Path(path).read_text('utf8'))['effects']
         return [{'effect': str(claim['effect']), 'probability': float(claim['probability']),

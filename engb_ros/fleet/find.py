@@ -12,6 +12,7 @@ import math
 import os
 from pathlib import Path
 import re
+from typing import Any
 
 from engb_core.errors import InputError
 from engb_core.io.bags.bag_files import METADATA, recording_name
@@ -44,7 +45,7 @@ class Found:
         digest = hashlib.sha256(self.key.encode('utf-8', 'surrogateescape')).hexdigest()[:8]
         return re.sub(r'[^\w.-]+', '_', self.key, flags=re.ASCII)[-80:].strip('._-') + '-' + digest
 
-    def fingerprint(self) -> list[list]:
+    def fingerprint(self) -> list[list[Any]]:
         """Return what tells whether the recording has changed: name, size, time of its files."""
         files = sorted(self.path.iterdir()) if self.path.is_dir() else [self.path]
         found = []

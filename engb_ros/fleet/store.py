@@ -33,7 +33,7 @@ class Store:
         InputError: the folder can't be written to.
     """
 
-    def __init__(self, folder: str | os.PathLike, model: Mapping[str, Any],
+    def __init__(self, folder: str | os.PathLike[str], model: Mapping[str, Any],
                  settings: str = '') -> None:
         self.folder = Path(folder)
         digest = hashlib.sha256(json.dumps([model, settings], sort_keys=True).encode())

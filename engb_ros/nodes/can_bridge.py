@@ -98,7 +98,7 @@ class CanBridgeNode(ManagedNode):
         self._samples = self._withheld = self._late = self._limited = self._rejected = 0
         self._ignored = 0
         self._counted = (0, 0, 0)
-        self._news = (False, False, False)
+        self._news: tuple[bool, ...] = (False, False, False)
         self._command_time: float | None = None
         self._told: str | None = None
         self._drive_state: DriveState | None = None
@@ -112,9 +112,9 @@ class CanBridgeNode(ManagedNode):
         listen_for_effort(self, values, model.joint.name, self._on_effort, self._on_other_effort)
         self.every(_TICK, self._on_tick)
         self.every(0.5, self._report)
-        self._bus = CanBus(values['interface'], values['channel'], values['bitrate'],
-                           self._on_frame, {codec.status_1.frame_id, codec.status_2.frame_id},
-                           values['reconnect_time'])
+        self._bus: CanBus | None = CanBus(
+            values['interface'], values['channel'], values['bitrate'], self._on_frame,
+            {codec.status_1.frame_id, codec.status_2.frame_id}, values['reconnect_time'])
 
     def start(self) -> None:
         """Say from the beginning what the drive does."""
@@ -189,7 +189,8 @@ class CanBridgeNode(ManagedNode):
         self._link.watch(now)
         if self._command_time is None or now - self._command_time > self.values['command_timeout']:
             self._send(DriveCommand(0.0, OFF), now)
-        state = self._watch.state(self._bus.is_up and self._link.state is LinkState.VALID, now)
+        up = self._bus is not None and self._bus.is_up
+        state = self._watch.state(up and self._link.state is LinkState.VALID, now)
         # Said again and again while the drive does not obey: one message counts for nothing.
         if state is not self._drive_state or state in _SAID:
             self._drive_state = state
@@ -200,7 +201,9 @@ class CanBridgeNode(ManagedNode):
 
     def _status(self) -> tuple[int, str, dict[str, str]]:
         bus, link, state = self._bus, self._link, self._drive_state
-        mode = self._modes.get(self._watch.reported_mode, str(self._watch.reported_mode))
+        assert bus is not None, 'an active node has its bus'
+        number = self._watch.reported_mode
+        mode = str(number) if number is None else self._modes.get(number, str(number))
         values = {'bus': 'up' if bus.is_up else 'down', 'bus_failures': str(bus.failures),
                   'sends_refused': str(bus.refused), 'link': link.state.value,
                   'drive_state': state.value if state else '', 'drive_mode': mode,

@@ -57,8 +57,9 @@ class DriveEmulatorNode(ManagedNode):
         self._held_since = 0.0
         self._mode = OFF
         self.every(self._brake.period, self._tick)
-        self._bus = CanBus(values['interface'], values['channel'], values['bitrate'],
-                           self._on_frame, {codec.command.frame_id}, values['reconnect_time'])
+        self._bus: CanBus | None = CanBus(
+            values['interface'], values['channel'], values['bitrate'], self._on_frame,
+            {codec.command.frame_id}, values['reconnect_time'])
 
     def start(self) -> None:
         """Let the time run."""
@@ -129,8 +130,9 @@ class DriveEmulatorNode(ManagedNode):
             frames, self._held = self._held, []
         else:
             self._held = []
-        for frame in frames:
-            self._bus.send(*frame)
+        if self._bus is not None:
+            for frame in frames:
+                self._bus.send(*frame)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -63,7 +63,7 @@ def node_command(
     executable: str,
     namespace: str = DEFAULT_NAMESPACE,
     parameters: Mapping[str, Any] | None = None,
-    parameter_file: str | os.PathLike | None = None,
+    parameter_file: str | os.PathLike[str] | None = None,
     name: str | None = None,
 ) -> list[str]:
     """Return the command line that starts a node of this package with this Python, or of any

@@ -92,6 +92,21 @@ def test_foreign_and_broken_frames_do_nothing(identifier, data):
     assert drive.receive(identifier, data, 0.0) is None
 
 
+def test_a_frame_of_another_length_is_a_wrong_one_on_either_end():
+    """A checksum of its own would be right: what is missing could be taken for zeros."""
+    ends = ControllerEnd(CODEC), DriveEnd(CODEC)
+    _, _, now = run(ends)
+    controller, drive = ends
+    identifier, data = controller.command(DriveCommand(0.1, 1))
+    for wrong in (data[:-1], data + b'\0', b''):
+        assert drive.receive(identifier, wrong, now) is None
+    assert drive.receiver.counts[CheckStatus.WRONG_CRC] == 3
+    first, second = drive.status(DriveStatus(1.0, 0.0, 0.0))
+    assert controller.receive(first[0], first[1] + b'\0', now) is None
+    assert controller.receive(*second, now) is None
+    assert controller.receivers[0].counts[CheckStatus.WRONG_CRC] == 1
+
+
 def test_silence_is_seen_on_both_ends():
     ends = ControllerEnd(CODEC), DriveEnd(CODEC)
     _, _, now = run(ends)

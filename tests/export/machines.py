@@ -83,20 +83,51 @@ def compiled_library(folder: Path, made: CModel, *flags: str) -> ctypes.CDLL:
     return ctypes.CDLL(str(folder / 'model.so'))
 
 
+class PlantInC:
+    """An exported plant, as compiled."""
+
+    def __init__(self, library: ctypes.CDLL, made: CModel, model: Model) -> None:
+        rows = len(model.effects) + 1
+        sizes = [1, _size(made, 'NOMINAL_SIZE'), 3 * len(model.cogging) + 1,
+                 rows * _size(made, 'PARAMETER_SIZE'), rows * _size(made, 'STATE_SIZE')]
+        self._sample = sum(sizes)
+        self._memory = (ctypes.c_double * (self._sample + _size(made, 'SAMPLE_SIZE')
+                                           + _size(made, 'LOOP_SIZE')))()
+        self._library = library
+        for name, count in (('init', 1), ('advance', 4), ('recorded', 2), ('acted', 2),
+                            ('loop', 3)):
+            function = getattr(library, f'engb_plant_{name}')
+            function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * count]
+            function.restype = None if name in ('init', 'advance') else ctypes.c_double
+
+    def begin(self, position: float) -> None:
+        self._library.engb_plant_init(self._memory, position)
+
+    def advance(self, effort: float, duration: float, disc: float, warmth: float) -> None:
+        self._library.engb_plant_advance(self._memory, effort, duration, disc, warmth)
+
+    def recorded(self, effort: float, duration: float) -> float:
+        return float(self._library.engb_plant_recorded(self._memory, effort, duration))
+
+    def loop(self, angle: float, speed: float, push: float) -> float:
+        return float(self._library.engb_plant_loop(self._memory, angle, speed, push))
+
+    def __getattr__(self, name: str) -> float:
+        """Return position, velocity or load, out of the sample."""
+        return float(self._memory[self._sample + PLACES[name]])
+
+
+PLACES = {'position': POSITION, 'velocity': VELOCITY, 'load': LOAD}
+
+
 def run_in_c(library: ctypes.CDLL, made: CModel, model: Model) -> np.ndarray:
     """Return what `simulated` does, from the compiled model."""
-    rows = len(model.effects) + 1
-    sizes = [1, _size(made, 'NOMINAL_SIZE'), 3 * len(model.cogging) + 1,
-             rows * _size(made, 'PARAMETER_SIZE'), rows * _size(made, 'STATE_SIZE')]
-    first = sum(sizes)
-    plant = (ctypes.c_double * (first + _size(made, 'SAMPLE_SIZE')))()
-    library.engb_plant_init.argtypes = [ctypes.c_void_p, ctypes.c_double]
-    library.engb_plant_advance.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * 4]
-    library.engb_plant_init(plant, 0.0)
+    plant = PlantInC(library, made, model)
+    plant.begin(0.0)
     found = []
     for effort, disc, warmth in zip(EFFORT, DISC, WARMTH, strict=True):
-        library.engb_plant_advance(plant, effort, STEP, disc, warmth)
-        found.append([plant[first + place] for place in (POSITION, VELOCITY, LOAD)])
+        plant.advance(effort, STEP, disc, warmth)
+        found.append([plant.position, plant.velocity, plant.load])
     return np.array(found)
 
 

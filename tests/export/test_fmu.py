@@ -142,6 +142,9 @@ def test_a_linear_axis_has_linear_units(tmp_path):
     description = fmpy.read_model_description(str(tmp_path / 'axis.fmu'))
     units = {entry.name: entry.unit for entry in description.modelVariables}
     assert units['position'] == 'm' and units['effort'] == 'N' and units['velocity'] == 'm/s'
+    assert units['motor.inertia'] == 'kg' and units['motor.viscous_friction'] == 'N.s/m'
+    assert units['controller.proportional'] == 'N/m'
+    assert not [unit for unit in units.values() if unit and 'rad' in unit]
 
 
 def test_without_a_compiler_the_source_is_left(tmp_path, monkeypatch):

@@ -17,7 +17,8 @@ from engb_core.export.fmu import compiler, write_fmu
 pytestmark = pytest.mark.skipif(compiler() is None, reason='no C compiler (cc, gcc, clang)')
 OK, ERROR = 0, 3
 STEP = 0.002
-EFFORT, POSITION, VELOCITY = 1, 4, 5     # value references
+# Value references.
+EFFORT, POSITION, VELOCITY, ACTED_REFERENCE, RECORDED_EFFORT, NONE = 1, 4, 5, 10, 14, 15
 
 
 @pytest.fixture(params=[2, 3])
@@ -85,8 +86,10 @@ def test_a_step_needs_a_duration_above_0(unit):
 
 
 def test_what_is_given_out_is_not_set_and_others_are_refused(unit):
-    assert unit.values('Set', POSITION, 1.0)[0] == ERROR
-    assert unit.values('Get', 14)[0] == ERROR
+    for reference in (0, POSITION, ACTED_REFERENCE, RECORDED_EFFORT):
+        assert unit.values('Get', reference)[0] == OK
+        assert unit.values('Set', reference, 1.0)[0] == ERROR
+    assert unit.values('Get', NONE)[0] == ERROR
 
 
 def test_a_state_is_kept_taken_up_written_and_read(unit):

@@ -7,6 +7,8 @@ import pytest
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.recording import Recording
+from tests.tables.other_benches import Drive
+from tests.tables.other_benches import recorded as drive
 from tests.tables.simulated_bench import sampled, TORQUE_CONSTANT
 
 TIME = np.arange(16000) * 1e-3
@@ -42,6 +44,33 @@ def test_no_load_is_taken_for_what_the_model_lacks(effect, seed):
     run = sampled(effect, 10, seed)
     found = first_model([Recording('bench', run['t'], run['phi'], TORQUE_CONSTANT * run['i'])])
     assert found.scores[0].form == 'none'
+
+
+@pytest.mark.parametrize('friction', [
+    lambda angle: 1.0 + 0.5 * np.sin(angle),
+    lambda angle: 1.0 + 0.15 * np.maximum(angle, 0.0) ** 2,
+    lambda angle: 1.0 + 0.8 * np.exp(-TIME / 4.0)], ids=['wave', 'end of stroke', 'warming'])
+@pytest.mark.parametrize('offset', [0.0, 0.02])
+def test_friction_that_differs_from_place_to_place_is_no_load(friction, offset):
+    """What helps beside a load may be its friction alone, which needs no load."""
+    effort = (2e-3 * ACCELERATION + 3e-3 * SPEED + 0.05 * np.sign(SPEED) * friction(ANGLE)
+              + offset)
+    noise = np.random.default_rng(0).normal(0.0, 2e-3, TIME.size)
+    found = first_model([Recording.from_samples('run', TIME, ANGLE, effort + noise)])
+    assert found.scores[0].form == ('offset' if offset else 'none')
+    assert set(found.numbers) == {'inertia', 'viscous_friction', 'coulomb',
+                                  *(('offset',) if offset else ())}
+    assert found.model.load_torque.coefficients == (
+        pytest.approx((offset,), abs=4e-3) if offset else (0.0,))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('seed', [0, 4])
+def test_friction_that_falls_as_a_drive_warms_up_is_no_load(seed):
+    run = drive(Drive(warm=(1.2, 8.0)), seed, 40)
+    found = first_model([Recording('stand4', run['t'], run['phi'], 0.06 * run['i'])])
+    assert found.scores[0].form == 'none'
+    assert any('changes with time' in text for text in found.not_told)
 
 
 def test_a_load_that_few_blocks_touch_is_a_load():

@@ -25,6 +25,14 @@ typedef struct {
     double disc_speed;
     double pad_temperature;
     double initial_position;
+    double reference;
+    double acted_reference;
+    double reference_velocity;
+    double reference_effort;
+    double closed_loop;
+    double recorded_effort;
+    double asked;       /* effort that the loop holds [N.m] */
+    double until;       /* the loop's next cycle [s] */
 } engb_instance;
 
 #define OF(component) ((engb_instance *)(component))
@@ -63,6 +71,12 @@ static double *engb_variable(engb_instance *instance, unsigned int reference)
     case 6: return &instance->plant.sample[ENGB_ACCELERATION];
     case 7: return &instance->plant.sample[ENGB_LOAD];
     case 8: return &instance->initial_position;
+    case 9: return &instance->reference;
+    case 10: return &instance->acted_reference;
+    case 11: return &instance->reference_velocity;
+    case 12: return &instance->reference_effort;
+    case 13: return &instance->closed_loop;
+    case 14: return &instance->recorded_effort;
     default: break;
     }
     if (reference - ENGB_FIRST_PARAMETER < ENGB_PARAMETERS) {
@@ -87,15 +101,21 @@ static int engb_get(engb_instance *instance, const unsigned int *references, siz
     return 1;
 }
 
-/* Copy values into the instance; return whether all may be set: what it gives out may not. */
+/* Return whether a variable is what the unit gives out, which may not be set. */
+static int engb_given_out(unsigned int reference)
+{
+    return reference == 0 || (reference >= 4 && reference < 8) || reference == 10 ||
+           reference == 14;
+}
+
+/* Copy values into the instance; return whether all may be set. */
 static int engb_set(engb_instance *instance, const unsigned int *references, size_t count,
                     const double *values)
 {
     size_t index;
     for (index = 0; index < count; ++index) {
         double *place = engb_variable(instance, references[index]);
-        if (place == NULL || references[index] == 0 ||
-            (references[index] >= 4 && references[index] < 8)) {
+        if (place == NULL || engb_given_out(references[index])) {
             return 0;
         }
         *place = values[index];
@@ -107,6 +127,43 @@ static int engb_set(engb_instance *instance, const unsigned int *references, siz
 static void engb_begin(engb_instance *instance)
 {
     instance->plant.sample[ENGB_POSITION] = instance->initial_position;
+    instance->acted_reference = instance->reference;
+}
+
+/* Hold an effort [N.m] for a duration [s]. */
+static void engb_hold(engb_instance *instance, double effort, double duration)
+{
+    engb_plant_advance(&instance->plant, effort, duration, instance->disc_speed,
+                       instance->pad_temperature);
+    instance->recorded_effort = engb_plant_recorded(&instance->plant, effort, duration);
+}
+
+/* Let the controller track the reference for a duration [s]: its cycles follow one another, however
+ * long the steps are in which it is asked to go on. */
+static void engb_track(engb_instance *instance, double duration)
+{
+    const double cycle = instance->plant.loop[ENGB_CYCLE];
+    /* Steps are differences of times: what is left of their last digits is no step. */
+    const double least = 1e-9 * (cycle < duration ? cycle : duration);
+    double left = duration;
+    while (left > least) {
+        double part;
+        if (instance->until <= least) {
+            instance->asked = engb_plant_loop(&instance->plant, instance->reference,
+                                              instance->reference_velocity,
+                                              instance->reference_effort);
+            instance->acted_reference = instance->reference -
+                                        instance->plant.sample[ENGB_REFERENCE];
+            instance->until = cycle;
+        }
+        part = instance->until;
+        if (left < part - least) {
+            part = left;
+        }
+        engb_hold(instance, instance->asked, part);
+        left -= part;
+        instance->until -= part;
+    }
 }
 
 /* Go on by a duration [s], which has to be above 0. */
@@ -115,8 +172,13 @@ static int engb_step(engb_instance *instance, double duration)
     if (!(duration > 0.0)) {
         return 0;
     }
-    engb_plant_advance(&instance->plant, instance->effort, duration, instance->disc_speed,
-                       instance->pad_temperature);
+    if (instance->closed_loop > 0.5 && instance->plant.loop[ENGB_CYCLE] > 0.0) {
+        engb_track(instance, duration);
+    } else {
+        instance->acted_reference = engb_plant_acted(&instance->plant, instance->reference,
+                                                     duration);
+        engb_hold(instance, instance->effort, duration);
+    }
     instance->time += duration;
     return 1;
 }

@@ -23,7 +23,7 @@ _MAGIC = {'.mcap': b'\x89MCAP0\r\n', '.db3': b'SQLite format 3\0', '.zstd': b'\x
           '.zst': b'\x28\xb5\x2f\xfd'}
 
 
-def recording_name(path: str | os.PathLike) -> str:
+def recording_name(path: str | os.PathLike[str]) -> str:
     """Return the path's last name without the suffixes that bags have (.mcap, .db3, .zstd), as
     text that any file and terminal takes."""
     name = printable(Path(os.path.abspath(path)).name)
@@ -32,7 +32,7 @@ def recording_name(path: str | os.PathLike) -> str:
     return name or 'recording'
 
 
-def bag_files(path: str | os.PathLike, notes: list[str]) -> list[Path]:
+def bag_files(path: str | os.PathLike[str], notes: list[str]) -> list[Path]:
     """Return the storage files of the bag at `path`, a folder or one of its files, in order.
 
     A folder's metadata.yaml lists its files; where it is missing or damaged, the folder's own
@@ -168,6 +168,6 @@ def _stem(path: Path) -> str:
     return re.sub(r'_\d+$', '', recording_name(path))
 
 
-def _natural(path: Path) -> list:
+def _natural(path: Path) -> list[int | str]:
     """Sort key that puts bag_10 behind bag_9."""
     return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', path.name)]

@@ -63,7 +63,8 @@ class ClockMap:
             if width and beyond.any():
                 slope = (self.offset[end] - self.offset[inner]) / width
                 result[beyond] = self.offset[end] + slope * (x[beyond] - knots[end])
-        return log_time + result.astype(np.int64)
+        joined: NDArray[np.int64] = log_time + result.astype(np.int64)
+        return joined
 
 
 def usable_stamps(stamp: Times) -> bool:
@@ -81,4 +82,6 @@ def wild(times: Times) -> NDArray[np.bool_]:
         return np.zeros(times.size, bool)
     from scipy.ndimage import median_filter
     relative = (times - times[times.size // 2]).astype(float)
-    return np.abs(relative - median_filter(relative, _WINDOW, mode='nearest')) > _WILD
+    usual = median_filter(relative, _WINDOW, mode='nearest')
+    found: NDArray[np.bool_] = np.abs(relative - usual) > _WILD
+    return found

@@ -11,6 +11,7 @@ from pathlib import Path
 import sys
 import tempfile
 from types import ModuleType
+from typing import IO
 
 from engb_core.errors import InputError
 
@@ -117,7 +118,8 @@ def _zstd_bounded(data: bytes | memoryview, size: int) -> bytes:
     zstd = _zstd()
     try:
         # One byte more than expected tells a frame that is too long from one that fits.
-        return zstd.ZstdDecompressor().decompress(data, max_length=size + 1)
+        unpacked: bytes = zstd.ZstdDecompressor().decompress(data, max_length=size + 1)
+        return unpacked
     except (zstd.ZstdError, EOFError, MemoryError) as error:
         raise Damaged(f'zstd: {error}') from error
 
@@ -146,7 +148,7 @@ def unpacked(path: Path, notes: list[str]) -> Iterator[Path]:
             os.unlink(name)
 
 
-def _unpack(path: Path, target, notes: list[str]) -> None:
+def _unpack(path: Path, target: IO[bytes], notes: list[str]) -> None:
     zstd = _zstd()
     limit = path.stat().st_size * FILE_GROWTH_LIMIT + (1 << 24)
     written = 0

@@ -152,7 +152,7 @@ def scan(data: bytes | memoryview, directory: Directory, wanted: set[int] | None
     Stops at a record that isn't a schema, channel or message, and at one that is cut off.
     """
     # Per message log time, begin, end: as machine numbers, for there may be millions.
-    found: dict[int, array] = {}
+    found: dict[int, array[int]] = {}
     position, end, whole = 0, len(data), True
     while position < end:
         if position + _RECORD_HEAD.size > end:

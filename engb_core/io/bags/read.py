@@ -29,7 +29,7 @@ __all__ = ['joint_namespaces', 'read_recording']
 Times = NDArray[np.int64]
 Values = NDArray[np.float64]
 
-def read_recording(path: str | os.PathLike, joint: str | None = None,
+def read_recording(path: str | os.PathLike[str], joint: str | None = None,
                    namespace: str | None = None, effort_optional: bool = False) -> Recording:
     """Read one recording after the contract's section 1.
 
@@ -67,7 +67,7 @@ def read_recording(path: str | os.PathLike, joint: str | None = None,
     return assemble(name, str(path), states, reference, signals, notes, effort_optional)
 
 
-def joint_namespaces(path: str | os.PathLike) -> list[str]:
+def joint_namespaces(path: str | os.PathLike[str]) -> list[str]:
     """Return the namespaces of a bag that hold joint_states ('/' for none), sorted.
 
     Raises:
@@ -80,7 +80,7 @@ def joint_namespaces(path: str | os.PathLike) -> list[str]:
 
 
 @contextlib.contextmanager
-def _bag(path: str | os.PathLike, notes: list[str]) -> Iterator[
+def _bag(path: str | os.PathLike[str], notes: list[str]) -> Iterator[
         tuple[list[StorageFile], list[Channel]]]:
     """Open all files of a bag; give them and the topics in them, each once."""
     with contextlib.ExitStack() as stack:

@@ -169,7 +169,7 @@ class SqliteFile:
         query = ('SELECT topic_id, timestamp, data FROM messages '
                  f'WHERE topic_id IN ({marks}) AND id > ?', (*names, behind))
         size = os.fstat(self._file).st_size
-        rows: list[tuple] = []
+        rows: list[tuple[int, int, bytes]] = []
         held = total = 0
         try:
             for row in self._base.execute(*query):
@@ -193,7 +193,7 @@ def _pending(path: Path) -> bool:
     return any(path.with_name(path.name + suffix).exists() for suffix in ('-wal', '-journal'))
 
 
-def _batches(names: dict[int, str], rows: list[tuple]) -> Iterator[Batch]:
+def _batches(names: dict[int, str], rows: list[tuple[int, int, bytes]]) -> Iterator[Batch]:
     keys, times, data = zip(*rows, strict=True)
     topic, log_time = np.array(keys), np.array(times)
     if topic.dtype != np.int64 or log_time.dtype != np.int64 or set(map(type, data)) != {bytes}:

@@ -110,6 +110,6 @@ def _check(channel: Channel, kind: str, source: str) -> None:
                          'it must be cdr, as ROS 2 records it')
 
 
-def _listed(topics: Sequence[str] | dict) -> str:
+def _listed(topics: Sequence[str] | dict[str, Channel]) -> str:
     names = sorted(topics)
     return ', '.join(names[:8]) + (f' and {len(names) - 8} more' if len(names) > 8 else '')

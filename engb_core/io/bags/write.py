@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,7 +46,7 @@ class FloatTable:
     value: ArrayLike
 
 
-def write_bag(path: str | os.PathLike, topics: Mapping[str, JointTable | FloatTable],
+def write_bag(path: str | os.PathLike[str], topics: Mapping[str, JointTable | FloatTable],
               storage: str = 'mcap', compression: str | None = None,
               replace: bool = False) -> None:
     """Write a recording.
@@ -127,7 +128,9 @@ def _nanoseconds(time: ArrayLike) -> NDArray[np.int64]:
     if not np.isfinite(time).all() or (np.abs(time) > 2**31 - 1).any():
         raise InputError('times must be finite and within ±2^31 s to be written to a bag')
     whole = np.floor(time)
-    return whole.astype(np.int64) * 1_000_000_000 + np.rint((time - whole) * 1e9).astype(np.int64)
+    rest: NDArray[np.int64] = np.rint((time - whole) * 1e9).astype(np.int64)
+    seconds: NDArray[np.int64] = whole.astype(np.int64) * 1_000_000_000
+    return seconds + rest
 
 
 def float64_rows(value: NDArray[np.float64]) -> NDArray[np.uint8]:
@@ -145,7 +148,7 @@ def joint_state_rows(stamp: NDArray[np.int64], position: NDArray[np.float64] | N
 
     `stamp` [ns]; a column that is None becomes an empty sequence.
     """
-    fields: list[tuple] = [('head', 'u1', 4), ('sec', '<i4'), ('nanosec', '<u4')]
+    fields: list[tuple[Any, ...]] = [('head', 'u1', 4), ('sec', '<i4'), ('nanosec', '<u4')]
     constants: dict[str, int | bytes] = {}
     size = 12
 

@@ -120,7 +120,7 @@ class BagWriter:
         Raises:
             InputError: the disk takes no more.
         """
-        storage = self._writer.storage
+        storage: Any = self._writer.storage
         if not self.is_open or storage is None:
             return
         try:
@@ -151,7 +151,7 @@ class BagWriter:
     # Parts of a bag: rosbags writes one file, so the next one takes its place here.
 
     def _begin_part(self) -> None:
-        writer = self._writer
+        writer: Any = self._writer      # an MCAP's storage, of which rosbags tells no types
         if self._parts:
             writer.storage = type(writer.storage)(self.path, writer.compression_mode)
             known = set()
@@ -168,18 +168,19 @@ class BagWriter:
             storage.path = named
 
     def _is_full(self, time: int) -> bool:
-        storage = self._writer.storage
-        begin = storage.message_start_time
-        return begin < time and (
-            0 < self._split_size <= storage.bio.tell() + storage.chunk.bio.tell()
-            or 0 < self._split_time <= time - begin)
+        storage: Any = self._writer.storage
+        begin: int = storage.message_start_time
+        size: int = storage.bio.tell() + storage.chunk.bio.tell()
+        return begin < time and (0 < self._split_size <= size
+                                 or 0 < self._split_time <= time - begin)
 
     def _end_part(self) -> None:
         self._note_part()
-        self._writer.storage.close(9, '')
+        storage: Any = self._writer.storage
+        storage.close(9, '')
 
     def _note_part(self) -> None:
-        storage = self._writer.storage
+        storage: Any = self._writer.storage
         count = sum(storage.channel_stats.values())
         begin = storage.message_start_time if count else 0
         self._parts.append({
@@ -200,7 +201,7 @@ class BagWriter:
     def _unwritable(self, error: OSError) -> InputError:
         """Give up: what is in the file so far can be read, without an index."""
         self.is_open = False
-        storage = self._writer.storage
+        storage: Any = self._writer.storage
         if storage is not None:
             with contextlib.suppress(OSError):
                 storage.bio.close()
@@ -210,4 +211,4 @@ class BagWriter:
 
 def _as_yaml(profiles: Sequence[Qos]) -> list[dict[str, Any]]:
     from rosbags.rosbag2.metadata import dump_qos_v9
-    return dump_qos_v9(list(profiles))
+    return [dict(profile) for profile in dump_qos_v9(list(profiles))]

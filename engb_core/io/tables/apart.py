@@ -93,7 +93,8 @@ class TableApart(Table):
         if 'error' in answer:
             self._end()
             raise InputError(answer['error'])
-        return answer
+        found: dict[str, Any] = answer
+        return found
 
     def _bytes(self) -> bytes:
         if not self._pipe.poll(self._patience):
@@ -119,7 +120,7 @@ class TableApart(Table):
         return f'its reader broke down ({how}); the file is damaged. Export it anew, or as .csv'
 
 
-def start_process(there: socket.socket, scratch: str) -> subprocess.Popen:
+def start_process(there: socket.socket, scratch: str) -> subprocess.Popen[bytes]:
     """Start a process that serves `there` and has its temporary files in the folder `scratch`."""
     # What readers print of a damaged file would stand beside the one line that is told.
     return subprocess.Popen(
@@ -130,7 +131,7 @@ def start_process(there: socket.socket, scratch: str) -> subprocess.Popen:
         | {'TMPDIR': scratch})
 
 
-def _end(process: Any, pipe: Connection, scratch: tempfile.TemporaryDirectory) -> None:
+def _end(process: Any, pipe: Connection, scratch: tempfile.TemporaryDirectory[str]) -> None:
     pipe.close()
     if process.poll() is None:
         process.kill()

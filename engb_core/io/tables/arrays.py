@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engb_core.errors import InputError
 from engb_core.io.tables.mat_file import check_mat
@@ -133,9 +134,11 @@ def _flatten(name: str, value: object, into: dict[str, np.ndarray], deep: int) -
         into[name] = value
 
 
-def _whole(item: Any, turned: bool) -> np.ndarray:
+def _whole(item: Any, turned: bool) -> NDArray[Any]:
     """Return all of a data set."""
-    return item[()].T if turned else item[()]
+    values: NDArray[Any] = item[()]
+    turned_back: NDArray[Any] = values.T
+    return turned_back if turned else values
 
 
 def _unit_beside(name: str, flat: dict[str, np.ndarray]) -> str:

@@ -77,7 +77,7 @@ class Measured:
             columns.get('velocity'), reference, signals, joint, self.notes)
 
 
-def measured_of(path: str | os.PathLike, request: Request) -> tuple[Measured, Request]:
+def measured_of(path: str | os.PathLike[str], request: Request) -> tuple[Measured, Request]:
     """Read a table; returns it and the request with the answers, for the next table.
 
     Raises:

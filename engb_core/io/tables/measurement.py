@@ -183,7 +183,7 @@ def _arrow_unit(field: Any) -> str:
     if field.metadata:
         for key in (b'unit', b'units'):
             if key in field.metadata:
-                return field.metadata[key].decode('utf-8', 'replace')
+                return str(field.metadata[key].decode('utf-8', 'replace'))
     # A stamp is given out in seconds.
     return 's' if str(field.type).startswith(('timestamp', 'duration')) else ''
 
@@ -196,7 +196,7 @@ class Ros1Table(Table):
     def __init__(self, path: Path) -> None:
         rosbags = needed('rosbags.highlevel', path, self.kind, 'rosbags')
         found: list[Channel] = []
-        self._paths: list[tuple[str, tuple]] = []
+        self._paths: list[tuple[str, tuple[Any, ...]]] = []
         try:
             self._reader = rosbags.AnyReader([path])
             self._reader.open()
@@ -247,7 +247,8 @@ class Ros1Table(Table):
 _JOINT_UNITS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N·m'}
 
 
-def _fields(message: Any, way: tuple = (), deep: int = _DEEPEST) -> list[tuple[tuple, str]]:
+def _fields(message: Any, way: tuple[Any, ...] = (),
+            deep: int = _DEEPEST) -> list[tuple[tuple[Any, ...], str]]:
     """Return the ways to a message's numbers, each with its unit where the type tells it."""
     if 'JointState' in getattr(message, '__msgtype__', ''):
         return [((field, index), unit) for field, unit in _JOINT_UNITS.items()
@@ -266,7 +267,7 @@ def _fields(message: Any, way: tuple = (), deep: int = _DEEPEST) -> list[tuple[t
     return found
 
 
-def _value(message: Any, way: tuple) -> float:
+def _value(message: Any, way: tuple[Any, ...]) -> float:
     try:
         for part in way:
             message = message[part] if isinstance(part, int) else getattr(message, part)

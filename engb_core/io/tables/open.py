@@ -18,13 +18,13 @@ _APART = ('mat', 'hdf5', 'mdf', 'tdms', 'parquet', 'arrow', 'ros1')
 _SIZE_LIMIT = 8 << 30       # a table is held in memory
 
 
-def is_table(path: str | os.PathLike) -> bool:
+def is_table(path: str | os.PathLike[str]) -> bool:
     """Whether a path is that of a table rather than of a rosbag2 recording."""
     path = Path(path)
     return path.suffix.lower() in SUFFIXES and not path.is_dir()
 
 
-def open_table(path: str | os.PathLike) -> Table:
+def open_table(path: str | os.PathLike[str]) -> Table:
     """Open a table; its values are read when asked for.
 
     Raises:

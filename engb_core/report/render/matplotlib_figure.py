@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import io
 import re
+from typing import Any
 
 import numpy as np
 
-from engb_core.report.figures import Band, Bars, decimate, Figure, Points, Series
+from engb_core.report.figures import Band, Bars, decimate, Figure, Line, Points, Series
 from engb_core.report.style import LIGHT
 from engb_core.report.text import escape, Html, shorten
 
@@ -28,8 +29,9 @@ def matplotlib_svg(figure: Figure, identifier: str, points: int) -> Html:
     heights = [panel.height for panel in figure.panels]
     above = 14 if any(span.label for span in figure.spans) else 0
     total = sum(heights) + 40 * (len(heights) - 1) + 70 + above
-    settings = {'svg.fonttype': 'none', 'svg.hashsalt': identifier, 'path.simplify': True,
-                'font.family': 'sans-serif', 'font.size': 11, 'axes.unicode_minus': True}
+    settings: dict[Any, Any] = {
+        'svg.fonttype': 'none', 'svg.hashsalt': identifier, 'path.simplify': True,
+        'font.family': 'sans-serif', 'font.size': 11, 'axes.unicode_minus': True}
     with matplotlib.rc_context(settings):
         canvas = Canvas(figsize=(WIDTH / 72, total / 72))
         FigureCanvasSVG(canvas)
@@ -74,7 +76,7 @@ def matplotlib_svg(figure: Figure, identifier: str, points: int) -> Html:
     return _inline(buffer.getvalue(), figure.alt or figure.title)
 
 
-def _style(axis) -> None:
+def _style(axis: Any) -> None:
     for side in ('top', 'right', 'left'):
         axis.spines[side].set_visible(False)
     axis.spines['bottom'].set_color(LIGHT['rule'])
@@ -84,7 +86,7 @@ def _style(axis) -> None:
     axis.margins(x=0.01, y=0.08)
 
 
-def _draw(axis, series: Series, points: int) -> None:
+def _draw(axis: Any, series: Series, points: int) -> None:
     colour = LIGHT[series.colour]
     if isinstance(series, Band):
         axis.fill_between(np.asarray(series.x, float), np.asarray(series.low, float),
@@ -94,14 +96,14 @@ def _draw(axis, series: Series, points: int) -> None:
         step = max(-(-x.size // points), 1)
         axis.plot(x[::step], y[::step], MARKERS[series.marker], color=colour,
                   markersize=0.7 * series.size)
-    else:
+    elif isinstance(series, Line):
         x, y = decimate(series.x, series.y, points)
         axis.plot(x, y, color=colour, linestyle=DASHES[series.dash], linewidth=series.width,
                   marker=MARKERS.get(series.marker), markersize=5.5,
                   markerfacecolor='none' if series.marker == 'down' else colour)
 
 
-def _bars(axis, series: Bars, number: int, count: int) -> None:
+def _bars(axis: Any, series: Bars, number: int, count: int) -> None:
     width = 0.7 / count
     place = np.arange(len(series.labels)) + (number - (count - 1) / 2) * width
     errors = None if series.errors is None else np.asarray(series.errors, float)

@@ -36,7 +36,8 @@ SYMBOLS = {'circle': 'circle', 'square': 'square', 'up': 'triangle-up',
 def plotly_script() -> str:
     """Return plotly.js as it may stand inside a <script> element."""
     from plotly.offline import get_plotlyjs
-    return get_plotlyjs().replace('</script', '<\\/script').replace('<!--', '<\\!--')
+    script: str = get_plotlyjs()
+    return script.replace('</script', '<\\/script').replace('<!--', '<\\!--')
 
 
 def plotly_div(figure: Figure, identifier: str, points: int) -> Html:
