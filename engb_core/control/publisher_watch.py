@@ -47,6 +47,7 @@ class _Publisher:
         number: of its last message.
         sent, came, heard: when that was sent, came to this computer, and was read [s].
         pace: the usual time from one of its messages to the next [s].
+        beside: when it spoke beside the first last, as no controller does [s].
     """
 
     def __init__(self, now: float, number: int, sent: float, came: float) -> None:
@@ -54,6 +55,7 @@ class _Publisher:
         self.pace = _FIRST_PACE
         self._intervals = deque([_FIRST_PACE], maxlen=_RECENT)
         self._share, self._count = 0.0, 0
+        self.beside = -math.inf
 
     @property
     def recent_pace(self) -> float:
@@ -111,8 +113,9 @@ class PublisherWatch:
 
     Who comes first is obeyed as long as it speaks. A stranger's messages are not, be they one or a
     thousand a second. Where it falls silent, one that goes on from the torque that is there is
-    obeyed (a standby that takes over), anyone once the drive has let go, until the first speaks
-    again. Where the middleware does not number messages, all are obeyed.
+    obeyed (a standby that takes over), and once the drive has let go anyone who has not spoken
+    beside the first lately, until the first speaks again. Where the middleware does not number
+    messages, all are obeyed.
 
     Args:
         command_timeout: without torque for so long the drive lets go [s].
@@ -155,11 +158,13 @@ class PublisherWatch:
         silent = now - first.heard
         if speaker is first:
             self._successor = None
-        elif silent <= _SILENT or (
-                speaker is not self._successor and silent <= self._command_timeout
-                and not abs(torque - self._torque) <= self._tolerance):
+        elif silent <= _SILENT:
+            speaker.beside = now
             return False
-        else:
+        elif speaker is not self._successor:
+            if not abs(torque - self._torque) <= self._tolerance and (
+                    silent <= self._command_timeout or now - speaker.beside < _GONE):
+                return False
             self._successor = speaker
         self._torque = torque
         return True
