@@ -72,6 +72,11 @@ class _Publisher:
         return 0 < number - self.number <= (
             _AHEAD + 2.0 * passed / min(self.pace, self.recent_pace))
 
+    def off_its_time(self, number: int, sent: float) -> float:
+        """Return how far this message would be off its time, as a part of that time."""
+        expected = (number - self.number) * self.pace
+        return abs(sent - self.sent - expected) / expected
+
     def speaks(self, now: float, number: int, sent: float, came: float) -> None:
         """Take a message of it."""
         self._share = self.share(now) + min(now - self.heard, _CYCLE) / _MEMORY
@@ -172,7 +177,8 @@ class PublisherWatch:
     def _speaker(self, now: float, number: int, sent: float, came: float) -> _Publisher:
         """Return the publisher of a message, which is now the last one heard of it."""
         known = self._publishers
-        after = [each for each in known if each.may_send(now, number, came)]
+        after = [each for each in known if each.may_send(now, number, came)
+                 and (each is self._first or now - each.heard <= self._command_timeout)]
         if not after:
             if len(known) >= _PUBLISHERS:
                 known.remove(min((each for each in known if each is not self._first),
@@ -181,7 +187,6 @@ class PublisherWatch:
             return known[-1]
         if len(after) > 1 and self._first in after:
             self._met_at = now
-        speaker = min(after, key=lambda each: (number - each.number,
-                                               abs(sent - each.sent - each.pace)))
+        speaker = min(after, key=lambda each: each.off_its_time(number, sent))
         speaker.speaks(now, number, sent, came)
         return speaker
