@@ -47,6 +47,7 @@ class _Publisher:
         number: of its last message.
         sent, came, heard: when that was sent, came to this computer, and was read [s].
         pace: the usual time from one of its messages to the next [s].
+        beside: when it spoke beside the first last, as no controller does [s].
     """
 
     def __init__(self, now: float, number: int, sent: float, came: float) -> None:
@@ -54,6 +55,7 @@ class _Publisher:
         self.pace = _FIRST_PACE
         self._intervals = deque([_FIRST_PACE], maxlen=_RECENT)
         self._share, self._count = 0.0, 0
+        self.beside = -math.inf
 
     @property
     def recent_pace(self) -> float:
@@ -69,6 +71,11 @@ class _Publisher:
         passed = max(now - self.heard, min(came - self.came, _LONGEST_WAIT))
         return 0 < number - self.number <= (
             _AHEAD + 2.0 * passed / min(self.pace, self.recent_pace))
+
+    def off_its_time(self, number: int, sent: float) -> float:
+        """Return how far this message would be off its time, as a part of that time."""
+        expected = (number - self.number) * self.pace
+        return abs(sent - self.sent - expected) / expected
 
     def speaks(self, now: float, number: int, sent: float, came: float) -> None:
         """Take a message of it."""
@@ -111,8 +118,9 @@ class PublisherWatch:
 
     Who comes first is obeyed as long as it speaks. A stranger's messages are not, be they one or a
     thousand a second. Where it falls silent, one that goes on from the torque that is there is
-    obeyed (a standby that takes over), anyone once the drive has let go, until the first speaks
-    again. Where the middleware does not number messages, all are obeyed.
+    obeyed (a standby that takes over), and once the drive has let go anyone who has not spoken
+    beside the first lately, until the first speaks again. Where the middleware does not number
+    messages, all are obeyed.
 
     Args:
         command_timeout: without torque for so long the drive lets go [s].
@@ -155,11 +163,13 @@ class PublisherWatch:
         silent = now - first.heard
         if speaker is first:
             self._successor = None
-        elif silent <= _SILENT or (
-                speaker is not self._successor and silent <= self._command_timeout
-                and not abs(torque - self._torque) <= self._tolerance):
+        elif silent <= _SILENT:
+            speaker.beside = now
             return False
-        else:
+        elif speaker is not self._successor:
+            if not abs(torque - self._torque) <= self._tolerance and (
+                    silent <= self._command_timeout or now - speaker.beside < _GONE):
+                return False
             self._successor = speaker
         self._torque = torque
         return True
@@ -167,7 +177,8 @@ class PublisherWatch:
     def _speaker(self, now: float, number: int, sent: float, came: float) -> _Publisher:
         """Return the publisher of a message, which is now the last one heard of it."""
         known = self._publishers
-        after = [each for each in known if each.may_send(now, number, came)]
+        after = [each for each in known if each.may_send(now, number, came)
+                 and (each is self._first or now - each.heard <= self._command_timeout)]
         if not after:
             if len(known) >= _PUBLISHERS:
                 known.remove(min((each for each in known if each is not self._first),
@@ -176,7 +187,6 @@ class PublisherWatch:
             return known[-1]
         if len(after) > 1 and self._first in after:
             self._met_at = now
-        speaker = min(after, key=lambda each: (number - each.number,
-                                               abs(sent - each.sent - each.pace)))
+        speaker = min(after, key=lambda each: each.off_its_time(number, sent))
         speaker.speaks(now, number, sent, came)
         return speaker
