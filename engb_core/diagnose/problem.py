@@ -26,8 +26,7 @@ from engb_core.signals.filtering import (
     comparison_of,
     judgeable,
     low_passed_noise,
-    noise_above_band,
-    noise_of,
+    noise_in_motion,
     slowest_speed,
 )
 from engb_core.signals.motion import (
@@ -427,8 +426,7 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
                       * comparison.noise_gain_whole)
     if low is None:
         left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
-        low = max(noise_of(recording.effort) * comparison.noise_gain_whole,
-                  noise_above_band(motion, comparison, bandwidth, motion.effort, left))
+        low = noise_in_motion(motion, comparison, bandwidth, left)
     noise = max(low, resolution) / np.sqrt(comparison.scale)
     noise = np.hypot(noise, counts)
     smooth = filtered(motion.effort, comparison.taps)

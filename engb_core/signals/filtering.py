@@ -21,12 +21,15 @@ from engb_core.signals.motion import filtered, gaussian_kernel, Motion
 from engb_core.signals.order_periodogram import order_periodogram
 
 __all__ = ['ABOVE_BAND', 'Comparison', 'comparison_of', 'judgeable', 'low_passed_noise',
-           'noise_above_band', 'noise_of', 'slowest_speed']
+           'noise_in_motion', 'noise_of', 'slowest_speed']
 
 Array = NDArray[np.float64]
 
 # Where what lies above the comparison's band begins, as a multiple of its corner.
 ABOVE_BAND = 1.25
+# A linear law of motion is told by so many values of its impulse response on either side, an
+# eighth of a period of that corner apart, from so many independent values for each.
+LAW_REACH, LAW_STEP, LEAST_VALUES = 5, 0.125, 3
 
 
 @dataclass(frozen=True)
@@ -141,22 +144,26 @@ def noise_of(effort: Array) -> float:
     return float(1.4826 * np.median(np.abs(difference)) / np.sqrt(20.0))
 
 
-def noise_above_band(motion: Motion, comparison: Comparison, bandwidth: float,
-                     *signals: Array) -> float:
-    """Return the noise of the filtered effort [N·m] from what lies just above the comparison's
-    band, where motion leaves little: for a shaft that never stands still.
+def noise_in_motion(motion: Motion, comparison: Comparison, bandwidth: float, left: Array,
+                    ) -> float:
+    """Return the noise of the filtered effort [N·m] for a shaft that never stands still.
 
     A current sensor's noise is coloured, and differences of neighbouring samples see only its
-    fastest part. Between the comparison's corner and the motion's own the effort holds noise and,
-    in a few places, the edges of a motion, which the median passes over. What turns with the shaft
-    is there all the time, and no noise: between its orders lies the noise, too. The less is told.
+    fastest part. Each of these holds the noise and something of what the model lacks, so that the
+    least of them is told:
+
+    - what lies just above the comparison's band, where motion leaves little beside, in a few
+      places, its edges, which a median passes over; of the effort and of what the model leaves;
+    - what lies there between the orders of the shaft, which are there all the time;
+    - both, and what lies in the band itself, without what a linear law of acceleration, velocity
+      and direction explains: a shaft that is shaken without a pause shows everywhere what the
+      model lacks.
 
     Args:
         motion: the run.
         comparison: its filter.
         bandwidth: corner of the comparison [Hz].
-        signals: efforts (n,) on the motion's grid that hold the same noise, with more or less of
-            the motion in them: the least is taken.
+        left: (n,) what the model leaves of the effort on the motion's grid [N·m].
     """
     moving = comparison.weight > 0.0
     corner = min(ABOVE_BAND * bandwidth, 0.2 / motion.step)
@@ -170,12 +177,62 @@ def noise_above_band(motion: Motion, comparison: Comparison, bandwidth: float,
     taps[inset:inset + first.size] += first
     gain = float(np.sqrt(np.sum(taps ** 2)))
     told = []
-    for signal in signals:
-        above = signal - filtered(signal, below)
-        told.append(1.4826 * float(np.median(np.abs(above[moving]))) / gain)
-        between = order_periodogram(motion, moving, corner, above).noise()
-        told += [] if between is None else [between]
-    return min(told) * comparison.noise_gain_whole
+    above = [signal - filtered(signal, below) for signal in (motion.effort, left)]
+    laws = [values - filtered(values, below) for values in _shifted(motion, corner)]
+    # Of a band-limited signal so many values are independent of one another.
+    moves = motion.step * np.count_nonzero(moving)
+    incoherent = _incoherent(above[1], laws, moving,
+                             2.0 * (motion.bandwidth - corner) * moves)
+    for signal in (*above, incoherent):
+        if signal is None:
+            continue
+        told.append(_spread(signal[moving]) / gain * comparison.noise_gain_whole)
+        between = order_periodogram(motion, moving, corner, signal).noise()
+        told += [] if between is None else [between * comparison.noise_gain_whole]
+    weight = np.sqrt(comparison.scale)
+    laws = [comparison(values) * weight for values in _shifted(motion, bandwidth)]
+    whole = _incoherent(comparison(left) * weight, laws, np.ones(weight.size, bool),
+                        min(2.0 * bandwidth * moves, weight.size))
+    return min(told if whole is None else [*told, _spread(whole)])
+
+
+def _spread(values: Array) -> float:
+    """Return the standard deviation of values (n,) from their median deviation."""
+    return 1.4826 * float(np.median(np.abs(values)))
+
+
+def _shifted(motion: Motion, corner: float) -> list[Array]:
+    """Return acceleration, velocity and direction (n,) some fractions of a period of a corner [Hz]
+    earlier and later: the inputs of any linear law that remembers no longer than that."""
+    apart = max(1, round(LAW_STEP / corner / motion.step))
+    return [np.roll(values, shift * apart)
+            for values in (motion.acceleration, motion.velocity, np.sign(motion.velocity))
+            for shift in range(-LAW_REACH, LAW_REACH + 1)]
+
+
+def _incoherent(values: Array, laws: list[Array], judged: NDArray[np.bool_], independent: float,
+                ) -> Array | None:
+    """Return what no linear law of the motion explains of values (n,), as large as the noise in
+    it; None where there are too few to tell.
+
+    The multiple coherence function tells that part frequency by frequency (Bendat and Piersol,
+    Random Data, 4th edition, 2010, section 7.3); here the law's impulse response is found by least
+    squares over time, since where the shaft stands nothing can be judged.
+
+    Args:
+        values: what is to be explained.
+        laws: inputs (n,) each, one for each value of the impulse responses.
+        judged: (n,) where the law is to hold.
+        independent: how many values are independent of one another.
+    """
+    if independent < LEAST_VALUES * len(laws):
+        return None
+    inputs = np.stack(laws, axis=1)
+    size = np.linalg.norm(inputs[judged], axis=0)
+    inputs /= np.where(size > 0.0, size, 1.0)
+    solution = np.linalg.lstsq(inputs[judged], values[judged], rcond=None)[0]
+    # As many values as the law has are free no more.
+    return (values - inputs @ solution) * np.sqrt(independent / (independent - len(laws)))
 
 
 def low_passed_noise(motion: Motion, comparison: Comparison, stride: int) -> float | None:

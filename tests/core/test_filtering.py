@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -150,6 +151,45 @@ def test_no_standstill_no_measurement():
     motion = motion_of(steady(np.random.default_rng(6).normal(0.0, 0.01, 5000)))
     comparison = comparison_of(motion, 20.0, 1.0)
     assert low_passed_noise(motion, comparison, 20) is None
+
+
+@cache
+def rotor(step: float, duration: float = 30.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time, torque and position of a rotor shaken by a torque up to 30 Hz, as on a dynamometer: it
+    never stands."""
+    time = np.arange(int(duration / step)) * step
+    random = np.random.default_rng(3)
+    torque = np.zeros(time.size)
+    for frequency in np.arange(0.3, 30.0, 0.31):
+        torque += 0.02 * np.sin(2.0 * np.pi * (frequency * time + random.uniform()))
+    velocity, speed = np.empty(time.size), 0.0
+    for index, drive in enumerate(torque):
+        speed += step / 4e-4 * (drive - 0.007 * speed - 0.03 * np.tanh(speed / 0.02))
+        velocity[index] = speed
+    return time, torque, np.round(np.cumsum(velocity) * step / 4e-4) * 4e-4
+
+
+def shaken(late: float, noise: float, rate: float) -> Recording:
+    """That rotor, its torque recorded so much before it acts [s]."""
+    step = 2e-4
+    time, torque, position = rotor(step)
+    rows = np.arange(0, time.size, int(round(1.0 / rate / step)))
+    ahead = np.minimum(rows + int(round(late / step)), time.size - 1)
+    white = np.random.default_rng(4).normal(0.0, noise, rows.size)
+    return Recording.from_samples('shaken', time[rows], position[rows], torque[ahead] + white)
+
+
+@pytest.mark.parametrize('rate', [100.0, 250.0, 1000.0])
+@pytest.mark.parametrize('late', [0.0, 0.004])
+def test_physics_above_the_band_is_no_noise(late, rate):
+    """A rotor that is shaken without a pause shows what the model lacks above the band as well: it
+    was taken for noise, five times as much as there is."""
+    model = Model(motor=replace(Model().motor, inertia=4e-4, viscous_friction=0.007),
+                  load_torque=LoadTorque(coefficients=(0.0,)), friction=Friction(0.03, 0.0, 0.02))
+    found = problem_of([shaken(late, 0.01, rate)], model).noise_floor
+    run = problem_of([shaken(0.0, 0.01, rate)], model).runs[0]
+    left_by_the_truth = run.measured - run.predicted(physics_of(model))
+    assert found == pytest.approx(float(np.std(left_by_the_truth)), rel=0.35)
 
 
 def test_the_noise_floor_of_a_problem(recorded):
