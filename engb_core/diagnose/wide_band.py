@@ -255,10 +255,13 @@ def rings(values: Mapping[str, float], bandwidth: float) -> bool:
 def _rings(fit: Fit, fitter: Fitter) -> bool:
     """Whether a finished fit of a shaft is one that rings, and not a stiff one: far above the band
     only a flank is seen, which goes by compliance, 1/frequency²."""
+    if not rings(_values(fit), fitter.problem.bandwidth):
+        # Where next to nothing is beyond the shaft, its twist has no derivatives.
+        return False
     names = [parameter.name for parameter in get_effect(RESONANCE).parameters]
     place = len(fit.hypothesis.numbers) + names.index('frequency')
     deviation = vector_deviations(fit, fitter, by_noise_alone=True)[place]
-    return rings(_values(fit), fitter.problem.bandwidth) and 2.0 * STANDS_OUT * deviation < 1.0
+    return 2.0 * STANDS_OUT * deviation < 1.0
 
 
 def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float) -> Resonance:
