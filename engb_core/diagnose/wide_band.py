@@ -261,7 +261,7 @@ def _rings(fit: Fit, fitter: Fitter) -> bool:
     names = [parameter.name for parameter in get_effect(RESONANCE).parameters]
     place = len(fit.hypothesis.numbers) + names.index('frequency')
     deviation = vector_deviations(fit, fitter, by_noise_alone=True)[place]
-    return 2.0 * STANDS_OUT * deviation < 1.0
+    return bool(2.0 * STANDS_OUT * deviation < 1.0)
 
 
 def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float) -> Resonance:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 import itertools
 from typing import Any
 
@@ -49,6 +50,9 @@ MOST_FACTORS = 3
 # Leading laws whose memory is tried against its limit.
 LIMITED = 6
 ROUNDS, ROUNDS_AGAIN = 8, 8
+# Of many forms that are fitted half are given up after so many rounds, and of the others all but
+# those that are polished after as many again.
+FIRST_ROUNDS = 2
 # Part of the excess that the best form must explain for more of its kind to be fitted: half of
 # what a law must.
 PROMISING = 0.4
@@ -183,10 +187,8 @@ class _Searching:
     def _polish(self, screened: list[Screened], most: int | None = None) -> None:
         """Fit forms with all their parameters; of many only the best so many to the end."""
         short = [entry for entry in screened if self._can_be_run(entry.form)]
-        tried: list[tuple[Form, Fit]] = list(
+        begun = self._halved(short, most) if most and len(short) > most else list(
             parallel_map(self._tried, short, self._fitter.threads))
-        begun = sorted((entry for entry in tried if entry[1].cost < self._base.cost),
-                       key=lambda entry: entry[1].cost)[:most]
         fitted = parallel_map(self._polished_from, begun, self._fitter.threads)
         for candidate in fitted:
             if candidate is None:
@@ -194,6 +196,23 @@ class _Searching:
             known = self._seen.get(candidate.form.kinds)
             if known is None or candidate.score.level < known.score.level:
                 self._seen[candidate.form.kinds] = candidate
+
+    def _halved(self, screened: list[Screened], most: int) -> list[tuple[Form, Fit]]:
+        """Return the best so many of the forms, fitted for `ROUNDS`, by successive halving
+        (Jamieson and Talwalkar, AISTATS 2016): what is behind after a few rounds is given up."""
+        threads = self._fitter.threads
+
+        def further(entry: tuple[Form, Fit], rounds: int) -> tuple[Form, Fit]:
+            return entry[0], self._fitter.iterate(entry[1], rounds)
+
+        def best(entries: Iterable[tuple[Form, Fit]], count: int) -> list[tuple[Form, Fit]]:
+            return sorted(entries, key=lambda entry: entry[1].cost)[:count]
+
+        tried = best(parallel_map(partial(self._tried, rounds=FIRST_ROUNDS), screened, threads),
+                     max(most, len(screened) // 2))
+        tried = best(parallel_map(partial(further, rounds=FIRST_ROUNDS), tried, threads), most)
+        return list(parallel_map(partial(further, rounds=ROUNDS - 2 * FIRST_ROUNDS), tried,
+                                 threads))
 
     def _can_be_run(self, form: Form) -> bool:
         """Whether the formula is short enough for the stack machine."""
@@ -206,7 +225,7 @@ class _Searching:
     def _polished(self, screened: Screened) -> Candidate | None:
         return self._polished_from(self._tried(screened))
 
-    def _tried(self, screened: Screened) -> tuple[Form, Fit]:
+    def _tried(self, screened: Screened, rounds: int = ROUNDS) -> tuple[Form, Fit]:
         """Return a form fitted from what linear least squares say: with its whole size, else with
         part of it; where that leads nowhere, with all numbers moving along from the start."""
         fitter, base, form = self._fitter, self._base, screened.form
@@ -214,9 +233,9 @@ class _Searching:
         if begun.cost >= base.cost:
             begun = min(begun, self._begun(replace(form, size=NEARER * form.size)),
                         key=lambda entry: entry.cost)
-        fit = fitter.iterate(begun, ROUNDS)
+        fit = fitter.iterate(begun, rounds)
         if fit.cost >= base.cost and screened.score.moved.size:
-            fit = fitter.iterate(self._begun(form, screened.score.moved), ROUNDS)
+            fit = fitter.iterate(self._begun(form, screened.score.moved), rounds)
         return form, fit
 
     def _polished_from(self, tried: tuple[Form, Fit]) -> Candidate | None:
