@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
+from engb_core.signals.count_edges import passing
 from engb_core.signals.filtering import Comparison
-from engb_core.signals.motion import filtered, gaussian_kernel, Motion, motion_of, passing
+from engb_core.signals.motion import filtered, gaussian_kernel, Motion, motion_of
 from engb_core.signals.motion_band import count_of
 from engb_core.signals.sampling_noise import SamplingNoise
 

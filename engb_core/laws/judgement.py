@@ -147,7 +147,7 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximate
     if not search.candidates:
         return None
     chosen, alike = _plainest(search.fitter, search.candidates)
-    if chosen.form.acts_as in _DELAYS:
+    if chosen.form.acts_as in _DELAYS and search.promises(chosen):
         tell('looking once more without what comes too late before a stop')
         search = _without_stops(search, chosen, tell)
         if not search.candidates:

@@ -101,6 +101,14 @@ class Search:
     candidates: tuple[Candidate, ...]
     onset: Candidate | None
 
+    def promises(self, best: Screened | Candidate) -> bool:
+        """Whether a form is near enough to a law that is believed for more to be asked."""
+        return _promises(self.before, best)
+
+
+def _promises(before: Score, best: Screened | Candidate) -> bool:
+    return before.level - best.score.level > PROMISING * (before.level - 1.0)
+
 
 def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None], least: float = 0.0,
                 ) -> Search:
@@ -146,11 +154,11 @@ class _Searching:
             found = self._screened(self._mutations(leading, waves))
             worth = [entry for entry in found if entry.form.kinds not in self._seen
                      and entry.score.level < leading[-1].score.level]
-            if not worth or not self._promising(worth[0], before):
+            if not worth or not _promises(before, worth[0]):
                 break
             self._polish(_of_each_kind(worth, TRIED * POLISHED_AFTER), POLISHED_AFTER)
         leading = self._leading()
-        if not leading or not self._promising(leading[0], before):
+        if not leading or not _promises(before, leading[0]):
             return Search(self._fitter, self._base, before, tuple(leading), None)
         limits = {form.kinds: form for entry in leading[:LIMITED]
                   for form in (*limits_of(entry.form), *mirrors_of(entry.form))
@@ -159,10 +167,6 @@ class _Searching:
         onsets = self._screened(onset_forms(self._scales))
         onset = self._polished(onsets[0]) if onsets and self._hopeful(onsets[0]) else None
         return Search(self._fitter, self._base, before, tuple(self._leading()), onset)
-
-    def _promising(self, best: Screened | Candidate, before: Score) -> bool:
-        """Whether a form is near enough to a law that is believed for more to be fitted."""
-        return before.level - best.score.level > PROMISING * (before.level - 1.0)
 
     def _hopeful(self, onset: Screened) -> bool:
         """Whether an onset may come near the best law once it is fitted."""

@@ -18,7 +18,8 @@ from scipy.stats import norm
 from engb_core.model import Model
 from engb_core.physics.command_law import command_law
 from engb_core.recording import Recording, Signal
-from engb_core.signals.motion import CUT_OFF, quantum_of
+from engb_core.signals.count_edges import quantum_of
+from engb_core.signals.motion import CUT_OFF
 from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
 from engb_core.signals.stamps import evenly_timed, stamps_vary, VARY
 

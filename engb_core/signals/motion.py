@@ -24,10 +24,10 @@ from scipy.ndimage import convolve1d, maximum_filter1d
 from engb_core.physics.command_law import Commanded, commanded_of
 from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
+from engb_core.signals.count_edges import CountEdges, edges_of, quantum_of
 
-__all__ = ['CUT_OFF', 'LEAST_STEPS', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'NO_STEP',
-           'OF_STEPS', 'bridged', 'filtered', 'gaussian_kernel', 'motion_of', 'passing',
-           'quantum_of', 'without_counts']
+__all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered',
+           'gaussian_kernel', 'motion_of']
 
 Array = NDArray[np.float64]
 
@@ -40,11 +40,6 @@ MOST_OF_RATE = 0.2
 # From so many steps on a pause between samples is a gap; the speed beside it is taken over [s].
 GAP_STEPS = 4.5
 BESIDE_GAP = 0.01
-# What is less is rounding of the arithmetic and no step [rad]; from more than so many steps a
-# usual one is told, the one that so many are smaller than.
-NO_STEP = 1e-12
-LEAST_STEPS = 50
-OF_STEPS = 0.02
 # The side signal that is more than none where the recorded effort is only a bound of the true one.
 CUT_OFF = 'effort_cut_off'
 
@@ -56,8 +51,8 @@ class Motion:
     Position, its derivatives and effort have passed the same Gaussian of `bandwidth` [Hz].
     `known` is False where the grid falls into a gap of the recording, where effort that was cut
     off reaches, and at its very ends; `recorded_step` [s] is the recording's own; `sharp` tells a
-    motion of sharp_motion.py; `commanded` says what effort was computed from, where it is a
-    command.
+    motion of sharp_motion.py; `edges` are the counts' that the position was taken from;
+    `commanded` says what effort was computed from, where it is a command.
     """
 
     name: str
@@ -76,6 +71,7 @@ class Motion:
     has_temperature: bool
     bandwidth: float
     recorded_step: float
+    edges: CountEdges
     sharp: bool = False
     commanded: Commanded | None = None
 
@@ -133,7 +129,8 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
     step = stride * fine
     full: Array = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1,
                             dtype=np.float64) * fine
-    raw = bridged(full, np.interp(full, *without_counts(recording)), recording)
+    edges = edges_of(recording)
+    raw = bridged(full, np.interp(full, edges.time, edges.of(recording.position)), recording)
 
     def smooth(derivative: int) -> Array:
         return moving_on(raw, gaussian_kernel(bandwidth, fine, derivative))[::stride].copy()
@@ -155,73 +152,8 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
         quantum=quantum_of(recording.position),
         has_disc=disc is not None and bool(np.any(np.abs(disc) > 1e-6)),
         has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine,
+        edges=edges,
         commanded=commanded_of(recording, full, gaussian_kernel(bandwidth, fine)))
-
-
-def without_counts(recording: Recording, values: Array | None = None) -> tuple[Array, Array]:
-    """Return times and positions of the counts' edges: what the encoder says for certain; and of
-    the samples between two changes by several counts each, which it says as well as the next. Or
-    what other `values` (n,) at the samples are there."""
-    time, position = recording.time, recording.position
-    values = position if values is None else values
-    change = np.flatnonzero(np.diff(position))
-    if change.size < 2:
-        return time, values
-    beside = _beside_rest(recording, change, values)
-    fast = passing(recording)
-    single = change[~(fast[change] & fast[change + 1])]
-    edge = np.concatenate([0.5 * (time[single] + time[single + 1]), time[fast], beside[0]])
-    middle = np.concatenate([0.5 * (values[single] + values[single + 1]), values[fast],
-                             beside[1]])
-    order = np.argsort(edge, kind='stable')
-    edge, middle = edge[order], middle[order]
-    end = max(time[-1], edge[-1] + 1e-9)
-    return (np.concatenate([[time[0]], edge, [end]]),
-            np.concatenate([[_beyond(edge[:2], middle[:2], time[0])], middle,
-                            [_beyond(edge[-1:-3:-1], middle[-1:-3:-1], end)]]))
-
-
-def passing(recording: Recording) -> NDArray[np.bool_]:
-    """Return which samples (n,) lie between two changes by several counts, none of them lost; at
-    both ends of the recording there is but one change."""
-    quantum = quantum_of(recording.position)
-    if quantum <= 0.0:
-        return np.zeros(recording.time.size, bool)
-    several = ((np.abs(np.diff(recording.position)) > 1.5 * quantum)
-               & (np.diff(recording.time) < 1.5 * recording.interval))
-    return (np.concatenate([several[:1], several])
-            & np.concatenate([several, several[-1:]]))
-
-
-def _beyond(edge: Array, middle: Array, time: float) -> float:
-    """Return the position at the recording's end at `time`, from the outermost edge and its
-    neighbour: it goes on at their speed, but by no more than what the next edge would have shown;
-    before the first and after the last edge of a stroke the shaft stands."""
-    beyond = time - edge[0]
-    between = edge[0] - edge[1]
-    if between == 0.0 or beyond / between > 1.0:
-        return float(middle[0])
-    return float(middle[0] + (middle[0] - middle[1]) * beyond / between)
-
-
-def _beside_rest(recording: Recording, change: NDArray[np.int64], values: Array,
-                 ) -> tuple[Array, Array]:
-    """Return times and positions of the first and last edges of changes by several counts that a
-    rest or lost samples stand beside: a line from the middle of the change to the edge before the
-    rest would have the shaft creep all that time."""
-    time, position = recording.time, recording.position
-    duration, jump = time[change + 1] - time[change], position[change + 1] - position[change]
-    quantum = quantum_of(position)
-    several = (quantum > 0.0) & (np.abs(jump) > 1.5 * quantum)
-    lost = duration > 1.5 * recording.interval
-    apart = np.diff(change) > 1
-    first = np.flatnonzero(several & (lost | np.append(True, apart)))
-    last = np.flatnonzero(several & (lost | np.append(apart, True)))
-    half = 0.5 * quantum / np.abs(jump)
-    share = np.concatenate([half[first], 1.0 - half[last]])
-    which = np.concatenate([first, last])
-    return (time[change[which]] + share * duration[which],
-            values[change[which]] + share * np.diff(values)[change[which]])
 
 
 def bridged(time: Array, position: Array, recording: Recording) -> Array:
@@ -259,10 +191,3 @@ def _known(recording: Recording, time: Array, step: float, reach: int) -> NDArra
         spread = int(np.ceil(reach * step / (time[1] - time[0])))
         known &= ~maximum_filter1d(beyond, 2 * spread + 1)
     return known
-
-
-def quantum_of(position: Array) -> float:
-    """Return the encoder's count [rad]: the smallest step that occurs again and again."""
-    steps = np.abs(np.diff(position))
-    steps = steps[steps > NO_STEP]
-    return float(np.quantile(steps, OF_STEPS)) if steps.size > LEAST_STEPS else 0.0

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.signal import welch
 
 from engb_core.recording import Recording
-from engb_core.signals.motion import LEAST_STEPS, Motion, NO_STEP, OF_STEPS, quantum_of
+from engb_core.signals.count_edges import LEAST_STEPS, NO_STEP, OF_STEPS, quantum_of
+from engb_core.signals.motion import Motion
 from engb_core.signals.sampling_noise import SamplingNoise
 
 __all__ = ['COMPARED', 'count_of', 'outweighed_from', 'position_variance', 'told_up_to']

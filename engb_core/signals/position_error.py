@@ -17,7 +17,6 @@ from scipy.signal import butter, sosfiltfilt
 from engb_core.effects.base import (
     ACCELERATION,
     POSITION,
-    SAMPLE_SIZE,
     TIME,
     TIME_STEP,
     TORQUE,
@@ -26,7 +25,7 @@ from engb_core.effects.base import (
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
-from engb_core.signals.motion import filtered, gaussian_kernel, Motion, without_counts
+from engb_core.signals.motion import filtered, gaussian_kernel, Motion
 from engb_core.signals.sharp_motion import ORDER
 
 __all__ = ['at_recorded_samples', 'carried', 'effort_of_recording']
@@ -37,7 +36,7 @@ Array = NDArray[np.float64]
 def carried(recording: Recording, motion: Motion, values: Array) -> tuple[Array, Array, Array]:
     """Return what values (k,) at the recording's samples become on the motion's grid when they
     pass as the position does: themselves, their rate and its rate, (n,) each."""
-    edge_times, edges = without_counts(recording, values)
+    edge_times, edges = motion.edges.time, motion.edges.of(values)
     if motion.sharp:
         time = motion.time
         raw = 0.5 * (np.interp(time, edge_times, edges)
@@ -59,9 +58,12 @@ def carried(recording: Recording, motion: Motion, values: Array) -> tuple[Array,
 def at_recorded_samples(recording: Recording, motion: Motion, samples: Array) -> Array:
     """Return the table (k, SAMPLE_SIZE) at the recording's own samples, with the position as it
     was recorded and all else from the motion's `samples` (n, SAMPLE_SIZE)."""
-    table = np.empty((recording.time.size, SAMPLE_SIZE))
-    for column in range(SAMPLE_SIZE):
-        table[:, column] = np.interp(recording.time, motion.time, samples[:, column])
+    # The grid is even, so that where each sample falls need not be searched for.
+    place = np.clip((recording.time - motion.time[0]) / motion.step, 0.0, motion.time.size - 1.0)
+    before = np.minimum(place.astype(np.int64), max(motion.time.size - 2, 0))
+    share = (place - before)[:, None]
+    table: Array = samples[before]
+    table += share * (samples[np.minimum(before + 1, motion.time.size - 1)] - table)
     table[:, TIME] = recording.time
     table[:, TIME_STEP] = recording.interval
     table[:, POSITION] = recording.position
