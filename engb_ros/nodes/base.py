@@ -27,10 +27,12 @@ from rclpy.qos import (
     QoSProfile,
     ReliabilityPolicy,
 )
+from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 
 from engb_core.errors import InputError
 from engb_ros.interface import Service, Topic
+from engb_ros.nodes.known_publisher import KnownPublisherSubscription
 from engb_ros.nodes.messages import message_class, publisher_qos, subscription_qos
 from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
 from engb_ros.nodes.realtime import use_realtime
@@ -143,6 +145,30 @@ class ManagedNode(LifecycleNode):
                                                 event_callbacks=events, raw=raw)
         self._owned.append((self.destroy_subscription, subscription))
         return subscription
+
+    def listen_by_publisher(self, topic: Topic,
+                            callback: Callable[[Any, bytes | None], None]) -> str:
+        """Call `callback` with the newest message, and what tells its publisher from the others
+        (None where rcl cannot be asked); return the topic's name as it is after remapping."""
+        kind = message_class(topic.type)
+
+        def taken(data: bytes, publisher: bytes | None) -> None:
+            try:
+                message = deserialize_message(data, kind)
+            except rclpy_implementation.RMWError:   # bytes that are no message
+                return
+            callback(message, publisher)
+
+        try:
+            subscription = KnownPublisherSubscription(
+                self, kind, topic.name, taken, subscription_qos(topic))
+        except (OSError, AttributeError) as error:
+            self.get_logger().warning(
+                f'publishers of {topic.name} cannot be told apart, all are obeyed: {error}')
+            name: str = self.listen(topic, lambda message: callback(message, None)).topic_name
+            return name
+        self._owned.append((KnownPublisherSubscription.destroy, subscription))
+        return subscription.topic_name
 
     def _tell_who_asks_for_more(self, topic: Topic, event: Any) -> None:
         policy = qos_policy_name_from_kind(event.last_policy_kind)
@@ -267,7 +293,7 @@ class ManagedNode(LifecycleNode):
         """Give everything back, threads too: one that runs on keeps services in the graph that
         nobody answers."""
         try:
-            self.close()
+            self._give_back()
         finally:
             super().destroy_node()
 

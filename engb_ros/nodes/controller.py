@@ -21,6 +21,7 @@ from engb_core.control.causes import Cause
 from engb_core.control.claims import CLAIM_PERIOD, ControllerClaims, STANDBY_CLAIM
 from engb_core.control.clamp_force import read_mechanism
 from engb_core.control.command_arbiter import Command
+from engb_core.control.publisher_watch import FirstPublisher
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_ros import interface
@@ -117,7 +118,8 @@ class ControllerNode(ManagedNode):
         self.listen(interface.CLAMP_FORCE_COMMAND_STAMPED, self._on_force_command_stamped)
         self.listen(interface.DRIVE_STATE, self._on_drive_state)
         if self._standby:
-            self.listen(interface.EFFORT_COMMAND, self._on_torque_of_another)
+            self._primary = FirstPublisher()
+            self.listen_by_publisher(interface.EFFORT_COMMAND, self._on_torque_of_another)
         self.listen(interface.DISC_SPEED, self._on_disc_speed)
         if values['observer_timeout'] > 0.0:
             self.listen(interface.DISTURBANCE, self._on_disturbance)
@@ -165,6 +167,8 @@ class ControllerNode(ManagedNode):
         self._speak_at, self._spoke = inf, False
         self._controller.silent = self._standby
         self._heard_at, self._hears_primary = now, False
+        if self._standby:
+            self._primary.forget()
         self._well_at = now
         if not self._standby:
             self._claim()
@@ -232,9 +236,11 @@ class ControllerNode(ManagedNode):
         if self.active:
             self._controller.on_drive_state(monotonic(), message.data)
 
-    def _on_torque_of_another(self, message: Float64) -> None:
-        if self._controller.silent and isfinite(message.data):
-            self._heard_torque, self._heard_at = message.data, monotonic()
+    def _on_torque_of_another(self, message: Float64, publisher: bytes | None) -> None:
+        now = monotonic()
+        if (self._controller.silent and isfinite(message.data)
+                and self._primary.is_first(now, publisher)):
+            self._heard_torque, self._heard_at = message.data, now
             self._hears_primary = True
 
     def _on_disc_speed(self, message: Float64) -> None:
