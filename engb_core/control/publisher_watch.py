@@ -42,6 +42,10 @@ class _Publisher:
         """Return the part of the last `_MEMORY` seconds in which it has spoken."""
         return self._share * math.exp((self.heard - now) / _MEMORY)
 
+    def inherit(self, other: _Publisher, now: float) -> None:
+        """Take the place of another one, as if it had spoken when that one did."""
+        self._share = max(self.share(now), other.share(now))
+
     def speaks(self, now: float) -> None:
         """Take a message of it."""
         self._share = self.share(now) + min(now - self.heard, _CYCLE) / _MEMORY
@@ -89,8 +93,12 @@ class FirstPublisher:
             speaker.speaks(now)
         if first is None or speaker is not first and (
                 now - first.heard > _GONE or speaker.share(now) > first.share(now) + _LARGER):
-            self._first = first = speaker
+            self._first = first = self._heir(now) or speaker
         return speaker, first
+
+    def _heir(self, now: float) -> _Publisher | None:
+        """Return who has the first's place after it; None: whoever speaks."""
+        return None
 
 
 class PublisherWatch(FirstPublisher):
@@ -139,7 +147,14 @@ class PublisherWatch(FirstPublisher):
                     silent > self._command_timeout
                     or abs(torque - self._torque) <= self._tolerance)):
                 return False
-            self._successor = speaker
+            if speaker is not self._successor:
+                speaker.inherit(first, now)
+                self._successor = speaker
             speaker.obeyed = now
         self._torque = torque
         return True
+
+    def _heir(self, now: float) -> _Publisher | None:
+        """Return the one that took over, if it still speaks."""
+        heir = self._successor
+        return heir if heir is not None and now - heir.heard <= self._command_timeout else None

@@ -133,6 +133,16 @@ def test_a_standby_is_obeyed_when_it_takes_over_and_has_its_place_then():
     assert count(found, 'standby') == pytest.approx(4.95 / CYCLE, abs=1)
 
 
+@pytest.mark.parametrize('begin', [0.001, 1.0005, 28.0])
+def test_a_standby_keeps_its_place_beside_a_stranger_when_the_primary_is_gone(begin):
+    primary = Publisher('primary', end=30.0)
+    standby = Publisher('standby', begin=30.05)
+    stranger = Publisher('stranger', 0.001, begin, torque=-LIMIT)
+    found = obeyed([primary, standby, stranger], 45.0)
+    assert count(found, 'stranger') == 0
+    assert count(found, 'standby') == pytest.approx(14.95 / CYCLE, abs=1)
+
+
 @pytest.mark.parametrize('period', [0.05, 0.1, 0.5])
 def test_a_slow_one_that_was_left_over_does_not_keep_a_controller_out(period):
     left_over = Publisher('left over', period)
