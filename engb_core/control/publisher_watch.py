@@ -30,12 +30,13 @@ class _Publisher:
 
     Attributes:
         heard: when it spoke last [s].
-        beside: when it spoke beside the first last, as no controller does [s].
-        obeyed: when it was obeyed in the first's place last [s].
+        beside: when it spoke beside the first last, as no controller does that was not obeyed
+            before [s].
+        was_obeyed: it was ever.
     """
 
     def __init__(self, now: float) -> None:
-        self.heard, self.beside, self.obeyed = now, -math.inf, -math.inf
+        self.heard, self.beside, self.was_obeyed = now, -math.inf, False
         self._share = 0.0
 
     def share(self, now: float) -> float:
@@ -139,7 +140,7 @@ class PublisherWatch(FirstPublisher):
         if speaker is first:
             self._successor = None
         elif silent <= _SILENT:
-            if now - speaker.obeyed > _GONE:   # else a standby, whose primary speaks again
+            if not speaker.was_obeyed:   # else a standby whose primary speaks again, or that one
                 speaker.beside = now
             return False
         else:
@@ -150,7 +151,7 @@ class PublisherWatch(FirstPublisher):
             if speaker is not self._successor:
                 speaker.inherit(first, now)
                 self._successor = speaker
-            speaker.obeyed = now
+        speaker.was_obeyed = True
         self._torque = torque
         return True
 

@@ -82,6 +82,17 @@ def test_who_is_late_now_and_then_is_obeyed_alone(period, seed):
     assert count(found, 'controller') >= 2490
 
 
+@pytest.mark.parametrize('stall', [0.06, 0.3, 0.9, 1.2, 5.0, 30.0])
+def test_a_primary_that_speaks_again_is_obeyed_once_its_standby_has_yielded(stall):
+    end = 5.0 + stall
+    primary = Publisher('primary', pauses=[(5.0, end)])
+    standby = Publisher('standby', begin=5.05, end=end + 0.2)
+    found = obeyed([primary, standby], end + 2.0)
+    times = [now for now, _ in found if now > 4.9]
+    assert max(later - now for now, later in itertools.pairwise(times)) < 0.06
+    assert count(found, 'primary', end + 0.3) == pytest.approx(1.7 / CYCLE, abs=1)
+
+
 OTHER_TORQUES = [TORQUE + 0.2 * LIMIT + 1e-6, -LIMIT, float('nan'), 1e6]
 
 

@@ -90,6 +90,36 @@ def test_a_stranger_who_speaks_beside_the_primary_keeps_no_standby_from_taking_o
     runner.stop()
 
 
+@pytest.mark.parametrize('pause', [0.15, 1.5])
+def test_a_primary_that_was_frozen_and_goes_on_lets_nothing_go(runner, probe, diagnosed, pause):
+    """The standby takes over, both speak for a moment, the standby yields."""
+    loop = beside_a_standby(runner, probe, diagnosed, plant(rate=200.0))
+    begin = len(loop.states)
+    runner.processes['controller'].signal(signal.SIGSTOP)
+    loop.during(pause)
+    runner.processes['controller'].signal(signal.SIGCONT)
+    loop.during(2.5)
+    assert min(message.position[0] for message in loop.states[begin:]) > 24.0, told(loop)
+    runner.stop()
+
+
+def test_of_two_standbys_one_takes_over_and_the_brake_stays_applied(runner, probe, diagnosed):
+    loop = beside_a_standby(runner, probe, diagnosed, plant(rate=200.0))
+    runner.start_command('second', node_command(
+        'controller', name='second', parameters={**loop.controller, 'standby': True,
+                                                 'diagnostics_period': 0.05}))
+    loop.until(lambda: state(diagnosed, 'second') == 'enabled', 'the second standby')
+    begin = len(loop.states)
+    loop.kill('controller')
+    loop.during(3.0)
+    assert min(message.position[0] for message in loop.states[begin:]) > 15.0, told(loop)
+    sent, samples = len(loop.efforts), len(loop.states)
+    loop.during(1.0)
+    assert len(loop.efforts) - sent < 1.2 * (len(loop.states) - samples), told(loop)
+    assert abs(loop.position - 25.0) < 0.5
+    runner.stop()
+
+
 def test_a_planned_hand_over_lets_nothing_go(runner, probe, diagnosed):
     """Deactivated beside a standby, a primary leaves it the torque that is there."""
     loop = beside_a_standby(runner, probe, diagnosed, plant())
