@@ -70,6 +70,7 @@ class ManagedNode(LifecycleNode):
         self.values = declare(self, self.specs)
         self.sim_time = bool(self.get_parameter('use_sim_time').value)
         self._guard_services()
+        self._guard_clock()
         # The first line of a log costs 20 to 50 ms otherwise: rclpy asks `inspect` for its place,
         # which looks through all modules then. It would be that of a fault, in the control loop.
         inspect.getframeinfo(inspect.stack(0)[0].frame)
@@ -146,10 +147,11 @@ class ManagedNode(LifecycleNode):
         self._owned.append((self.destroy_subscription, subscription))
         return subscription
 
-    def listen_by_publisher(self, topic: Topic,
-                            callback: Callable[[Any, bytes | None], None]) -> str:
-        """Call `callback` with the newest message, and what tells its publisher from the others
-        (None where rcl cannot be asked); return the topic's name as it is after remapping."""
+    def listen_by_publisher(self, topic: Topic, callback: Callable[[Any, bytes | None], None],
+                            raw: bool = False) -> str:
+        """Call `callback` with the newest message of each publisher, and what tells that one from
+        the others (None where rcl cannot be asked, and of the newest of all then); return the
+        topic's name as it is after remapping. `raw`: with the serialised bytes."""
         kind = message_class(topic.type)
 
         def taken(data: bytes, publisher: bytes | None) -> None:
@@ -161,11 +163,12 @@ class ManagedNode(LifecycleNode):
 
         try:
             subscription = KnownPublisherSubscription(
-                self, kind, topic.name, taken, subscription_qos(topic))
+                self, kind, topic.name, callback if raw else taken)
         except (OSError, AttributeError) as error:
             self.get_logger().warning(
-                f'publishers of {topic.name} cannot be told apart, all are obeyed: {error}')
-            name: str = self.listen(topic, lambda message: callback(message, None)).topic_name
+                f'publishers of {topic.name} cannot be told apart, all are heard: {error}')
+            name: str = self.listen(topic, lambda message: callback(message, None),
+                                    raw=raw).topic_name
             return name
         self._owned.append((KnownPublisherSubscription.destroy, subscription))
         return subscription.topic_name
@@ -227,6 +230,14 @@ class ManagedNode(LifecycleNode):
         parameter of a type that is none): rclpy would end the node."""
         for service in self.services:
             service.callback = self._guarded(service.callback, service.srv_name)
+
+    def _guard_clock(self) -> None:
+        """Leave out a time that rclpy cannot take (below nought): it would end the node."""
+        for subscription in self.subscriptions:
+            if subscription.topic == '/clock':
+                take = subscription.callback
+                subscription.callback = lambda message, take=take: (
+                    take(message) if message.clock.sec >= 0 else None)
 
     def _guarded(self, callback: Callable[[Any, Any], Any],
                  name: str) -> Callable[[Any, Any], Any]:

@@ -123,10 +123,11 @@ class ControllerNode(ManagedNode):
         self.listen(interface.DISC_SPEED, self._on_disc_speed)
         if values['observer_timeout'] > 0.0:
             self.listen(interface.DISTURBANCE, self._on_disturbance)
-        joint_states = self.listen(interface.JOINT_STATES, self._on_joint_states, raw=True)
+        self._drives = FirstPublisher()
         # Names as they are after remapping: the graph knows no others.
         self._effort_topic = self._effort_publisher.topic_name
-        self._joint_topic = joint_states.topic_name
+        self._joint_topic = self.listen_by_publisher(
+            interface.JOINT_STATES, self._on_joint_states, raw=True)
         self._activation_topic = activation.topic_name
         self.serve(interface.START_REFERENCE, self._start_reference)
         self.serve(interface.CLEAR_FAULTS, self._clear_faults)
@@ -249,8 +250,12 @@ class ControllerNode(ManagedNode):
     def _on_disturbance(self, message: Float64) -> None:
         self._controller.on_disturbance(monotonic(), message.data)
 
-    def _on_joint_states(self, message: bytes) -> None:
+    def _on_joint_states(self, message: bytes, publisher: bytes | None) -> None:
         now = monotonic()
+        if not self._drives.is_first(now, publisher):
+            if self.count_publishers(self._joint_topic) > 1:
+                return   # nobody's but the drive's
+            self._drives.forget()   # that one is gone
         if now < self._speak_at or not self.active:
             if self._speak_at == inf and self.active:
                 self._speak_at = now + _PROBATION

@@ -14,14 +14,20 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.type_support import check_is_valid_msg_type
 from rclpy.waitable import NumberOfEntities, Waitable
 
 __all__ = ['KnownPublisherSubscription']
 
+# So many messages of others may come before the one that counts is read: a tenth of a second of
+# somebody who sends as fast as a process can. Of each publisher only the newest is handed on.
+_DEPTH = 1000
+
 # Of rclpy, whose functions have no types.
 _check_message_type: Callable[[Any], None] = check_is_valid_msg_type
 _make_subscription: Callable[..., Any] = rclpy_implementation.Subscription
+_make_qos: Callable[..., Any] = QoSProfile
 _one_subscription: Callable[..., NumberOfEntities] = NumberOfEntities
 
 
@@ -69,7 +75,8 @@ class _Rcl:
 
 
 class KnownPublisherSubscription(Waitable):
-    """A subscription to serialised messages that tells whose each is.
+    """A subscription to serialised messages that tells whose each is: to the newest of each
+    publisher, so that nobody who speaks right after another one hides what that one said.
 
     Args:
         node: to whose executor it belongs.
@@ -77,8 +84,6 @@ class KnownPublisherSubscription(Waitable):
         topic: relative to the node's namespace.
         callback: called with the bytes of a message, and what tells its publisher from the others
             (its GID), or None where the middleware does not say.
-        qos: QoSProfile with which it is read.
-
     Raises:
         OSError, AttributeError: rcl's own functions are not to be found here.
 
@@ -87,7 +92,7 @@ class KnownPublisherSubscription(Waitable):
     """
 
     def __init__(self, node: Node, kind: Any, topic: str,
-                 callback: Callable[[bytes, bytes | None], None], qos: Any) -> None:
+                 callback: Callable[[bytes, bytes | None], None]) -> None:
         self._rcl = _Rcl()
         _check_message_type(kind)
         self._callback = callback
@@ -95,7 +100,9 @@ class KnownPublisherSubscription(Waitable):
         self._rcl.init(ctypes.byref(self._bytes), 256, ctypes.byref(self._bytes.allocator))
         with node.handle:
             self._handle = _make_subscription(
-                node.handle, kind, topic, qos.get_c_qos_profile())
+                node.handle, kind, topic, _make_qos(
+                    history=HistoryPolicy.KEEP_LAST, depth=_DEPTH,
+                    reliability=ReliabilityPolicy.BEST_EFFORT).get_c_qos_profile())
         super().__init__(node.default_callback_group)  # type: ignore[no-untyped-call]
         self._node, self._index, self._given_back = node, -1, False
         self._arguments = (self._handle.pointer, ctypes.byref(self._bytes),
@@ -139,15 +146,20 @@ class KnownPublisherSubscription(Waitable):
         return bool(wait_set.is_ready('subscription', self._index))
 
     def take_data(self) -> None:
-        """Hand on all that has come: at once, since the EventsExecutor does `execute` later."""
+        """Hand on each publisher's newest message: at once, since the EventsExecutor does
+        `execute` later."""
         info, data = self._info, self._bytes
         if self._given_back:   # an event of it was in the executor's queue
             return
+        newest: dict[bytes | None, bytes] = {}
         with self._handle:
             while not self._rcl.take(*self._arguments):
                 known = info.gid_implementation == self._rcl.implementation
-                self._callback(ctypes.string_at(data.buffer, data.length),
-                               bytes(info.gid) if known else None)
+                publisher = bytes(info.gid) if known else None
+                newest.pop(publisher, None)   # in the order in which they came
+                newest[publisher] = ctypes.string_at(data.buffer, data.length)
+        for publisher, message in newest.items():
+            self._callback(message, publisher)
 
     async def execute(self, taken: None) -> None:
         """Do nothing: all has been handed on."""

@@ -71,6 +71,18 @@ def test_each_message_comes_with_its_publisher_as_the_graph_names_it(graph):
     assert all(by_number[message.data] == publisher for message, publisher in listener.heard)
 
 
+def test_nobody_hides_what_another_one_said_by_speaking_right_after_it(graph):
+    listener, other, until = graph
+    listener.trigger_configure()
+    first, second = publishers_of(other, until, 2)
+    for number in range(1, 20):
+        first.publish(Float64(data=float(number)))
+        for _ in range(10):
+            second.publish(Float64(data=-float(number)))
+        until(lambda number=number: {message.data for message, _ in listener.heard}
+              >= {float(number), -float(number)})
+
+
 def test_bytes_that_are_no_message_are_left_out(graph):
     listener, other, until = graph
     listener.trigger_configure()
