@@ -15,7 +15,6 @@ from engb_core.control.causes import Cause
 from engb_ros.interface import (
     CLEAR_FAULTS,
     CONTROLLER_ACTIVATION,
-    JOINT_STATES,
     POSITION_COMMAND,
     POSITION_COMMAND_STAMPED,
     RECORDED,
@@ -334,7 +333,8 @@ FAULTS = (
           '`diagnostics_period`', 'not taken', 'test_garbage_and_stale_commands', 'plant',
           bad_command),
     Fault('joint state NaN, jumping, of a wrong joint; clock jumps', 'at once, of the seventh '
-          'sample; told with `diagnostics_period`', 'sample not used; nothing integrated over a jump',
+          'sample; told with `diagnostics_period`', 'sample not used; nothing integrated over a '
+          'jump',
           'test_garbage_joint_states_and_jumps_of_the_clock', 'spoilt',
           spoilt('angle_nan_now', 'state_not_finite')),
     Fault('second controller', 'discovery (up to 3 s) + 0.2 s', 'the later one yields, silent',
@@ -507,7 +507,7 @@ UNTIMED = (
     ('torque of 1e6 N·m, or none that is finite, from a stranger', '0.1 s after discovery',
      'not taken by the drive; told, degraded',
      'test_torque_of_an_intruder_that_no_controller_asks_for_does_nothing'),
-    ('joint states of a stranger, as many as he can send', '0.1 s after discovery',
+    ('joint states of a stranger, three thousand a second', '0.1 s after discovery',
      'not used; told, degraded', 'test_joint_states_of_a_stranger_are_told_and_not_used'),
     ('a stranger\'s torque beside a primary that is killed', '`takeover_time`',
      'the standby takes over; the stranger is not obeyed',
