@@ -148,10 +148,10 @@ class ManagedNode(LifecycleNode):
         return subscription
 
     def listen_by_publisher(self, topic: Topic, callback: Callable[[Any, bytes | None], None],
-                            raw: bool = False) -> str:
+                            raw: bool = False) -> Any:
         """Call `callback` with the newest message of each publisher, and what tells that one from
         the others (None where rcl cannot be asked, and of the newest of all then); return the
-        topic's name as it is after remapping. `raw`: with the serialised bytes."""
+        subscription. `raw`: with the serialised bytes."""
         kind = message_class(topic.type)
 
         def taken(data: bytes, publisher: bytes | None) -> None:
@@ -167,11 +167,17 @@ class ManagedNode(LifecycleNode):
         except (OSError, AttributeError) as error:
             self.get_logger().warning(
                 f'publishers of {topic.name} cannot be told apart, all are heard: {error}')
-            name: str = self.listen(topic, lambda message: callback(message, None),
-                                    raw=raw).topic_name
-            return name
+            return self.listen(topic, lambda message: callback(message, None), raw=raw)
         self._owned.append((KnownPublisherSubscription.destroy, subscription))
-        return subscription.topic_name
+        return subscription
+
+    def give_back(self, made: Any) -> None:
+        """Give back what one of these helpers made, before a cleanup does."""
+        for entry in self._owned:
+            if entry[1] is made:
+                self._owned.remove(entry)
+                entry[0](made)
+                return
 
     def _tell_who_asks_for_more(self, topic: Topic, event: Any) -> None:
         policy = qos_policy_name_from_kind(event.last_policy_kind)

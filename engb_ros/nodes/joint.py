@@ -63,4 +63,4 @@ def listen_for_effort(node: ManagedNode, values: dict[str, Any], joint: str,
         callback(torque)
 
     topic = node.listen_by_publisher(
-        interface.JOINT_COMMAND if by_joint else interface.EFFORT_COMMAND, on_command)
+        interface.JOINT_COMMAND if by_joint else interface.EFFORT_COMMAND, on_command).topic_name

@@ -71,7 +71,7 @@ class Stepped:
         effort = self.heard[-1].data if self.heard else 0.1
         message = JointState(name=['motor'], position=[20.0], velocity=[0.0], effort=[effort])
         message.header.stamp = self.node.get_clock().now().to_msg()
-        self.controller._on_joint_states(bytes(serialize_message(message)), b'drive')
+        self.controller._on_joint_states(bytes(serialize_message(message)))
 
     def spin(self, seconds=0.02):
         """Let both nodes work."""

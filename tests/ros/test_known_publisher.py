@@ -20,7 +20,8 @@ class Listener(ManagedNode):
     def configure(self, values):
         self.heard = []
         self.topic = self.listen_by_publisher(
-            EFFORT_COMMAND, lambda message, publisher: self.heard.append((message, publisher)))
+            EFFORT_COMMAND, lambda message, publisher: self.heard.append((message, publisher))
+        ).topic_name
 
 
 @pytest.fixture(params=[make_executor, lambda context: SingleThreadedExecutor(context=context)],
