@@ -89,13 +89,14 @@ UNITS: dict[str, Unit] = {
 _ELSEWHERE = {
     's': 'segundos secondes secondi segundo sekund с сек 秒 초', 'ms': 'мс 毫秒 ミリ秒',
     'us': 'мкс 微秒', 'rad': 'рад 弧度 라디안',
-    'deg': 'grado grados gradi graus grau graden grader stopnie stopni stupně degrés degré град 度 '
-           '도',
-    'rev': 'tr tour tours vuelta vueltas giro giri volta voltas omw obr ot varv об 圈 转 轉 転 回転',
+    'deg': 'grado grados gradi graus grau graden grader stopnie stopni stupně degrés degré град '
+           '度 도',
+    'rev': 'tr tour tours vuelta vueltas giro giri volta voltas omw obr ot varv об '
+           '圈 转 轉 転 回転',
     'rpm': 'tr/min giri/min obr/min ot/min varv/min omw/min об/мин 转/分 转/分钟 転/分',
-    'rad/s': 'рад/с 弧度/秒', 'deg/s': 'град/с 度/秒', 'm': 'м', 'mm': 'мм 毫米', 'inch': 'in inches',
-    'nm': 'нм 牛米 牛顿米', 'mnm': 'мнм 毫牛米', 'n': 'н 牛 牛顿', 'a': 'а amperios ampères 安 安培',
-    'ma': 'ма 毫安',
+    'rad/s': 'рад/с 弧度/秒', 'deg/s': 'град/с 度/秒', 'm': 'м', 'mm': 'мм 毫米',
+    'inch': 'in inches', 'nm': 'нм 牛米 牛顿米', 'mnm': 'мнм 毫牛米', 'n': 'н 牛 牛顿',
+    'a': 'а amperios ampères 安 安培', 'ma': 'ма 毫安',
 }
 UNITS.update({word: UNITS[own] for own, words in _ELSEWHERE.items() for word in words.split()})
 # Written in one case only: `n` is a speed or a number, no newton.

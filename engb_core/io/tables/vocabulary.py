@@ -19,8 +19,8 @@ def _set(*lines: str) -> frozenset[str]:
 
 
 # Of the words for effort those that are a current's.
-CURRENT = _set('current curr cur i iq strom amps ampere motorstrom motorcurrent courant mot_i iact',
-               'imot corriente corrente stroom prąd prad proud ström ток 電流 电流 전류')
+CURRENT = _set('current curr cur i iq strom amps ampere motorstrom motorcurrent courant mot_i',
+               'iact imot corriente corrente stroom prąd prad proud ström ток 電流 电流 전류')
 KNOWN = {
     'time': _set(
         'time zeit timestamp stamp t elapsed zeitstempel temps tiempo tempo seconds datetime',
