@@ -71,9 +71,24 @@ class _Signals:
         return self.model.motor.viscous_friction * self.velocity
 
     def friction(self) -> list[Array]:
-        """Recorded, before, after: effort less inertia and load, against the motion positive."""
+        """Recorded, before, after: effort less inertia, load and what other effects add, against
+        the motion positive."""
         known = self.inertia + self['model_load']
-        return [np.sign(self.velocity) * (curve - known) for curve in self.curves]
+        others = self._others()
+        # The model as given lacks what the others add.
+        return [np.sign(self.velocity) * (curve - known - added) for curve, added in
+                zip(self.curves, (others, np.zeros(others.size), others), strict=True)]
+
+    def _others(self) -> Array:
+        """Return what all effects beside this one add to the effort (m,) [N·m]; what acts by the
+        load is in the model's load already."""
+        total = np.zeros(self.time.size)
+        for setting in self.model.effects:
+            name = f'without:{setting.effect}'
+            if (setting.effect != self.effect and self.has(name)
+                    and not {'load', 'shift'} & set(get_effect(setting.effect).stages)):
+                total = total + self.curves[2] - self[name]
+        return total
 
     def dry(self) -> list[Array]:
         return [curve - np.abs(self.viscous) for curve in self.friction()]
@@ -319,7 +334,8 @@ def _one_motion(trace: Trace, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Of the chosen samples, keep the longest motion without a standstill."""
     step = np.diff(trace.time, prepend=trace.time[:1])
     motion = np.cumsum(step > 3.0 * np.median(step))
-    return rows & (motion == np.bincount(motion[rows]).argmax())
+    kept: NDArray[np.bool_] = rows & (motion == np.bincount(motion[rows]).argmax())
+    return kept
 
 
 def _effort_panel(trace: Trace, rows: NDArray[np.bool_], units: Units) -> Panel:

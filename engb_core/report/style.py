@@ -149,7 +149,7 @@ html[data-print] main{width:650px;max-width:none;margin:0;padding:0}
   figure.plot{margin:.8rem 0 .9rem}
   h3,figcaption,h2+p,.code:has(+figure){break-after:avoid}
   p,li{orphans:3;widows:3}
-  ul.notes{break-before:avoid}
+  ul.notes,footer{break-before:avoid}
   tr,.shares,dl.key{break-inside:avoid}
   button.copy,.modebar,details:not([open]),h2.folded:not(:has(~details[open])){
     display:none!important}

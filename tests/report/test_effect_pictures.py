@@ -74,8 +74,8 @@ def test_a_wave_of_many_cycles_a_turn_has_points_enough():
     time = np.arange(6000) * 0.01
     wave = 0.01 * np.sin(order * angle)
     zero = np.zeros(6000)
-    trace = Trace('a', False, time, angle, zero + 1.0, wave, zero, wave, np.ones(6000, bool), 0.001,
-                  {'acceleration': zero, 'model_load': zero,
+    trace = Trace('a', False, time, angle, zero + 1.0, wave, zero, wave, np.ones(6000, bool),
+                  0.001, {'acceleration': zero, 'model_load': zero,
                    'motor_angle': np.mod(angle, 2.0 * np.pi), 'without:cogging_torque': zero})
     panel = _pictures('cogging_torque', trace, model)[0].panels[0]
     points = next(series for series in panel.series if series.name == 'measured')
@@ -105,3 +105,32 @@ def test_the_gallery_shows_the_true_inertia(gallery):
 def test_no_equation_needs_accents_that_a_typewriter_face_cannot_set():
     """A combining dot (U+0307) stands beside its letter in most of them."""
     assert [effect.id for effect in catalogue().values() if '\u0307' in effect.equation] == []
+
+
+def test_what_another_effect_adds_is_taken_off_friction():
+    """Cogging, found beside Stribeck friction, had scattered its points by twice the friction."""
+    model = Model(friction=Friction(0.01, 0.0, 0.05), effects=(
+        EffectSetting('stribeck_friction', {'breakaway_ratio': 2.0, 'stribeck_velocity': 1.0,
+                                            'shape': 1.0}),
+        EffectSetting('cogging_torque', {'order': 5.0, 'amplitude': 0.02, 'phase': 0.0})))
+    rng = np.random.default_rng(1)
+    time = np.arange(3000) * 0.01
+    velocity = rng.choice([-1.0, 1.0], 3000) * np.geomspace(0.2, 20.0, 3000)
+    angle = rng.uniform(0.0, 40.0, 3000)
+    zero = np.zeros(3000)
+    friction = np.sign(velocity) * 0.01 * (1.0 + np.exp(-np.abs(velocity)))
+    cogging = 0.02 * np.sin(5.0 * angle)
+    trace = Trace('a', False, time, angle, velocity, friction + cogging,
+                  0.01 * np.sign(velocity), friction + cogging, np.ones(3000, bool), 0.001,
+                  {'acceleration': zero, 'model_load': zero, 'motor_angle': angle % 6.28,
+                   'without:cogging_torque': friction,
+                   'without:stribeck_friction': 0.01 * np.sign(velocity) + cogging})
+    panel = _pictures('stribeck_friction', trace, model)[0].panels[0]
+    factor = 1e3 if panel.y.unit == 'mN·m' else 1.0
+    for series in panel.series:
+        if series.name.startswith(('measured', 'corrected')):
+            x = np.asarray(series.x)
+            assert np.asarray(series.y) == pytest.approx(
+                factor * 0.01 * (1.0 + np.exp(-x)), rel=0.03)
+        else:
+            assert np.asarray(series.y) == pytest.approx(factor * 0.01)
