@@ -74,32 +74,17 @@ def folder_output(folder: str | os.PathLike[str], names: Sequence[str],
         raise InputError(f'{told}: is a file; name a folder')
     _refuse_inputs(told, target, names, read)
     if target.exists():
-        _refuse_foreign(told, target, names)
+        with _alone(target):
+            _refuse_foreign(told, target, names)
     with _scratch(told, target) as scratch:
         yield scratch
         made = {path.relative_to(scratch).as_posix(): _digest(path)
                 for path in sorted(scratch.rglob('*')) if path.is_file()}
-        if target.exists():
-            # Once more: computing takes minutes, and others may have written meanwhile.
-            _refuse_foreign(told, target, names)
-        with undisturbed():
-            listed = _listed(target)
-            kept = {name: digest for name, digest in listed.items()
-                    if name.split('/')[0] not in names}
-            _write_list(scratch, {**kept, **made})
-            if not target.exists():
-                scratch.chmod(0o755)
-                os.replace(scratch, target)
-                return
-            for name in names:
-                if (target / name).is_dir() and not (target / name).is_symlink():
-                    # A folder can't be replaced by another where it holds something.
-                    os.replace(target / name, scratch / f'{_REPLACED}-{name}')
-                if (scratch / name).exists():
-                    os.replace(scratch / name, target / name)
-                else:
-                    (target / name).unlink(missing_ok=True)
-            os.replace(scratch / LIST, target / LIST)
+        with _alone(target):
+            if target.exists():
+                # Once more: computing takes minutes, and others may have written meanwhile.
+                _refuse_foreign(told, target, names)
+            _put(scratch, target, names, made)
 
 
 @contextlib.contextmanager
@@ -121,14 +106,15 @@ def claimed_folder(folder: str | os.PathLike[str], names: Sequence[str],
         raise InputError(f'{told}: is a file; name a folder')
     _refuse_inputs(told, target, names, [os.fspath(path) for path in inputs])
     if target.exists():
-        _refuse_foreign(told, target, names)
+        with _alone(target):
+            _refuse_foreign(told, target, names)
     with _scratch(told, target):
         pass        # it can be written to
     try:
         target.mkdir(parents=True, exist_ok=True)
         yield target
     finally:
-        with undisturbed(), contextlib.suppress(OSError):
+        with _alone(target), undisturbed(), contextlib.suppress(OSError):
             made = {name: _digest(target / name) for name in names if (target / name).is_file()}
             if made:
                 _write_list(target, {**_listed(target), **made})
@@ -207,6 +193,43 @@ def recording_output(path: str | os.PathLike[str], replace: bool = False,
                 with contextlib.suppress(OSError):
                     os.replace(scratch / _REPLACED, target)
                 raise
+
+
+def _put(scratch: Path, target: Path, names: Sequence[str], made: dict[str, str]) -> None:
+    """Move what was made to its place, and list it there."""
+    with undisturbed():
+        listed = _listed(target)
+        kept = {name: digest for name, digest in listed.items()
+                if name.split('/')[0] not in names}
+        _write_list(scratch, {**kept, **made})
+        if not target.exists():
+            scratch.chmod(0o755)
+            os.replace(scratch, target)
+            return
+        for name in names:
+            if (target / name).is_dir() and not (target / name).is_symlink():
+                # A folder can't be replaced by another where it holds something.
+                os.replace(target / name, scratch / f'{_REPLACED}-{name}')
+            if (scratch / name).exists():
+                os.replace(scratch / name, target / name)
+            else:
+                (target / name).unlink(missing_ok=True)
+        os.replace(scratch / LIST, target / LIST)
+
+
+@contextlib.contextmanager
+def _alone(target: Path) -> Iterator[None]:
+    """Let no other run of this program look at a folder of results or change it meanwhile: its
+    files and their list belong together."""
+    with contextlib.ExitStack() as stack:
+        # The folder that is to hold it comes first for everyone: it may not be there yet itself.
+        for folder in (target.parent, target):
+            # Some network drives know no locks, and not every folder may be read.
+            with contextlib.suppress(OSError):
+                lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+                stack.callback(os.close, lock)
+                fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 @contextlib.contextmanager
@@ -401,10 +424,12 @@ def _listed(folder: Path) -> dict[str, str]:
 
 
 def _write_list(folder: Path, files: dict[str, str]) -> None:
-    scratch = folder / f'{LIST}.part'
-    scratch.write_text(json.dumps({'format': _FORMAT, 'files': files}, indent=1),
-                       encoding='utf-8')
-    os.replace(scratch, folder / LIST)
+    # Under a name of its own: a link of somebody's is not followed.
+    with tempfile.NamedTemporaryFile('w', dir=folder, prefix=_SCRATCH, suffix='.part',
+                                     encoding='utf-8', delete=False) as file:
+        json.dump({'format': _FORMAT, 'files': files}, file, indent=1)
+    os.chmod(file.name, 0o644)
+    os.replace(file.name, folder / LIST)
 
 
 def _sign(path: Path) -> None:
