@@ -31,10 +31,10 @@ import tempfile
 import threading
 from types import FrameType
 from typing import Any
-import zipfile
 
 from engb_core.errors import InputError
 from engb_core.io.bags.bag_files import recording_fault
+from engb_core.io.signed import is_signed, sign
 
 __all__ = ['LIST', 'claimed_folder', 'file_output', 'folder_output', 'recording_output',
            'undisturbed']
@@ -47,8 +47,6 @@ _MARK, _MADE = 'made-by-engb', 'made'
 _MARKED = b'A run of engb works here. The next one clears this folder away if that was killed.\n'
 _REPLACED = '.replaced'
 _LIST_LIMIT = 16 << 20
-_SIGNED = b'# Written by engb; sha256 of the rest: '
-_ARCHIVE = b'engb-prediction/1'
 _BLOCK = 1 << 20
 
 
@@ -146,7 +144,7 @@ def file_output(path: str | os.PathLike[str], suffix: str,
         made = scratch / f'made{suffix}'
         made.touch()
         yield made
-        _sign(made)
+        sign(made)
         _refuse_strange_file(told, target)
         made.chmod(0o644)
         os.replace(made, target)
@@ -310,7 +308,7 @@ def _refuse_strange_file(told: str, target: Path) -> None:
         return
     if not target.is_file():
         raise InputError(f'{told}: is there and no file; choose another name')
-    if not _signed(target):
+    if not is_signed(target):
         raise InputError(f'{told}: is there, and engb did not write it, or it was changed since; '
                          'move it away or choose another name')
 
@@ -430,25 +428,3 @@ def _write_list(folder: Path, files: dict[str, str]) -> None:
         json.dump({'format': _FORMAT, 'files': files}, file, indent=1)
     os.chmod(file.name, 0o644)
     os.replace(file.name, folder / LIST)
-
-
-def _sign(path: Path) -> None:
-    """Mark a finished file, so that it is known again."""
-    if path.suffix == '.npz':
-        with zipfile.ZipFile(path, 'a') as archive:
-            archive.comment = _ARCHIVE
-        return
-    content = path.read_bytes()
-    path.write_bytes(_SIGNED + hashlib.sha256(content).hexdigest().encode() + b'\n' + content)
-
-
-def _signed(path: Path) -> bool:
-    """Whether a file is as `_sign` left it."""
-    try:
-        if path.suffix == '.npz':
-            with zipfile.ZipFile(path) as archive:
-                return archive.comment == _ARCHIVE
-        head, _, rest = path.read_bytes().partition(b'\n')
-        return head == _SIGNED + hashlib.sha256(rest).hexdigest().encode()
-    except (OSError, ValueError, zipfile.BadZipFile):
-        return False
