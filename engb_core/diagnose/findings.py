@@ -169,8 +169,7 @@ def _said(statement: str, onset: tuple[str, float] | None) -> str:
 
 def _something_left(explanation: Explanation) -> bool:
     """Whether a part of the mismatch has no name."""
-    return explanation.table is not None or any(
-        variant.effect.unnamed for variant in explanation.fit.hypothesis.variants)
+    return explanation.table is not None or explanation.fit.hypothesis.has_unnamed
 
 
 def _differs_by(rival: Fit, chosen: Fit, effect_id: str) -> bool:

@@ -150,6 +150,11 @@ class Hypothesis:
         return tuple(variant.effect.id for variant in self.variants)
 
     @property
+    def has_unnamed(self) -> bool:
+        """Whether any of its effects is a description without a name."""
+        return any(variant.effect.unnamed for variant in self.variants)
+
+    @property
     def onsets(self) -> tuple[tuple[str, Onset], ...]:
         """The effects that begin within the recordings, (id, onset) each."""
         return (*self.given_onsets, *((variant.effect.id, variant.onset)

@@ -176,8 +176,8 @@ def standing(fitter: Fitter, chosen: Fit, rivals: list[Fit]) -> tuple[Fit, list[
     size = len(chosen.hypothesis.variants)
     near = reduced_chi_square(chosen, fitter) + HELD_LOSS
     close = [fit for fit in (chosen, *rivals) if len(fit.hypothesis.variants) == size
-             and reduced_chi_square(fit, fitter) < near and not any(
-                 variant.effect.unnamed for variant in fit.hypothesis.variants)][:CLOSE]
+             and reduced_chi_square(fit, fitter) < near
+             and not fit.hypothesis.has_unnamed][:CLOSE]
     if size == 0 or len(close) < 2 or chosen not in close or refitted(fitter) or _made_up(fitter):
         return chosen, rivals
     stand = list(parallel_map(lambda fit: fitter.refine(fitter.with_file(fit)), close,

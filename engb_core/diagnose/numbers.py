@@ -95,7 +95,7 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         kept = []
     insisted = [replace(finding, kept=finding.effect in kept) for finding in insisted]
     held = [finding for finding in insisted if finding.kept]
-    unnamed = any(variant.effect.unnamed for variant in explained.hypothesis.variants)
+    unnamed = explained.hypothesis.has_unnamed
     if kept and not held and unnamed:
         held = [replace(finding, kept=True) for finding in _insisted(
             fitter, _named_only(fitter, explained)) if finding.effect in kept]

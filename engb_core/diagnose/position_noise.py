@@ -55,6 +55,7 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
     own = np.sqrt(max(noise.white ** 2 - count ** 2 / 12.0, 0.0))
     fast = passing(recording)
     smooth = gaussian_kernel(motion.bandwidth, recording.interval)
+    smoothed = np.interp(recording.time, motion.time, motion.position)
     random = np.random.default_rng(SEED)
 
     def needed(position: Array) -> Array:
@@ -75,6 +76,5 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
         counted = count * (np.floor(shown / count + phase) + 0.5 - phase) if count > 0.0 else shown
         drawn_efforts[draw] = needed(counted)
         if apart.any():
-            drawn_efforts[draw] -= needed(np.interp(recording.time, motion.time, motion.position)
-                                          + apart)
+            drawn_efforts[draw] -= needed(smoothed + apart)
     return drawn_efforts.std(axis=0, ddof=1)

@@ -82,7 +82,8 @@ class Run:
     the motion needs: the effort's own and what position counts make of the motion (`counts`
     (m,)); `sigma` (m,) noise and uncertainty of timing together; `rate` (m,) how fast effort
     changes [N·m/s]; `fitted` (m,) True where a fit may look; the rest, and all of a held-out
-    recording, is only judged; `coarse` counts tell nothing above the band of its motion.
+    recording, is only judged; `sampling_noise` is the position's own; `coarse` counts tell nothing
+    above the band of its motion.
     """
 
     recording: Recording
@@ -96,6 +97,7 @@ class Run:
     rate: Array
     fitted: NDArray[np.bool_]
     held_out: bool
+    sampling_noise: SamplingNoise
     coarse: bool = False
 
     @property
@@ -231,7 +233,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
         corner = min(bandwidth, highest)
         comparison = comparison_of(motion, corner, slowest, before_stop)
         run = _run(recording, motion, comparison, corner, judged,
-                   position_noise(recording, motion, comparison, physics, noise), physics)
+                   position_noise(recording, motion, comparison, physics, noise), physics, noise)
         return replace(run, coarse=highest < COMPARED)
 
     every = tuple(ready(*given, place >= len(recordings)) for place, given in enumerate(
@@ -259,7 +261,7 @@ def sharper(problem: Problem) -> Problem:
         # smoothed one makes of the counts is no measure of that.
         counts = np.zeros(comparison.grid.size)
         made = _run(run.recording, motion, comparison, problem.bandwidth, False, counts,
-                    physics_of(problem.model))
+                    physics_of(problem.model), run.sampling_noise)
         return replace(made, fitted=np.ones_like(made.fitted)) if run.fitted.all() else made
 
     return replace(problem, runs=tuple(map(ready, problem.runs, motions)), held_out=())
@@ -408,7 +410,7 @@ def _load_power(nominal: Array, low: float, high: float) -> float:
 
 
 def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth: float,
-         held_out: bool, counts: Array, physics: Physics) -> Run:
+         held_out: bool, counts: Array, physics: Physics, position: SamplingNoise) -> Run:
     time = motion.time[comparison.grid]
     fitted = np.ones(time.size, bool)
     if held_out:
@@ -434,4 +436,4 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
     timing = max(TIMING, TIMING_OF_SAMPLE * motion.recorded_step)
     return Run(recording, motion, OwnSamples(motion.samples()), comparison,
                comparison(motion.effort), noise, counts, np.hypot(noise, timing * rate), rate,
-               fitted, held_out)
+               fitted, held_out, position)

@@ -40,19 +40,16 @@ def simplest(candidates: list[Fit], fitter: Fitter) -> Fit:
     """Return the first of the candidates, or one contained in it that leaves little more. What has
     no name is not needed where physics leaves no more than noise may be."""
     best = candidates[0]
-    if _nameless(best):
+    if best.hypothesis.has_unnamed:
         best = next((fit for fit in candidates
-                     if not _nameless(fit) and excess(fit, fitter) <= CLEAN_EXCESS), best)
+                     if not fit.hypothesis.has_unnamed
+                     and excess(fit, fitter) <= CLEAN_EXCESS), best)
     for other in candidates[1:]:
         if _contained(other, best):
             left, right = excess(other, fitter), excess(best, fitter)
             if left - right < max(CONTAINING_PART * left, 0.08):
                 return other
     return best
-
-
-def _nameless(fit: Fit) -> bool:
-    return any(variant.effect.unnamed for variant in fit.hypothesis.variants)
 
 
 def _contained(simple: Fit, rich: Fit) -> bool:

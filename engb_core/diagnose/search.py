@@ -177,7 +177,7 @@ def _led_astray(result: Search) -> list[Fit]:
     return [fit for fit in pairs if fit.cost < min(lower, HOPELESS * pairs[0].cost)
             and reduced_chi_square(fit, result.fitter) > 1.0 + NOTHING_LEFT
             and fit.hypothesis.variants[0] == leading.hypothesis.variants[0]
-            and not any(variant.effect.unnamed for variant in fit.hypothesis.variants)
+            and not fit.hypothesis.has_unnamed
             and result.alone(fit.hypothesis.variants[1]) is not None][:OTHER_WAY_ROUND]
 
 

@@ -25,8 +25,7 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     if is_noise(fitter, nominal):
         return 'consistent', None
     named = explanation.fit
-    described = explanation.table is not None or any(
-        variant.effect.unnamed for variant in named.hypothesis.variants)
+    described = explanation.table is not None or named.hypothesis.has_unnamed
     after = excess(named, fitter)
     if not described and (after <= 0.02 * before or is_noise(fitter, named)):
         # Refitted numbers alone, none of which stands out, are an explanation too.

@@ -33,7 +33,6 @@ from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
 from engb_core.signals.motion import MOST_OF_RATE, MOTION_BANDWIDTH
 from engb_core.signals.motion_band import outweighed_from, position_variance
-from engb_core.signals.sampling_noise import sampling_noise
 
 __all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside', 'rings']
 
@@ -94,8 +93,7 @@ def _band(problem: Problem) -> float:
     noise, and its rate lets a motion be derived; no wider than the motion is believed."""
     return min(MOTION_BANDWIDTH, OF_MOTION * MOST_OF_RATE / problem.scene.sampling, *(
         outweighed_from(run.recording, problem.model.motor.inertia,
-                        position_variance(run.recording, run.motion,
-                                          sampling_noise(run.recording)))
+                        position_variance(run.recording, run.motion, run.sampling_noise))
         for run in problem.runs))
 
 
@@ -118,20 +116,15 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
     base = fitter.base()
     if excess(base, fitter) < CLEAN_EXCESS:
         return None
-    linear = _linear(fitter)
-
-    def known(fit: Fit) -> float:
-        return something_known(part_left(fitter, base, fit))
-
-    for fit in _shafts(fitter, linear):
-        if known(fit) < 0.5 or not _rings(fitter.finish(fit), fitter):
+    for fit in _shafts(fitter):
+        known = something_known(part_left(fitter, base, fit))
+        if known < 0.5 or not _rings(fit, fitter):
             continue
         left = reduced_chi_square(fit, fitter)
-        if all(reduced_chi_square(rival, fitter) >= left
+        if any(reduced_chi_square(rival, fitter) < left
                for rival in _rivals(fitter, corrected, problem.onsets)):
-            return _resonance(fitter, fitter.finish(fit), known(fit),
-                              1.0 - excess(fit, fitter) / excess(base, fitter))
-        break
+            return None
+        return _resonance(fitter, fit, known, 1.0 - excess(fit, fitter) / excess(base, fitter))
     return None
 
 
@@ -175,12 +168,14 @@ def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
     return followed(fitter, promised[:PROMISED], 8, fitter.iterate)
 
 
-def _shafts(fitter: Fitter, linear: Fit) -> Iterator[Fit]:
-    """Yield fits of shafts that may ring, what explains more first: one that isn't linear, and
-    the linear one, which stands where the other one was led astray."""
+def _shafts(fitter: Fitter) -> Iterator[Fit]:
+    """Yield finished fits of shafts that may ring, what explains more first: one that isn't
+    linear, and the linear one, which stands where the other one was led astray."""
+    linear = fitter.finish(_linear(fitter))
     if excess(linear, fitter) > CLEAN_EXCESS:
-        yield _bent(fitter, linear) if _rings(fitter.finish(linear), fitter) \
-            else _hardened(fitter, linear)
+        other = _bent(fitter, linear) if _rings(linear, fitter) else _hardened(fitter, linear)
+        if other is not linear:
+            yield fitter.finish(other)
     yield linear
 
 
@@ -188,8 +183,6 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
     """Return the fit with a shaft that isn't linear where that takes away most of what a linear
     one leaves."""
     left = reduced_chi_square(linear, fitter) - 1.0
-    if left < CLEAN_EXCESS:
-        return linear
     values = _values(linear)
     best, least = linear, (1.0 - BENT_SHARE) * left
     for effect in NONLINEAR:
