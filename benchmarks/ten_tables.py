@@ -3,7 +3,8 @@
 
     python benchmarks/ten_tables.py [SEED] [NAME...]
 
-There are twice ten: of a bench with one loop, and of drives as machine builders have them.
+There are three times ten: of a bench with one loop, of drives as machine builders have them, and
+of machines whose loggers speak other languages.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ import tempfile
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from tests.tables.foreign_benches import FOREIGN_TABLES  # noqa: E402
 from tests.tables.other_benches import OTHER_TABLES  # noqa: E402
 from tests.tables.simulated_bench import BenchTable, TABLES, write_table  # noqa: E402
 
 
 def main(words: list[str] | None = None) -> None:
     """Print a line for each table, and how many of each ten got the right name."""
-    tables = [table.name for table in (*TABLES, *OTHER_TABLES)]
+    tables = [table.name for table in (*TABLES, *OTHER_TABLES, *FOREIGN_TABLES)]
     parser = argparse.ArgumentParser(description=(__doc__ or '').splitlines()[0])
     parser.add_argument('seed', nargs='?', type=int, default=0)
     parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(tables))
@@ -32,7 +34,7 @@ def main(words: list[str] | None = None) -> None:
     if unknown:
         parser.error(f'there is no table {unknown[0]}; known: {", ".join(tables)}')
     with tempfile.TemporaryDirectory() as folder:
-        for which in (TABLES, OTHER_TABLES):
+        for which in (TABLES, OTHER_TABLES, FOREIGN_TABLES):
             chosen = [table for table in which if table.name in (arguments.names or tables)]
             if chosen:
                 right = sum(_right(table, Path(folder), arguments.seed) for table in chosen)

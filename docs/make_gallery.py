@@ -68,6 +68,9 @@ SIZES: dict[str, dict[str, float]] = {
     'effort_scale_error': {'scale': 0.8}, 'effort_measurement_lag': {'lag': 0.06},
 }
 
+# Effects that are a number of the motor.
+NUMBERS = {'inertia_error': 'inertia', 'viscous_friction_error': 'viscous_friction'}
+
 
 def fingerprint() -> str:
     """Return a digest of what the gallery is made from."""
@@ -88,6 +91,10 @@ def with_effect(effect: Effect) -> Model:
     """Return the brake that has the effect."""
     values = dict(SIZES[effect.id])
     known = NOMINAL
+    if effect.id in NUMBERS:
+        # As a diagnosis tells it: the corrected model has the number itself.
+        motor = replace(NOMINAL.motor, **{NUMBERS[effect.id]: values[NUMBERS[effect.id]]})
+        return replace(NOMINAL, motor=motor)
     for parameter in effect.parameters:
         if parameter.name not in values and parameter.default is None and parameter.starts:
             values[parameter.name] = parameter.starts[len(parameter.starts) // 2]

@@ -115,7 +115,7 @@ EFFECT = Effect(
         Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.15,), default=0.0),
     ),
     stages={'shift': _shift, 'torque': _torque},
-    equation='(1 − ρ)J ω̇ + ρJ (ω̇ + ë) = …, ë + 2ζω_a ė + ω_a² g(e) = −ω̇ − '
+    equation='(1 − ρ)J dω/dt + ρJ (dω/dt + ë) = …, ë + 2ζω_a ė + ω_a² g(e) = −dω/dt − '
              '(μC/ρJ) sgn(ω + ė) − λ T_L(θ + e)/ρJ, ω_a = ω_r √(1 − ρ); g = e, '
              'e + c (e − e_s atan(e/e_s)) (hardens), or e − c e_s tanh(e/e_s) (soft centre)',
     reference='Ellis and Lorenz, IEEE IAS (2000): resonant load control; Taghirad and Bélanger, '

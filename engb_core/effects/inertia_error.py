@@ -15,7 +15,7 @@ EFFECT = Effect(
     title='Inertia is off',
     parameters=(Parameter('inertia', 'kg·m²', 1e-9, 1e6, form=0.0055),),
     stages={'torque': _torque},
-    equation='J ω̇ with the true J',
+    equation='J dω/dt with the true J',
     reference='equation (1)',
     statement=lambda p: (
         NUMBER_OFF + 'the inertia is '

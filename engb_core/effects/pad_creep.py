@@ -35,8 +35,8 @@ EFFECT = Effect(
         Parameter('spread', '-', 1.0, 8.0, starts=(1.5,), default=1.0),
     ),
     stages={'load': _load},
-    equation='T_L = T_L(θ) − fraction·(q₁ + q₂ + q₃)/3, τ sⁱ⁻² q̇ᵢ = T_L(θ) − qᵢ; T_L ≥ 0 where '
-             'the pad can leave the disc',
+    equation='T_L = T_L(θ) − fraction·(q₁ + q₂ + q₃)/3, τ sⁱ⁻² dqᵢ/dt = T_L(θ) − qᵢ; T_L ≥ 0 '
+             'where the pad can leave the disc',
     reference='standard linear solid; Ferry, Viscoelastic Properties of Polymers (1980)',
     statement=lambda p: (
         f"Held at one angle the load relaxes by {p['relaxed_fraction'] * 100:.1f} % with a "

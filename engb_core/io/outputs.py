@@ -31,10 +31,10 @@ import tempfile
 import threading
 from types import FrameType
 from typing import Any
-import zipfile
 
 from engb_core.errors import InputError
 from engb_core.io.bags.bag_files import recording_fault
+from engb_core.io.signed import is_signed, sign
 
 __all__ = ['LIST', 'claimed_folder', 'file_output', 'folder_output', 'recording_output',
            'undisturbed']
@@ -47,8 +47,6 @@ _MARK, _MADE = 'made-by-engb', 'made'
 _MARKED = b'A run of engb works here. The next one clears this folder away if that was killed.\n'
 _REPLACED = '.replaced'
 _LIST_LIMIT = 16 << 20
-_SIGNED = b'# Written by engb; sha256 of the rest: '
-_ARCHIVE = b'engb-prediction/1'
 _BLOCK = 1 << 20
 
 
@@ -74,32 +72,17 @@ def folder_output(folder: str | os.PathLike[str], names: Sequence[str],
         raise InputError(f'{told}: is a file; name a folder')
     _refuse_inputs(told, target, names, read)
     if target.exists():
-        _refuse_foreign(told, target, names)
+        with _alone(target):
+            _refuse_foreign(told, target, names)
     with _scratch(told, target) as scratch:
         yield scratch
         made = {path.relative_to(scratch).as_posix(): _digest(path)
                 for path in sorted(scratch.rglob('*')) if path.is_file()}
-        if target.exists():
-            # Once more: computing takes minutes, and others may have written meanwhile.
-            _refuse_foreign(told, target, names)
-        with undisturbed():
-            listed = _listed(target)
-            kept = {name: digest for name, digest in listed.items()
-                    if name.split('/')[0] not in names}
-            _write_list(scratch, {**kept, **made})
-            if not target.exists():
-                scratch.chmod(0o755)
-                os.replace(scratch, target)
-                return
-            for name in names:
-                if (target / name).is_dir() and not (target / name).is_symlink():
-                    # A folder can't be replaced by another where it holds something.
-                    os.replace(target / name, scratch / f'{_REPLACED}-{name}')
-                if (scratch / name).exists():
-                    os.replace(scratch / name, target / name)
-                else:
-                    (target / name).unlink(missing_ok=True)
-            os.replace(scratch / LIST, target / LIST)
+        with _alone(target):
+            if target.exists():
+                # Once more: computing takes minutes, and others may have written meanwhile.
+                _refuse_foreign(told, target, names)
+            _put(scratch, target, names, made)
 
 
 @contextlib.contextmanager
@@ -121,14 +104,15 @@ def claimed_folder(folder: str | os.PathLike[str], names: Sequence[str],
         raise InputError(f'{told}: is a file; name a folder')
     _refuse_inputs(told, target, names, [os.fspath(path) for path in inputs])
     if target.exists():
-        _refuse_foreign(told, target, names)
+        with _alone(target):
+            _refuse_foreign(told, target, names)
     with _scratch(told, target):
         pass        # it can be written to
     try:
         target.mkdir(parents=True, exist_ok=True)
         yield target
     finally:
-        with undisturbed(), contextlib.suppress(OSError):
+        with _alone(target), undisturbed(), contextlib.suppress(OSError):
             made = {name: _digest(target / name) for name in names if (target / name).is_file()}
             if made:
                 _write_list(target, {**_listed(target), **made})
@@ -160,7 +144,7 @@ def file_output(path: str | os.PathLike[str], suffix: str,
         made = scratch / f'made{suffix}'
         made.touch()
         yield made
-        _sign(made)
+        sign(made)
         _refuse_strange_file(told, target)
         made.chmod(0o644)
         os.replace(made, target)
@@ -207,6 +191,43 @@ def recording_output(path: str | os.PathLike[str], replace: bool = False,
                 with contextlib.suppress(OSError):
                     os.replace(scratch / _REPLACED, target)
                 raise
+
+
+def _put(scratch: Path, target: Path, names: Sequence[str], made: dict[str, str]) -> None:
+    """Move what was made to its place, and list it there."""
+    with undisturbed():
+        listed = _listed(target)
+        kept = {name: digest for name, digest in listed.items()
+                if name.split('/')[0] not in names}
+        _write_list(scratch, {**kept, **made})
+        if not target.exists():
+            scratch.chmod(0o755)
+            os.replace(scratch, target)
+            return
+        for name in names:
+            if (target / name).is_dir() and not (target / name).is_symlink():
+                # A folder can't be replaced by another where it holds something.
+                os.replace(target / name, scratch / f'{_REPLACED}-{name}')
+            if (scratch / name).exists():
+                os.replace(scratch / name, target / name)
+            else:
+                (target / name).unlink(missing_ok=True)
+        os.replace(scratch / LIST, target / LIST)
+
+
+@contextlib.contextmanager
+def _alone(target: Path) -> Iterator[None]:
+    """Let no other run of this program look at a folder of results or change it meanwhile: its
+    files and their list belong together."""
+    with contextlib.ExitStack() as stack:
+        # The folder that is to hold it comes first for everyone: it may not be there yet itself.
+        for folder in (target.parent, target):
+            # Some network drives know no locks, and not every folder may be read.
+            with contextlib.suppress(OSError):
+                lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+                stack.callback(os.close, lock)
+                fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 @contextlib.contextmanager
@@ -287,7 +308,7 @@ def _refuse_strange_file(told: str, target: Path) -> None:
         return
     if not target.is_file():
         raise InputError(f'{told}: is there and no file; choose another name')
-    if not _signed(target):
+    if not is_signed(target):
         raise InputError(f'{told}: is there, and engb did not write it, or it was changed since; '
                          'move it away or choose another name')
 
@@ -401,29 +422,9 @@ def _listed(folder: Path) -> dict[str, str]:
 
 
 def _write_list(folder: Path, files: dict[str, str]) -> None:
-    scratch = folder / f'{LIST}.part'
-    scratch.write_text(json.dumps({'format': _FORMAT, 'files': files}, indent=1),
-                       encoding='utf-8')
-    os.replace(scratch, folder / LIST)
-
-
-def _sign(path: Path) -> None:
-    """Mark a finished file, so that it is known again."""
-    if path.suffix == '.npz':
-        with zipfile.ZipFile(path, 'a') as archive:
-            archive.comment = _ARCHIVE
-        return
-    content = path.read_bytes()
-    path.write_bytes(_SIGNED + hashlib.sha256(content).hexdigest().encode() + b'\n' + content)
-
-
-def _signed(path: Path) -> bool:
-    """Whether a file is as `_sign` left it."""
-    try:
-        if path.suffix == '.npz':
-            with zipfile.ZipFile(path) as archive:
-                return archive.comment == _ARCHIVE
-        head, _, rest = path.read_bytes().partition(b'\n')
-        return head == _SIGNED + hashlib.sha256(rest).hexdigest().encode()
-    except (OSError, ValueError, zipfile.BadZipFile):
-        return False
+    # Under a name of its own: a link of somebody's is not followed.
+    with tempfile.NamedTemporaryFile('w', dir=folder, prefix=_SCRATCH, suffix='.part',
+                                     encoding='utf-8', delete=False) as file:
+        json.dump({'format': _FORMAT, 'files': files}, file, indent=1)
+    os.chmod(file.name, 0o644)
+    os.replace(file.name, folder / LIST)

@@ -24,8 +24,11 @@ __all__ = ['KINDS', 'effect_pictures']
 
 Array = NDArray[np.float64]
 
-# Bins of a curve, and samples that make a point of it.
-_BINS, _FEWEST = 28, 4
+# Bins of a curve, and of one over a turn, on which a wave repeats many times; samples that make a
+# point of it.
+_BINS, _TURN_BINS, _FEWEST = 28, 96, 4
+# Power that is none, beside effort's square: what rounding leaves [1/Hz].
+_NOTHING = 1e-20
 # How much of a reversal is shown [s].
 _BESIDE = 0.6
 
@@ -68,9 +71,24 @@ class _Signals:
         return self.model.motor.viscous_friction * self.velocity
 
     def friction(self) -> list[Array]:
-        """Recorded, before, after: effort less inertia and load, against the motion positive."""
+        """Recorded, before, after: effort less inertia, load and what other effects add, against
+        the motion positive."""
         known = self.inertia + self['model_load']
-        return [np.sign(self.velocity) * (curve - known) for curve in self.curves]
+        others = self._others()
+        # The model as given lacks what the others add.
+        return [np.sign(self.velocity) * (curve - known - added) for curve, added in
+                zip(self.curves, (others, np.zeros(others.size), others), strict=True)]
+
+    def _others(self) -> Array:
+        """Return what all effects beside this one add to the effort (m,) [N·m]; what acts by the
+        load is in the model's load already."""
+        total = np.zeros(self.time.size)
+        for setting in self.model.effects:
+            name = f'without:{setting.effect}'
+            if (setting.effect != self.effect and self.has(name)
+                    and not {'load', 'shift'} & set(get_effect(setting.effect).stages)):
+                total = total + self.curves[2] - self[name]
+        return total
 
     def dry(self) -> list[Array]:
         return [curve - np.abs(self.viscous) for curve in self.friction()]
@@ -89,7 +107,7 @@ class _Signals:
 
 def _over(signals: _Signals, x: Array, axis: Axis, curves: list[Array], label: str,
           unit: str, why: str, groups: Sequence[tuple[str, NDArray[np.bool_]]] | None = None,
-          ) -> Figure | None:
+          bins: int = _BINS) -> Figure | None:
     """Means in bins of x: points measured, curves of both models, one set for each group."""
     if groups is None:
         groups = (('applying', signals.velocity > 0), ('releasing', signals.velocity < 0))
@@ -101,22 +119,22 @@ def _over(signals: _Signals, x: Array, axis: Axis, curves: list[Array], label: s
     low, high = np.quantile(x[good], [0.004, 0.996])
     if axis.log:
         low = max(low, 1e-3 * high)
-        edges = np.geomspace(low, high, _BINS + 1) if low < high else np.array([])
+        edges = np.geomspace(low, high, bins + 1) if low < high else np.array([])
     else:
-        edges = np.linspace(low, high, _BINS + 1)
+        edges = np.linspace(low, high, bins + 1)
     if edges.size == 0 or not np.all(np.diff(edges) > 0):
         return None
     place = np.digitize(x, edges) - 1
     binned = {}
     for name, rows in groups:
-        rows = rows & good & (place >= 0) & (place < _BINS)
-        count = np.bincount(place[rows], minlength=_BINS)
+        rows = rows & good & (place >= 0) & (place < bins)
+        count = np.bincount(place[rows], minlength=bins)
         keep = count >= _FEWEST
         if not keep.any():
             continue
-        means = [np.bincount(place[rows], curve[rows], _BINS)[keep] / count[keep]
+        means = [np.bincount(place[rows], curve[rows], bins)[keep] / count[keep]
                  for curve in curves]
-        centre = np.bincount(place[rows], x[rows], _BINS)[keep] / count[keep]
+        centre = np.bincount(place[rows], x[rows], bins)[keep] / count[keep]
         binned[name] = (centre, means)
     if not binned:
         return None
@@ -151,6 +169,10 @@ def _friction_over(name: str, label: str, *, viscous: bool, sides: bool = True, 
         if name == 'since_reversal':
             # What a reversal does is over after a part of the stroke.
             x = np.where(x < 0.3 * np.nanmax(x), x, np.nan)
+        if name in ('load', 'time'):
+            # Slower, dry friction is not full, whatever the load.
+            slides = np.abs(signals.velocity) > signals.model.friction.saturation_velocity
+            x = np.where(slides, x, np.nan)
         groups = None if sides else (('', np.ones(x.size, bool)),)
         return _over(signals, x, axis, signals.friction() if viscous else signals.dry(), label,
                      units.effort, why, groups)
@@ -271,7 +293,7 @@ def _one_turn(signals: _Signals) -> Figure | None:
     return _over(signals, signals['motor_angle'], Axis('Motor angle', 'rad'), signals.added(),
                  'Torque over one turn', signals.units.effort,
                  'Effort less all that the corrected model has but this effect.',
-                 (('', np.ones(signals.time.size, bool)),))
+                 (('', np.ones(signals.time.size, bool)),), _TURN_BINS)
 
 
 def _spectrum(signals: _Signals) -> Figure | None:
@@ -285,15 +307,20 @@ def _spectrum(signals: _Signals) -> Figure | None:
               (trace.predicted_before - known, BEFORE, 'before', 1.4),
               (trace.predicted_after - known, AFTER, 'after', 2.2))
     from scipy.signal import welch
+    caption = ''
     for values, told, colour, width in curves:
         length = min(even.size, max(64, round(2.0 / step)))
         frequency, power = welch(np.interp(even, trace.time, values), 1.0 / step,
                                  nperseg=length)
+        if np.max(power[1:]) <= _NOTHING * np.max(np.square(trace.effort)):
+            caption = f'The {told} has nothing of it.'
+            continue
         lines.append(Line(told, frequency[1:], np.sqrt(power[1:]), colour, width=width))
     axis = Axis('Amplitude density', f'{signals.units.effort}/√Hz', log=True)
     return Figure(f'{signals.title}: spectrum of what it adds',
                   Axis('Frequency', 'Hz', log=True), (Panel(axis, tuple(lines), 240),),
-                  alt='Spectrum of what the effect adds, measured, before and after.')
+                  alt='Spectrum of what the effect adds, measured, before and after.',
+                  caption=caption)
 
 
 def _around(signals: _Signals, size: Callable[[Trace], Array]) -> tuple[Trace, NDArray[np.bool_]]:
@@ -301,6 +328,14 @@ def _around(signals: _Signals, size: Callable[[Trace], Array]) -> tuple[Trace, N
     trace = max(signals.traces, key=lambda entry: float(np.nanmax(size(entry))))
     middle = trace.time[int(np.nanargmax(size(trace)))]
     return trace, np.abs(trace.time - middle) < _BESIDE
+
+
+def _one_motion(trace: Trace, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Of the chosen samples, keep the longest motion without a standstill."""
+    step = np.diff(trace.time, prepend=trace.time[:1])
+    motion = np.cumsum(step > 3.0 * np.median(step))
+    kept: NDArray[np.bool_] = rows & (motion == np.bincount(motion[rows]).argmax())
+    return kept
 
 
 def _effort_panel(trace: Trace, rows: NDArray[np.bool_], units: Units) -> Panel:
@@ -333,6 +368,7 @@ def _backlash(signals: _Signals) -> Figure | None:
 
 def _lag(signals: _Signals) -> Figure | None:
     trace, rows = _around(signals, lambda entry: np.abs(np.gradient(entry.effort)))
+    rows = _one_motion(trace, rows)
     return Figure(f'{signals.title}: the steepest change of effort', Axis('Time', 's'),
                   (_effort_panel(trace, rows, signals.units),),
                   alt='Recorded and modelled effort where it changes fastest.',

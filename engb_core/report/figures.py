@@ -16,12 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = ['Axis', 'Band', 'Bars', 'Figure', 'Line', 'POINTS', 'Panel', 'Points', 'Series', 'Span',
-           'decimate', 'rounded']
+           'decimate', 'log_ticks', 'rounded']
 
 Array = NDArray[np.float64]
 
 # Points drawn of one series: min and max of about a thousand stretches, finer than a screen.
 POINTS = 2000
+# Ticks on an axis in powers of ten, at most about.
+_MOST_TICKS = 8
 
 
 @dataclass(frozen=True)
@@ -136,6 +138,27 @@ class Figure:
                 if series.name:
                     seen.setdefault(series.name, series)
         return tuple(seen.values())
+
+
+def log_ticks(values: Sequence[ArrayLike]) -> tuple[list[float], list[str]]:
+    """Return places of ticks on an axis in powers of ten that shows all `values`, and their text.
+
+    1, 2 and 5 of each decade, or only every so many decades where those would be too many.
+    """
+    joined = np.concatenate([np.ravel(np.asarray(entry, float)) for entry in values]
+                            or [np.array([])])
+    joined = joined[np.isfinite(joined) & (joined > 0.0)]
+    if not joined.size:
+        return [], []
+    low, high = float(joined.min()), float(joined.max())
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    steps = (1.0, 2.0, 5.0) if last - first <= _MOST_TICKS // 2 - 1 else (1.0,)
+    stride = max(1, math.ceil((last - first) / _MOST_TICKS))
+    ticks = [step * 10.0 ** decade for decade in range(first, last + 1, stride) for step in steps]
+    if len(steps) > 1:
+        # Beyond the data they would widen the axis.
+        ticks = [tick for tick in ticks if low * (1.0 - 1e-9) <= tick <= high * (1.0 + 1e-9)]
+    return ticks, [f'{tick:g}' for tick in ticks]
 
 
 def decimate(x: ArrayLike, y: ArrayLike, points: int = POINTS) -> tuple[Array, Array]:

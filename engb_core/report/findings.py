@@ -41,12 +41,15 @@ def add_findings(page: Page, diagnosis: Diagnosis, units: Units) -> None:
         return
     page.section('What it is')
     paired = len(pictures) == len(diagnosis.effects)
+    shown: list[str] = []
     for index, finding in enumerate(diagnosis.effects):
         _effect(page, finding)
         for figure in effect_pictures(finding.effect, diagnosis.evidence.traces, diagnosis.model,
                                       units):
             page.figure(figure)
-        if paired:
+        if paired and pictures[index].coordinate not in shown:
+            # Where two effects show over the same coordinate, it is the same picture.
+            shown.append(pictures[index].coordinate)
             _pictures(page, pictures[index:index + 1], units)
     if not paired:
         _pictures(page, pictures, units)

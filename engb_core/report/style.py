@@ -147,7 +147,9 @@ html[data-print] main{width:650px;max-width:none;margin:0;padding:0}
   h1{font-size:1.6rem;max-width:none}
   h2{margin-top:1.4rem;break-after:avoid}
   figure.plot{margin:.8rem 0 .9rem}
-  h3,figcaption{break-after:avoid}
+  h3,figcaption,h2+p,.code:has(+figure){break-after:avoid}
+  p,li{orphans:3;widows:3}
+  ul.notes,footer{break-before:avoid}
   tr,.shares,dl.key{break-inside:avoid}
   button.copy,.modebar,details:not([open]),h2.folded:not(:has(~details[open])){
     display:none!important}

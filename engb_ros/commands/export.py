@@ -23,6 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from engb_core.text.printable import printable
 from engb_ros.commands.common import add_effects, folder_output
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def run(arguments: argparse.Namespace) -> None:
                        [arguments.model]) as folder:
         notes = {one: _WRITERS[one](model, folder, arguments) for one in wanted}
     for one in wanted:
-        print(f'{one}: {", ".join(str(out / name) for name in FILES[one])}')
+        print(printable(f'{one}: {", ".join(str(out / name) for name in FILES[one])}'))
         for note in notes[one]:
             print(f'   not in it: {note}')
 

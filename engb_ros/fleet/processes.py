@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 import contextlib
 import multiprocessing
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 import os
 import signal
@@ -80,7 +81,7 @@ class _Worker:
         context = multiprocessing.get_context('spawn')
         self.pipe, other = context.Pipe()
         self._process = context.Process(target=_serve, args=(other, self._work), daemon=True)
-        with _single_threaded():
+        with _single_threaded(), _uninterrupted():
             self._process.start()
         other.close()
 
@@ -127,8 +128,20 @@ def _single_threaded() -> Iterator[None]:
                 os.environ[name] = value
 
 
+@contextlib.contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Start processes that Ctrl-C does not reach, from their first moment on: it is the parent's
+    to handle, which gets one that comes meanwhile afterwards."""
+    # Started first: it takes the block away again.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _serve(pipe: Connection, work: Work) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)    # Ctrl-C is the parent's to handle
     while True:
         try:
             task = pipe.recv()

@@ -176,8 +176,10 @@ def test_a_full_disk_is_told_of_the_place_that_was_named(tmp_path, table, out):
     if out == 'result':
         command = ['diagnose', 't.csv', '--torque-constant', '1', '--unit', 'time=s',
                    'position=rad']
+    # A measurement of coverage would want to write there, too.
+    around = {name: text for name, text in os.environ.items() if not name.startswith('COVERAGE')}
     outcome = subprocess.run([sys.executable, '-c', code, *command, '--out', out], cwd=tmp_path,
-                             env=os.environ | {'PYTHONPATH': str(ROOT)}, capture_output=True,
+                             env=around | {'PYTHONPATH': str(ROOT)}, capture_output=True,
                              text=True)
     last = outcome.stderr.splitlines()[-1]
     assert outcome.returncode == 2 and 'cannot be written to (File too large)' in last
@@ -307,3 +309,53 @@ def test_a_name_that_is_no_utf_8_is_refused_for_a_bag(tmp_path):
     times = np.arange(50) / 100
     with pytest.raises(InputError, match='UTF-8'):
         write_bag(tmp_path / os.fsdecode(b'run\xff'), {'/x': FloatTable(times, times)})
+
+
+WRITER = '''
+import sys, time
+from engb_core.errors import InputError
+from engb_core.io.outputs import folder_output
+names = [f'f{k}.txt' for k in range(6)] + ['sub']
+end, number = time.monotonic() + 3.0, 0
+while time.monotonic() < end:
+    with folder_output(sys.argv[1], names) as made:
+        for name in names[:-1]:
+            (made / name).write_text(f'{sys.argv[2]} {number}')
+        (made / 'sub').mkdir()
+        (made / 'sub' / f'{sys.argv[2]}.txt').write_text(str(number))
+    number += 1
+print(number)
+'''
+
+
+@pytest.mark.parametrize('there', [False, True])
+def test_two_runs_at_once_leave_the_results_of_one_of_them(tmp_path, there):
+    """Files of one run had stood beside the list of the other, and neither could write again."""
+    target = tmp_path / 'out'
+    if there:
+        target.mkdir()
+        (target / 'mine.txt').write_text('mine')
+    runs = [subprocess.Popen([sys.executable, '-c', WRITER, str(target), name],
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT, text=True)
+            for name in 'ab']
+    said = [run.communicate(timeout=60) for run in runs]
+    assert [run.returncode for run in runs] == [0, 0], said
+    assert all(int(text) > 3 for text, _ in said)
+    whose = {path.read_text() for path in target.glob('f*.txt')}
+    assert len(whose) == 1
+    assert [path.stem for path in (target / 'sub').iterdir()] == [whose.pop()[0]]
+    assert sorted(path.name for path in target.iterdir()) == sorted(
+        [outputs.LIST, *(f'f{k}.txt' for k in range(6)), 'sub', *(['mine.txt'] * there)])
+
+
+def test_a_link_in_the_place_of_a_list_in_the_making_is_not_followed(tmp_path):
+    precious = tmp_path / 'thesis.tex'
+    precious.write_text('years of work')
+    target = tmp_path / 'out'
+    target.mkdir()
+    (target / f'{outputs.LIST}.part').symlink_to(precious)
+    with outputs.claimed_folder(target, ['a.txt']) as place:
+        (place / 'a.txt').write_text('new')
+    assert precious.read_text() == 'years of work'
+    with outputs.claimed_folder(target, ['a.txt']) as place:
+        (place / 'a.txt').write_text('newer')

@@ -79,7 +79,8 @@ def test_names_out_of_a_file_do_not_steer_the_terminal(tmp_path):
     for arguments in (('predict', 'run', '--model', 'model.yaml', '--out', 'x.npz'),
                       ('import', '--list', 't.csv'), ('import', 't.csv', '--out', 'y'),
                       ('import', 't.csv', '--torque-constant', '1', '--out', 'y\x1b[31m',
-                       '--joint', 'j\x07')):
+                       '--joint', 'j\x07'),
+                      ('export', 'model.yaml', '--to', 'json', '--out', 'z\x1b[31m\nz')):
         outcome = process(*arguments, cwd=tmp_path)
         told += outcome.stdout + outcome.stderr
     text = told.decode()

@@ -399,11 +399,162 @@ def _csv(folder: Path, rng: random.Random) -> list[str]:
     return ['import', str(path), *_IMPORT]
 
 
+_LISTED = ['--column', 'time=t', '--column', 'position=q', '--column', 'effort=i', '--unit',
+           'time=s', 'position=rad', 'effort=Nm']
+
+
+def _hdf5(folder: Path, rng: random.Random) -> list[str]:
+    """Terabytes that a few kilobytes claim or unfold to, links in a circle, groups in groups."""
+    import h5py
+    path = folder / 'bench.h5'
+    kind = rng.choice(['fill', 'gzip', 'circle', 'deep', 'many', 'text', 'compound', 'virtual',
+                       'external', 'references'])
+    with h5py.File(path, 'w') as file:
+        for name in 'tqi':
+            if kind == 'fill':          # never written: the fill value for ever
+                file.create_dataset(name, (1 << 40,), 'f8', chunks=(1 << 20,), fillvalue=1.0)
+            elif kind == 'gzip':
+                data = file.create_dataset(name, (1 << 27,), 'f8', chunks=(1 << 27,),
+                                           compression='gzip', compression_opts=1)
+                data.id.write_direct_chunk((0,), zlib.compress(bytes(1 << 24)))
+            elif kind == 'compound':
+                file.create_dataset(name, (100,), [(f'f{k}', 'f8') for k in range(500)])
+            elif kind == 'virtual':
+                layout = h5py.VirtualLayout((1 << 40,), 'f8')
+                layout[:100] = h5py.VirtualSource('.', name, (100,))
+                file.create_virtual_dataset(name, layout)
+            elif kind == 'external':
+                file[name] = h5py.ExternalLink('/dev/zero', 'x')
+            elif kind == 'references':
+                made = file.create_dataset(name, (3000,), h5py.ref_dtype)
+                made[0] = made.ref
+            elif kind == 'text':
+                file.create_dataset(name, data=['x' * 1000] * 3000)
+            else:
+                file.create_dataset(name, data=np.arange(3000) / 1e3)
+        if kind == 'circle':
+            file['a/b/c'] = h5py.SoftLink('/a')
+            file['hard'] = file['/']
+        if kind == 'deep':
+            group = file
+            for _ in range(1500):
+                group = group.create_group('g')
+        if kind == 'many':
+            for number in range(60_000):
+                file.create_group(f'g{number}')
+    return ['import', str(path), *_LISTED]
+
+
+def _parquet(folder: Path, rng: random.Random) -> list[str]:
+    """Columns that unfold from bytes to gigabytes, types within types."""
+    import pyarrow
+    from pyarrow import feather, parquet
+    kind = rng.choice(['nulls', 'runs', 'dictionary', 'nested', 'strings', 'wide', 'feather'])
+    path = folder / ('bench.arrow' if kind == 'feather' else 'bench.parquet')
+    count = 60_000_000
+    if kind in ('nulls', 'runs', 'dictionary', 'feather'):
+        column = {'nulls': lambda: pyarrow.nulls(count, pyarrow.float64()),
+                  'dictionary': lambda: pyarrow.DictionaryArray.from_arrays(
+                      pyarrow.array(np.zeros(count // 2, np.int8)), pyarrow.array(['x' * 10000])),
+                  }.get(kind, lambda: pyarrow.array(np.zeros(count)))()
+        table = pyarrow.table(dict.fromkeys('tqi', column))
+    elif kind == 'nested':
+        column = pyarrow.array([1.0] * 100)
+        for _ in range(200):
+            column = pyarrow.StructArray.from_arrays([column], ['s'])
+        table = pyarrow.table(dict.fromkeys('tqi', column))
+    elif kind == 'strings':
+        table = pyarrow.table(dict.fromkeys('tqi', ['7' * 100_000] * 3000))
+    else:
+        plain = np.arange(50.0)
+        table = pyarrow.table(dict.fromkeys(['t', 'q', 'i', *map(str, range(30000))], plain))
+    if kind == 'feather':
+        feather.write_feather(table, str(path), compression='zstd')
+    else:
+        parquet.write_table(table, path, compression='zstd')
+    return ['import', str(path), *_LISTED]
+
+
+def _tdms(folder: Path, rng: random.Random) -> list[str]:
+    """Segments that claim more samples than the file holds, or thousands of channels."""
+    path = folder / 'bench.tdms'
+    kind = rng.choice(['claims', 'channels', 'strings', 'length'])
+
+    def text(value: str) -> bytes:
+        return struct.pack('<I', len(value)) + value.encode()
+
+    names = [f"/'b'/'{name}'" for name in 'tqi']
+    if kind == 'channels':
+        names += [f"/'b'/'c{number}'" for number in range(40_000)]
+    count = {'claims': 1 << 40, 'length': 100}.get(kind, 10)
+    objects = struct.pack('<I', len(names))
+    for name in names:
+        objects += text(name) + struct.pack('<IIIQ', 20, 0x20 if kind == 'strings' else 10, 1,
+                                            count)
+        if kind == 'strings':
+            objects += struct.pack('<Q', 1 << 60)
+        objects += struct.pack('<I', 0)
+    data = bytes(8 * 10 * 3)
+    total = (1 << 62) if kind == 'length' else len(objects) + len(data)
+    head = b'TDSm' + struct.pack('<IIQQ', 0x0e, 4713, total, len(objects))
+    path.write_bytes((head + objects + data) * (1 if kind == 'channels' else 3))
+    return ['import', str(path), *_LISTED]
+
+
+def _mdf(folder: Path, rng: random.Random) -> list[str]:
+    """An honest measurement whose blocks point at each other, or claim gigabytes."""
+    import asammdf
+    path = folder / 'bench.mf4'
+    time = np.arange(3000) / 1e3
+    with asammdf.MDF(version='4.10') as file:
+        file.append([asammdf.Signal(np.sin(9 * time + k), time, unit=unit, name=name)
+                     for k, (name, unit) in enumerate((('q', 'rad'), ('i', 'Nm')))])
+        file.save(path, overwrite=True, compression=rng.choice([0, 1, 2]))
+    data = bytearray(path.read_bytes())
+    starts = [place for place in range(len(data) - 24)
+              if data[place:place + 2] == b'##' and data[place + 2:place + 4].isalpha()]
+    for _ in range(rng.choice([1, 2, 5])):
+        place = rng.choice(starts)
+        count = struct.unpack_from('<Q', data, place + 16)[0]
+        link = place + 24 + 8 * rng.randrange(max(min(count, 8), 1))
+        if link + 8 <= len(data):
+            struct.pack_into('<Q', data, link, rng.choice(
+                [place, rng.choice(starts), 0, len(data) + 5, (1 << 63) - 1]))
+        if rng.random() < 0.4:
+            struct.pack_into('<Q', data, place + rng.choice([8, 16]),
+                             rng.choice([1 << 40, (1 << 64) - 1, 24, 0]))
+    path.write_bytes(data)
+    return ['import', str(path), '--column', 'position=q', '--column', 'effort=i']
+
+
+def _labels(folder: Path, rng: random.Random) -> list[str]:
+    """Text with a label before each number, bars, codes of the east, and much too much of it."""
+    path = folder / 'bench.txt'
+    kind = rng.choice(['labels', 'long label', 'colons', 'bars', 'rules', 'east', 'mixed',
+                       'signs'])
+    rows = [(k / 1e3, k % 7, k % 3) for k in range(3000)]
+    content = {
+        'labels': lambda: ''.join(f't:{t},q:{q},i:{i}\n' for t, q, i in rows).encode(),
+        'long label': lambda: ''.join(f'{"t" * 2000}:{t},q:{q},i:{i}\n' for t, q, i in rows
+                                      ).encode(),
+        'colons': lambda: (b't' + b':' * 900_000 + b'1,q:2,i:3\n') * 50,
+        'bars': lambda: b'|t|q|i|\n' + b'|' * 1_000_000 + b'\n' + b'|1|2|3|\n' * 3000,
+        'rules': lambda: b'|t|q|i|\n' + b'|---|:-:|---|\n' * 300_000 + b'|1|2|3|\n' * 50,
+        'east': lambda: '時間,位置,電流\n'.encode('cp932') * 40_000 + rng.randbytes(200_000),
+        'mixed': lambda: ''.join(rng.choice([f't:{t},q:{q},i:{i}', f'{t},{q},{i}']) + '\n'
+                                 for t, q, i in rows).encode(),
+        'signs': lambda: ''.join(f't=:{t},q:={q},i={i}\n' for t, q, i in rows).encode(),
+    }[kind]()
+    path.write_bytes(content)
+    return ['import', str(path), *_IMPORT]
+
+
 BOMBS: dict[str, Callable[[Path, random.Random], list[str]]] = {
     'nested metadata': _nested_metadata, 'one file of many names': _one_file_many_names,
     'mcap index': _mcap_index, 'bad chunks': _mcap_bad_chunks, 'zstd chunk': _zstd_chunk,
     'zstd messages': _zstd_messages, 'zstd file': _zstd_file, 'sqlite': _sqlite,
     'sqlite tree': _sqlite_tree, 'bursts': _bursts, 'yaml aliases': _yaml_aliases,
     'large model': _large_model, 'loop rate': _loop_rate, 'slow samples': _slow, 'npz': _npz,
-    'mat': _mat, 'csv': _csv,
+    'mat': _mat, 'csv': _csv, 'hdf5': _hdf5, 'parquet': _parquet, 'tdms': _tdms, 'mdf': _mdf,
+    'labels': _labels,
 }

@@ -23,10 +23,13 @@ import json, resource, sys
 from engb_ros.commands.main import main
 status = main(sys.argv[1:])
 used = resource.getrusage(resource.RUSAGE_SELF)
+# Tables are read by a process of their own.
+reader = resource.getrusage(resource.RUSAGE_CHILDREN)
 # ru_maxrss would hold the size of the process that started this one: VmHWM is its own.
 with open('/proc/self/status', encoding='ascii') as lines:
     peak = next(int(line.split()[1]) for line in lines if line.startswith('VmHWM:'))
-print(json.dumps([peak // 1024, used.ru_utime + used.ru_stime]))
+print(json.dumps([max(peak, reader.ru_maxrss) // 1024, used.ru_utime + used.ru_stime
+                  + reader.ru_utime + reader.ru_stime]))
 sys.exit(status)
 '''
 

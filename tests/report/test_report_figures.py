@@ -113,3 +113,26 @@ def test_curves_break_where_the_shaft_stands():
         for line in (entry for entry in panel.series if isinstance(entry, Line)):
             assert np.isnan(line.y[after_gap]), line.name
             assert np.isfinite(line.y[after_gap - 1])
+
+
+def test_an_axis_in_powers_of_ten_has_whole_numbers_at_its_ticks():
+    """Plotly writes 2 and 5 between the decades, which nobody reads as 0.2 and 0.5."""
+    x = np.geomspace(0.03, 4.0, 50)
+    figure = Figure('f', Axis('Speed', 'rad/s', log=True),
+                    (Panel(Axis('Friction', 'N·m'), (Line('a', x, x),)),
+                     Panel(Axis('Density', '', log=True), (Points('b', x, 1e-4 * x),))))
+    layout = plotly_spec(figure, 100)['layout']
+    assert layout['xaxis']['tickvals'] == pytest.approx([0.05, 0.1, 0.2, 0.5, 1.0, 2.0])
+    assert layout['xaxis']['ticktext'] == ['0.05', '0.1', '0.2', '0.5', '1', '2']
+    assert 'tickvals' not in layout['yaxis']
+    assert set(layout['yaxis2']['ticktext']) >= {'1e-05', '0.0001'}
+    assert len(layout['yaxis2']['ticktext']) <= 8
+    drawn = render(figure, 'matplotlib', 'a', 100)
+    assert '>0.5<' in str(drawn)
+
+
+def test_ticks_of_a_low_panel_do_not_touch():
+    """At worst as many as are asked for are drawn, of 12 pixels each."""
+    layout = plotly_spec(Figure('f', Axis('Time', 's'), (
+        Panel(Axis('Position', 'rad'), (Line('a', [0, 1], [0, 1]),), 80),)), 10)['layout']
+    assert layout['yaxis']['nticks'] * 12 <= 80

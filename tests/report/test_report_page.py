@@ -214,3 +214,17 @@ def test_page_serves_other_reports():
 def test_nothing_is_missing_only_where_nothing_is():
     assert hypothesis_name(unexplained(), ()) == 'No effect added'
     assert hypothesis_name(consistent(), ()) == 'Nothing missing'
+
+
+def test_the_same_picture_is_not_shown_twice():
+    """Two effects that the same coordinate reveals had it each."""
+    from dataclasses import replace
+
+    from .samples import partly
+    sample = partly()
+    first = sample.evidence.residual_over[0]
+    twice = replace(sample, evidence=replace(sample.evidence, residual_over=(first, first)))
+    once = replace(sample, evidence=replace(sample.evidence, residual_over=(first,)))
+    count = [diagnosis_page(entry, backend='table').html().count(first.why)
+             for entry in (once, twice)]
+    assert count[0] >= 1 and count[0] == count[1]

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 import re
-import unicodedata
 
 from engb_core.io.tables.table import Channel, Table
 from engb_core.io.tables.units import unit_of
+from engb_core.io.tables.vocabulary import CURRENT, hits_of, KNOWN, OWN, REFERENCE, title_words
 
 __all__ = ['MEASURED', 'QUANTITIES', 'Roles', 'is_current', 'roles_of']
 
@@ -27,31 +27,9 @@ QUANTITIES = {
 MEASURED = ('time', 'position', 'effort')
 _LIKE = {'reference': 'position', 'reference_velocity': 'velocity', 'disc_speed': 'velocity'}
 
-_WORDS = {
-    'time': 'time zeit timestamp stamp t elapsed zeitstempel temps tiempo tempo seconds datetime',
-    'position': 'position pos posn phi theta q angle winkel lage enc encoder x s weg stroke '
-                'displacement alpha drehwinkel th rotation travel stellung actpos rotorangle '
-                'shaftangle posizione angolo',
-    'velocity': 'velocity vel speed omega w n drehzahl geschwindigkeit rpm qd dq v dphi vitesse '
-                'revs',
-    'effort': 'torque effort tau moment drehmoment trq tq m kraft force f current curr cur i iq '
-              'strom amps ampere motorstrom motorcurrent courant mot_i load_torque iact mmot imot',
-    'pad_temperature': 'temp temperature temperatur',
-}
-# Of the words for effort those that are a current's.
-_CURRENT = frozenset((
-    'current', 'curr', 'cur', 'i', 'iq', 'strom', 'amps', 'ampere', 'motorstrom', 'motorcurrent',
-    'courant', 'mot_i', 'iact', 'imot'))
-_KNOWN = {role: frozenset(words.split()) for role, words in _WORDS.items()}
-_REFERENCE = frozenset((
-    'ref', 'reference', 'cmd', 'command', 'commanded', 'set', 'setpoint', 'soll', 'sollwert',
-    'target', 'des', 'desired', 'goal', 'demand', 'demanded', 'sp', 'setp', 'consigne'))
-_OWN = frozenset((
-    'act', 'actual', 'ist', 'istwert', 'meas', 'measured', 'fb', 'feedback', 'motor', 'mot',
-    'rotor', 'est', 'estimate', 'estimated'))
 _OTHER = frozenset((
     'load', 'output', 'out', 'abtrieb', 'abtriebs', 'lastseitig', 'gear', 'wheel', 'disc', 'disk',
-    'scheibe', 'external', 'ext', 'sensor'))
+    'scheibe', 'external', 'ext', 'sensor', '负载', '負荷'))
 _DISC = frozenset((
     'disc', 'disk', 'scheibe', 'brakedisc', 'rotor', 'wheel', 'rad'))
 _PAD = frozenset((
@@ -96,9 +74,9 @@ def roles_of(table: Table, given: Mapping[str, int]) -> Roles:
 
 def is_current(channel: Channel) -> bool:
     """Whether a channel's name says that it is a current."""
-    words = _words(channel.short)
-    return bool(words & _CURRENT) or any(
-        len(entry) > 3 and entry in word for word in words for entry in _CURRENT)
+    words = title_words(channel.short)
+    return bool(hits_of(words, CURRENT)) or any(
+        len(entry) > 3 and entry in word for word in words for entry in CURRENT)
 
 
 def _least(role: str) -> float:
@@ -108,12 +86,12 @@ def _least(role: str) -> float:
 
 def _points(channel: Channel, role: str) -> float:
     """Return how well a channel fits a role; below 2 it does not."""
-    words = _words(channel.short)
+    words = title_words(channel.short)
     text = ''.join(words)
     unit = unit_of(channel.unit) if channel.unit else None
     if unit is not None and unit.quantity not in QUANTITIES[role]:
         return 0.0
-    demanded = bool(words & _REFERENCE) or bool(re.search('soll|target|setpoint', text))
+    demanded = bool(hits_of(words, REFERENCE)) or bool(re.search('soll|target|setpoint', text))
     if (role in ('reference', 'reference_velocity')) != demanded or words & _NEVER:
         return 0.0
     if role == 'disc_speed' and not words & _DISC:
@@ -122,13 +100,15 @@ def _points(channel: Channel, role: str) -> float:
         return 0.0
     if role == 'effort' and _NO_TORQUE.match(channel.short.casefold()):
         return 0.0
-    known = _KNOWN[_LIKE.get(role, role)]
-    hits = words & known
+    known = KNOWN[_LIKE.get(role, role)]
+    hits = hits_of(words, known)
     word = 0.0
     if hits:
-        word = 3.0 if any(len(entry) > 2 for entry in hits) else 2.0
+        word = 3.0 if any(len(entry) > 2 or not entry.isascii() for entry in hits) else 2.0
     elif any(len(entry) > 3 and entry in text for entry in known):
         word = 2.0
+    elif demanded and unit is not None:
+        word = 2.0      # a set-point of what its unit says
     if not hits and unit is None and word < 2.0:
         return 0.0
     letters = _letters(channel.short)
@@ -138,24 +118,9 @@ def _points(channel: Channel, role: str) -> float:
         word = max(word, 2.0)
     points = word + (4.0 if unit is not None else 0.0)
     if role in ('position', 'velocity', 'effort'):
-        points += 0.5 * bool(words & _OWN) - 1.5 * bool(words & _OTHER)
+        points += 0.5 * bool(hits_of(words, OWN)) - 1.5 * bool(hits_of(words, _OTHER))
     return points
 
 
 def _letters(name: str) -> set[str]:
     return set(re.findall(r'(?<![A-Za-z])[A-Za-z](?![A-Za-z])', name))
-
-
-def _words(name: str) -> frozenset[str]:
-    """Return a name's words, small: `MotorActPos`, `i_q` and `/joint_states/motor/position`."""
-    name = unicodedata.normalize('NFKC', name)
-    for greek, latin in zip('φϕθωτα', ('phi', 'phi', 'theta', 'omega', 'tau', 'alpha'),
-                            strict=True):
-        name = name.replace(greek, f' {latin} ')
-    apart = re.sub(r'(?<=[a-z])(?=[A-Z])', ' ', name)
-    words = [word for word in re.split(r'[^A-Za-zÄÖÜäöüß]+', apart) if word]
-    joined = ''.join(words).casefold()
-    found = {word.casefold() for word in words}
-    if re.search(r'(^|[^a-z])i[_ .]?q([^a-z]|$)', name.casefold()):
-        found = (found - {'q', 'i'}) | {'iq'}
-    return frozenset(found | {joined})

@@ -115,6 +115,8 @@ class Table(ABC):
     def listing(self) -> str:
         """Return the channels' names in a line."""
         names = [entry.name or '(no title)' for entry in self.channels]
+        if not names:
+            return 'none'
         if not any(entry.name for entry in self.channels):
             return f'no title, only numbers 0 to {len(names) - 1}'
         more = f' and {len(names) - _SHOWN} more' if len(names) > _SHOWN else ''

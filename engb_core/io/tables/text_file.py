@@ -23,16 +23,20 @@ from numpy.typing import NDArray
 from engb_core.errors import InputError
 from engb_core.io.tables.table import Channel, Samples, Table
 from engb_core.io.tables.units import parse_title, unit_of
+from engb_core.io.tables.vocabulary import count_known
 
 __all__ = ['TEXT_SUFFIXES', 'TextTable', 'clock_seconds']
 
 Array = NDArray[np.float64]
 
-TEXT_SUFFIXES = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log')
+TEXT_SUFFIXES = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm')
 _DELIMITERS = (';', '\t', '|', ',', ' ')
 _HEAD = 400                 # lines that are looked at to find delimiter, titles and units
 _REMARKS = 50               # of these, titles stand in
 _HEAD_BYTES = 1 << 20       # bytes that tell the encoding
+# What is no UTF-8 is written in one of these; the first unless words are known in another.
+_ENCODINGS = ('cp1252', 'cp1250', 'cp1251', 'cp932', 'gb18030', 'cp949', 'big5')
+_TITLE_BYTES = 1 << 14      # bytes in which titles stand, to tell which of them
 _LONGEST_LINE = 1 << 20
 _CHUNK = 1 << 16            # rows that are turned into numbers at once
 
@@ -44,12 +48,25 @@ _CLOCK = re.compile(
     r'|(?P<d2>\d\d?)\.(?P<m2>\d\d?)\.(?P<y2>\d{4})[T ]+'
     r'|(?P<m3>\d\d?)/(?P<d3>\d\d?)/(?P<y3>\d{4})[T ]+)?'
     r'(?P<h>\d{1,2}):(?P<min>\d\d):(?P<s>\d\d(?:[.,:]\d+)?)\s*(?:Z|UTC|[+-]\d\d:?\d\d)?\s*$')
+# A number with its label before it: `pos:12.3` and `t_ms = 4`, and a line below Markdown's titles.
+_LABELLED = re.compile(r'^\s*([^\W\d][^:=]*?)\s*[:=]\s*([^\s:=][^:=]*)$')
+_RULE = re.compile(r'^\s*:?-+:?\s*$')
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """How a line falls into cells: what stands between them, whether bars stand at its ends too,
+    and whether each number has its label before it."""
+
+    delimiter: str
+    barred: bool = False
+    labelled: bool = False
 
 
 @dataclass(frozen=True)
 class _Layout:
     encoding: str
-    delimiter: str
+    cells: _Cells
     comma: bool             # whether numbers have a decimal comma
     first: int              # the first row with numbers, counted without empty lines
     titles: list[str]
@@ -71,7 +88,7 @@ class TextTable(Table):
         layout = self._layout
         titles = layout.titles or [''] * layout.width
         super().__init__(path, (
-            Channel(title, unit or parse_title(title)[1] or ('s' if clock else ''))
+            Channel(title, 's' if clock else unit or parse_title(title)[1])
             for title, unit, clock in itertools.zip_longest(
                 titles, layout.units[:len(titles)], layout.clocks[:len(titles)], fillvalue='')))
 
@@ -119,7 +136,7 @@ class TextTable(Table):
     def _rows(self) -> Iterator[list[str]]:
         layout = self._layout
         with self.path.open(encoding=layout.encoding, errors='replace', newline='') as file:
-            rows = _split(_filled(_lines(self.path, file)), layout.delimiter)
+            rows = _split(_filled(_lines(self.path, file)), layout.cells)
             for row in itertools.islice(rows, layout.first, None):
                 if row and not row[0].lstrip().startswith('#'):
                     yield row
@@ -153,10 +170,11 @@ def _layout(path: Path) -> _Layout:
     encoding = _encoding(path)
     with path.open(encoding=encoding, errors='replace', newline='') as file:
         head = list(itertools.islice(_filled(_lines(path, file)), _HEAD))
-    best, most, chosen = _as_rows(head, ','), (-1, 0), ','
+    labels, best, most, chosen = [], _as_rows(head, _Cells(',')), (-1, 0), _Cells(',')
     for delimiter in _DELIMITERS:
+        cells, titles = _cells(head, delimiter)
         try:
-            rows = _as_rows(head, delimiter)
+            rows = _as_rows(head, cells)
         except csv.Error:
             continue
         width = _width(rows)
@@ -166,13 +184,14 @@ def _layout(path: Path) -> _Layout:
             for row in rows if len(row) == width and _is_body(row))
         score = (body, width)
         if score > most:
-            best, most, chosen = rows, score, delimiter
+            labels, best, most, chosen = titles, rows, score, cells
     width = _width(best)
-    comma = chosen != ' ' and any(_COMMA.match(cell) for row in best for cell in row)
-    comma = comma or chosen == ' ' and sum(
+    blanks = chosen.delimiter == ' '
+    comma = not blanks and any(_COMMA.match(cell) for row in best for cell in row)
+    comma = comma or blanks and sum(
         bool(_COMMA.match(cell)) for row in best[-50:] for cell in row) > 0
     first = _first(best, width)
-    titles, units = _titles(best[:first], width)
+    titles, units = (labels, []) if labels else _titles(best[:first], width)
     clocks = [clock_seconds(cell) is not None for cell in best[first]] if first < len(best) else []
     return _Layout(encoding, chosen, comma, first, titles, units, clocks,
                    max(width, len(titles)))
@@ -205,7 +224,8 @@ def _encoding(path: Path) -> str:
     except UnicodeDecodeError as error:
         # A character may be cut in two at the end of what was read.
         if error.start < len(head) - 4:
-            return 'cp1252'
+            titles = head[:_TITLE_BYTES]
+            return max(_ENCODINGS, key=lambda name: count_known(titles.decode(name, 'replace')))
     return 'utf-8-sig'
 
 
@@ -222,14 +242,40 @@ def _filled(lines: Iterable[str]) -> Iterator[str]:
     return (line for line in lines if line.strip())
 
 
-def _as_rows(head: list[str], delimiter: str) -> list[list[str]]:
-    return [row for line in head for row in _split([line], delimiter)]
+def _cells(head: list[str], delimiter: str) -> tuple[_Cells, list[str]]:
+    """Say how lines fall into cells, and return the labels before the numbers, if there are."""
+    barred = delimiter == '|' and all(
+        line.strip().startswith('|') and line.strip().endswith('|') for line in head)
+    cells = _Cells(delimiter, barred)
+    last = head[-_REMARKS:]
+    try:
+        rows = _as_rows(last, cells)
+    except csv.Error:
+        return cells, []
+    labels = {tuple(match[1] if (match := _LABELLED.match(cell)) and _is_number(match[2]) else ''
+                    for cell in row) for row in rows}
+    if len(labels) != 1 or len(titles := labels.pop()) < 2 or not all(titles):
+        return cells, []
+    return _Cells(delimiter, barred, labelled=True), list(titles)
 
 
-def _split(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
-    if delimiter == ' ':
-        return (line.split() for line in lines)
-    return csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+def _as_rows(head: list[str], cells: _Cells) -> list[list[str]]:
+    return [row for line in head for row in _split([line], cells)]
+
+
+def _split(lines: Iterable[str], cells: _Cells) -> Iterator[list[str]]:
+    if cells.barred:
+        lines = (line.strip().strip('|') for line in lines)
+    rows: Iterable[list[str]] = (
+        (line.split() for line in lines) if cells.delimiter == ' '
+        else csv.reader(lines, delimiter=cells.delimiter, skipinitialspace=True))
+    for row in rows:
+        yield [_unlabelled(cell) for cell in row] if cells.labelled else row
+
+
+def _unlabelled(cell: str) -> str:
+    match = _LABELLED.match(cell)
+    return match[2] if match else cell
 
 
 def _width(rows: list[list[str]]) -> int:
@@ -268,7 +314,8 @@ def _titles(above: list[list[str]], width: int) -> tuple[list[str], list[str]]:
             cells = cells[:-1]
         if len(cells) != width:
             break
-        rows.insert(0, cells)
+        if not all(map(_RULE.match, cells)):
+            rows.insert(0, cells)
     if not rows:
         last = [cell.strip().lstrip('#').strip() for cell in above[-1]] if above else []
         return (last, []) if len(last) > 1 else ([], [])

@@ -85,9 +85,23 @@ UNITS: dict[str, Unit] = {
     'w': Unit('power', 1.0), 'kw': Unit('power', 1e3), 'bar': Unit('pressure', 1e5),
     '-': Unit('none', 1.0), '1': Unit('none', 1.0),
 }
+# The same in other languages; what is one word in several stands once.
+_ELSEWHERE = {
+    's': 'segundos secondes secondi segundo sekund с сек 秒 초', 'ms': 'мс 毫秒 ミリ秒',
+    'us': 'мкс 微秒', 'rad': 'рад 弧度 라디안',
+    'deg': 'grado grados gradi graus grau graden grader stopnie stopni stupně degrés degré град '
+           '度 도',
+    'rev': 'tr tour tours vuelta vueltas giro giri volta voltas omw obr ot varv об '
+           '圈 转 轉 転 回転',
+    'rpm': 'tr/min giri/min obr/min ot/min varv/min omw/min об/мин 转/分 转/分钟 転/分',
+    'rad/s': 'рад/с 弧度/秒', 'deg/s': 'град/с 度/秒', 'm': 'м', 'mm': 'мм 毫米',
+    'inch': 'in inches', 'nm': 'нм 牛米 牛顿米', 'mnm': 'мнм 毫牛米', 'n': 'н 牛 牛顿',
+    'a': 'а amperios ampères 安 安培', 'ma': 'ма 毫安',
+}
+UNITS.update({word: UNITS[own] for own, words in _ELSEWHERE.items() for word in words.split()})
 # Written in one case only: `n` is a speed or a number, no newton.
 _CASED = {'n': 'N', 'mn': 'mN', 'kn': 'kN', 'a': 'A', 'ma': 'mA', 'k': 'K', 'v': 'V', 'h': 'h',
-          'w': 'W'}
+          'w': 'W', 'н': 'Н', 'а': 'А', 'ма': 'мА'}
 _COUNTS = re.compile(r'^(\d+(?:\.\d+)?)(?:counts?|cpr|inc|ticks?)?/(?:rev|turn|u)$')
 
 
@@ -97,7 +111,7 @@ def _folded(text: str) -> str:
     text = re.sub(r'\bper\b', '/', text)
     text = text.replace('º', '°').replace('˚', '°').replace('μ', 'u').replace('µ', 'u')
     text = re.sub(r'\^?\{?[-−⁻–](?:1|¹)\}?', '-1', text)
-    text = re.sub(r'[\s·⋅∙*×.]', '', text)
+    text = re.sub(r'[\s·⋅∙・*×.]', '', text)
     text = re.sub(r'(?<=[A-Za-z])-(?=[A-Za-z])', '', text)
     # rad s-1 is rad/s; min-1 stands alone
     return re.sub(r'^(.*[a-z°])(min|s)-1$', r'\1/\2', text, flags=re.IGNORECASE)
@@ -140,8 +154,9 @@ def units_of(quantity: str) -> list[str]:
 _BRACKETS = re.compile(r'^(.*?)\s*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*$')
 _IN = re.compile(r'^(.*\S)\s+in\s+(\S+)$', re.IGNORECASE)
 _COMMA = re.compile(r'^(.*\S)\s*[,:]\s+(\S+)$')
-# At the end of a name they mean motor, slave, … rather than a unit; `t_s` is meant.
-_SHORT, _TIMES = ('m', 's', 'h', 'K', 'N', 'V', 'W'), ('t', 'time', 'zeit', 'timestamp')
+# At the end of a name they mean motor, slave, input, … rather than a unit; `t_s` is meant.
+_SHORT = ('m', 's', 'h', 'K', 'N', 'V', 'W', 'in', 'tr', 'ot', 'tour', 'giri', 'giro', 'volta')
+_TIMES = ('t', 'time', 'zeit', 'timestamp')
 # Alone they're a displacement, a height and a minimum as well.
 _NO_CLOCK = ('s', 'h', 'min')
 _TAIL = re.compile(r'^(.*[^\W_])[_. ]+([^\W_]+(?:[/-][^\W_]+)?|°\w*|%)$')

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import io
 import re
 from typing import Any
 
 import numpy as np
 
-from engb_core.report.figures import Band, Bars, decimate, Figure, Line, Points, Series
+from engb_core.report.figures import Band, Bars, decimate, Figure, Line, log_ticks, Points, Series
 from engb_core.report.style import LIGHT
 from engb_core.report.text import escape, Html, shorten
 
@@ -58,10 +59,13 @@ def matplotlib_svg(figure: Figure, identifier: str, points: int) -> Html:
                              linewidth=0, zorder=0)
             if panel.y.log:
                 axis.set_yscale('log')
+                _log(axis.yaxis, panel.series, 'y')
             if panel.y.limits:
                 axis.set_ylim(panel.y.limits)
         if figure.x.log:
             axes[-1].set_xscale('log')
+            _log(axes[-1].xaxis, [series for panel in figure.panels for series in panel.series],
+                 'x')
         if figure.x.limits:
             axes[-1].set_xlim(figure.x.limits)
         for span in figure.spans:
@@ -74,6 +78,14 @@ def matplotlib_svg(figure: Figure, identifier: str, points: int) -> Html:
         canvas.savefig(buffer, format='svg', transparent=True,
                        metadata={'Date': None, 'Creator': None})
     return _inline(buffer.getvalue(), figure.alt or figure.title)
+
+
+def _log(axis: Any, series: Sequence[Series], side: str) -> None:
+    ticks, text = log_ticks([getattr(entry, side) for entry in series
+                             if isinstance(entry, Line | Points)])
+    if ticks:
+        axis.set_ticks(ticks, labels=text)
+        axis.set_ticks([], minor=True)
 
 
 def _style(axis: Any) -> None:

@@ -7,13 +7,24 @@ plotly package, and what is written works with plotly.js 2 and 3.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import html
 import json
 from typing import Any
 
 import numpy as np
 
-from engb_core.report.figures import Band, Bars, decimate, Figure, Line, Points, rounded, Series
+from engb_core.report.figures import (
+    Band,
+    Bars,
+    decimate,
+    Figure,
+    Line,
+    log_ticks,
+    Points,
+    rounded,
+    Series,
+)
 from engb_core.report.text import clean, escape, Html, shorten
 
 __all__ = ['plotly_div', 'plotly_script', 'plotly_spec']
@@ -25,6 +36,8 @@ LABELS = 16   # more room above the first panel where spans carry labels
 # Plotly takes the next step of 1, 2, 5 that gives no more ticks than it is told: at worst two and
 # a half times fewer. An axis with fewer than three can't be read.
 LEAST_TICKS = 8
+# Of a low panel fewer, so that they do not touch: pixels each takes.
+TICK = 13
 
 # Marks a colour role in the JSON. No text from outside holds it: `clean` removes it.
 ROLE = '\x01'
@@ -76,10 +89,11 @@ def plotly_spec(figure: Figure, points: int) -> dict[str, Any]:
         suffix = '' if number == 1 else str(number)
         axis = {'domain': [bottom, top], 'anchor': 'x', 'gridcolor': ROLE + 'grid',
                 'linecolor': ROLE + 'rule', 'zeroline': panel.zero, 'zerolinewidth': 1,
-                'zerolinecolor': ROLE + 'muted', 'nticks': max(panel.height // 26, LEAST_TICKS),
+                'zerolinecolor': ROLE + 'muted',
+                'nticks': max(panel.height // 26, min(LEAST_TICKS, panel.height // TICK)),
                 'automargin': True, 'fixedrange': False}
         if panel.y.log:
-            axis['type'] = 'log'
+            axis |= _log(panel.series, 'y')
         if panel.y.limits:
             axis['range'] = _limits(panel.y.limits, panel.y.log)
         layout[f'yaxis{suffix}'] = axis
@@ -110,10 +124,18 @@ def plotly_spec(figure: Figure, points: int) -> dict[str, Any]:
     if any(isinstance(series, Bars) for panel in figure.panels for series in panel.series):
         layout['xaxis'] |= {'type': 'category', 'showgrid': False, 'ticks': ''}
     if figure.x.log:
-        layout['xaxis']['type'] = 'log'
+        layout['xaxis'] |= _log(
+            [series for panel in figure.panels for series in panel.series], 'x')
     if figure.x.limits:
         layout['xaxis']['range'] = _limits(figure.x.limits, figure.x.log)
     return {'data': data, 'layout': layout}
+
+
+def _log(series: Sequence[Series], side: str) -> dict[str, Any]:
+    # Plotly writes bare 2 and 5 between the decades, in which nobody reads 0.2 and 0.5.
+    values, text = log_ticks([getattr(entry, side) for entry in series
+                              if isinstance(entry, Line | Points)])
+    return {'type': 'log', 'tickvals': values, 'ticktext': text} if values else {'type': 'log'}
 
 
 def _traces(series: Series, axis: str, points: int) -> list[dict[str, Any]]:
