@@ -21,7 +21,8 @@ With --cases-from the cases are those of another hand: a folder of case_…, eac
 nominal.yaml, truth.json and truth.npz; they are scored by the same tables.
 
 With --real no case is drawn: of the best model of each machine one term at a time is taken out,
-to see whether the tool names just that term; index.html also holds the held-out ladder.
+with --pairs two as well, to see whether the tool names just that; index.html also holds the
+held-out ladder, and what an expert expects of the machines that are listed.
 
 With --table nothing is run: what earlier proofs left in these folders is printed side by side as
 Markdown, a column per folder (column.md in each holds its own).
@@ -81,6 +82,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         'below its bound')
     parser.add_argument('--real', metavar='DIR', help='take one term at a time out of the model '
                         'of a real machine; DIR holds sets of nominal.yaml, train*, holdout*')
+    parser.add_argument('--pairs', action='store_true',
+                        help='with --real: take out two terms at a time as well')
     parser.add_argument('--table', metavar='DIR', nargs='+', help='print the scores of earlier '
                         'proofs side by side as a table in Markdown')
     parser.add_argument('--open', metavar='FILE.sealed', help='show a sealed truth')
@@ -160,6 +163,8 @@ def _check(arguments: argparse.Namespace) -> None:
                if drawn[name] is not None]
         if own:
             raise InputError(f'--frozen is a fixed list of cases; leave {own[0]} away')
+    if arguments.pairs and not arguments.real:
+        raise InputError('--pairs belongs to --real')
     if arguments.only and not arguments.cases_from:
         raise InputError('--only belongs to --cases-from')
     if arguments.cases_from and not Path(arguments.cases_from).is_dir():
@@ -201,7 +206,8 @@ def _real(arguments: argparse.Namespace) -> None:
     out = Path(arguments.out)
     with Progress(arguments) as progress:
         result = real.prove_real(Path(arguments.real), out, arguments.jobs, arguments.again,
-                                 shlex.join(['engb', *sys.argv[1:]]), progress)
+                                 shlex.join(['engb', *sys.argv[1:]]), progress,
+                                 arguments.pairs)
     print(real.as_text(result))
     print(f'{result["wall_seconds"]:.0f} s in all')
     print(printable(f'scores: {out / "index.html"}'))

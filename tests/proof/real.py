@@ -1,11 +1,12 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""Take one term out of the best model of a real machine: does the tool name just that term?
+"""Take terms out of the best model of a real machine: does the tool name just those?
 
 `engb prove --real DIR` calls this. For each set in DIR the tool corrects the nominal
 model (as a separate process, as all that follows); its corrected model is the best one. Then one
 term at a time is taken out of it, and the tool is handed what is left, with the other numbers as
-they were, and refitted to hide the gap. What it says of the best model itself, nothing taken out,
-is what it would say anyway: a real machine holds more than any model.
+they were, and refitted to hide the gap; with `--pairs` two at a time as well. What it says of the
+best model itself, nothing taken out, is what it would say anyway: a real machine holds more than
+any model. What it says of the nominal model is held against what an expert expects.
 """
 from __future__ import annotations
 
@@ -14,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import datetime, UTC
 from functools import partial
+import itertools
 import json
 from pathlib import Path
 import shutil
@@ -35,14 +37,16 @@ from .real_ladder import (
     Prediction,
 )
 from .real_page import real_page
-from .real_sets import RealSet, sets_in, with_loop
+from .real_sets import Expected, RealSet, sets_in, with_loop
 from .real_terms import hidden_by_refit, Term, terms_of, without_descriptions
 from .run import call, commit, commits_in
 from .signals import read_signals
 
-__all__ = ['as_text', 'judged', 'prove_real']
+__all__ = ['as_text', 'judged', 'met', 'prove_real']
 
 _FEW = 3        # recordings on which a refit hides what was taken out
+# From here on a claim says that a cause is likelier there than not.
+_LIKELY = 0.5
 Say = Callable[[str], None]
 
 
@@ -56,9 +60,15 @@ class _Diagnosis:
     model: dict
 
 
-def prove_real(folder: Path, out: Path, jobs: int, again: bool, command: str, progress: Say
-               ) -> dict:
+# The terms that are taken out, whether the rest is refitted, and the model that is left.
+_Task = tuple[tuple[Term, ...], bool, dict]
+
+
+def prove_real(folder: Path, out: Path, jobs: int, again: bool, command: str, progress: Say,
+               pairs: bool = False) -> dict:
     """Run the test on every set below `folder`; writes real.json and index.html into `out`.
+
+    With `pairs` two terms at a time are taken out, too.
 
     Raises:
         InputError: no such folder, no set in it, or the tool gave no diagnosis.
@@ -69,7 +79,8 @@ def prove_real(folder: Path, out: Path, jobs: int, again: bool, command: str, pr
         shutil.rmtree(out / 'real', ignore_errors=True)
     out.mkdir(parents=True, exist_ok=True)
     result = {'date': datetime.now(UTC).isoformat(timespec='seconds'), 'command': command,
-              'sets': [_prove_set(one, out / 'real' / one.name, jobs, progress) for one in found]}
+              'sets': [_prove_set(one, out / 'real' / one.name, jobs, progress, pairs)
+                       for one in found]}
     result['wall_seconds'] = time.monotonic() - begin
     result['commits'] = commits_in(out / 'real')
     (out / 'real.json').write_text(json.dumps(result, indent=1), 'utf8')
@@ -78,13 +89,13 @@ def prove_real(folder: Path, out: Path, jobs: int, again: bool, command: str, pr
     return result
 
 
-def _prove_set(one: RealSet, at: Path, jobs: int, progress: Say) -> dict:
+def _prove_set(one: RealSet, at: Path, jobs: int, progress: Say, pairs: bool) -> dict:
     progress(f'{one.name}: the best model')
     first = _diagnosed(one, one.nominal, at / 'best')
     best = first.model
     terms = terms_of(best)
     few = one.train[::max(1, len(one.train) // _FEW)][:_FEW]
-    tasks: list[tuple[Term | None, bool, dict]] = [(None, False, best)]
+    tasks: list[_Task] = [((), False, best)]
     whole = _predicted(one, best, few, jobs)
     for term in terms:
         progress(f'{one.name}: without {term.text}')
@@ -93,12 +104,14 @@ def _prove_set(one: RealSet, at: Path, jobs: int, progress: Say) -> dict:
                                                    strict=True)]
         runs = [(run := read_signals(path), np.interp(run.time, said.time, torque))
                 for path, said, torque in zip(few, whole, gap, strict=True)]
-        tasks += [(term, False, left), (term, True, hidden_by_refit(left, term, runs))]
+        tasks += [((term,), False, left), ((term,), True, hidden_by_refit(left, term, runs))]
+    if pairs:
+        tasks += [((first_of_two, second), False, second.removed(first_of_two.removed(best)))
+                  for first_of_two, second in itertools.combinations(terms, 2)]
 
-    def done(task: tuple[Term | None, bool, dict]) -> _Diagnosis:
-        term, refitted, model = task
-        name = 'nothing' if term is None else term.effect + ('_refitted' if refitted else '')
-        said = _diagnosed(one, model, at / name)
+    def done(task: _Task) -> _Diagnosis:
+        name = _folder_of(*task[:2])
+        said = _diagnosed(one, task[2], at / name)
         progress(f'{one.name}: {name} done')
         return said
 
@@ -110,42 +123,79 @@ def _prove_set(one: RealSet, at: Path, jobs: int, progress: Say) -> dict:
     progress(f'{one.name}: the held-out ladder')
     return {'name': one.name, 'train': len(one.train), 'holdout': len(one.holdout),
             'nominal_claims': first.claims, 'best_effects': best['effects'],
+            'expected': met(one.expected, first.claims),
             'ladder': _ladder(one, first, jobs), 'rows': rows,
             'band': one.band, 'published': [vars(entry) for entry in one.published]}
 
 
-def judged(term: str, claims: list[str], anyway: list[str]) -> str:
+def _folder_of(terms: tuple[Term, ...], refitted: bool) -> str:
+    """Where the diagnosis of a model without these terms is kept."""
+    return ('_and_'.join(term.effect for term in terms) or 'nothing') + (
+        '_refitted' if refitted else '')
+
+
+def judged(terms: list[str], claims: list[str], anyway: list[str]) -> str:
     """What a list of names is worth; `anyway`: what is named with nothing taken out.
 
-    'just it', 'first' (others beside it), 'not first', 'another', 'nothing', or 'cannot tell'
-    where the term is named with nothing taken out, too.
+    Of one term: 'just it', 'first' (others beside it), 'not first', 'another', 'nothing', or
+    'cannot tell' where the term is named with nothing taken out, too. Of two: 'just both', 'both',
+    'one of both', 'another', 'nothing', or 'cannot tell'.
     """
-    if term in anyway:
-        return 'cannot tell' if term in claims else 'another'
+    if set(terms) & set(anyway):
+        return 'cannot tell' if set(terms) & set(claims) else 'another'
     new = [name for name in claims if name not in anyway]
     if not new:
         return 'nothing'
-    if term not in new:
+    named = [name for name in terms if name in new]
+    if not named:
         return 'another'
+    if len(terms) > 1:
+        both = len(named) == len(terms)
+        return 'one of both' if not both else 'just both' if len(new) == len(terms) else 'both'
     if len(new) == 1:
         return 'just it'
-    return 'first' if new[0] == term else 'not first'
+    return 'first' if new[0] == named[0] else 'not first'
 
 
-def _row(task: tuple[Term | None, bool, dict], said: _Diagnosis, control: _Diagnosis, least: float
-         ) -> dict:
-    term, refitted, _ = task
+def met(expected: tuple[Expected, ...], claims: list[dict]) -> list[dict]:
+    """How a machine's claims meet what an expert expects: the surest claim of each expectation,
+    and whether its number lies where it should; last, what is claimed beside, at 0.5 and more."""
+    found = []
+    for one in expected:
+        said = max((claim for claim in claims if claim['effect'] in one.names),
+                   key=lambda claim: claim['probability'], default=None)
+        number = None if said is None or not one.parameter else \
+            said['parameters'].get(one.parameter)
+        found.append({
+            'names': one.names, 'sure': one.sure,
+            'said': None if said is None else said['effect'],
+            'probability': 0.0 if said is None else said['probability'],
+            'parameter': one.parameter, 'low': one.low, 'high': one.high,
+            'value': None if number is None else number['value'],
+            'std': None if number is None else number['std'],
+            'inside': None if number is None else one.low <= number['value'] <= one.high})
+    names = {name for one in expected for name in one.names}
+    beside = [(claim['effect'], claim['probability']) for claim in claims
+              if claim['effect'] not in names and claim['probability'] >= _LIKELY]
+    return [*found, {'beside': beside}] if expected else []
+
+
+def _row(task: _Task, said: _Diagnosis, control: _Diagnosis, least: float) -> dict:
+    terms, refitted, _ = task
     before, after = (_rms(said.held_out, key) for key in ('rms_before', 'rms_after'))
     names = [claim['effect'] for claim in said.claims]
-    row = {'taken': None if term is None else term.effect,
-           'text': 'nothing' if term is None else term.text, 'refitted': refitted,
+    row = {'taken': [term.effect for term in terms], 'folder': _folder_of(terms, refitted),
+           'text': ' and '.join(term.text for term in terms) or 'nothing', 'refitted': refitted,
            'claims': [(claim['effect'], claim['probability']) for claim in said.claims],
            'times_best': before / least, 'after_times_best': after / least,
            'seconds': said.seconds, 'verdict': None, 'value': None, 'said': None, 'std': None,
            'parameter': None}
-    if term is None:
+    if not terms:
         return row
-    row['verdict'] = judged(term.effect, names, [claim['effect'] for claim in control.claims])
+    row['verdict'] = judged(row['taken'], names, [claim['effect'] for claim in control.claims])
+    if len(terms) > 1:
+        return row
+    (term,) = terms
     claim = next((claim for claim in said.claims if claim['effect'] == term.effect), None)
     if term.parameter is not None:
         row |= {'parameter': term.parameter, 'value': term.taken}
@@ -231,6 +281,23 @@ def _rung(label: str, parts: dict[str, tuple[Path, ...]], said: dict[str, list[P
             'moving': over(partial(moving_error, band=band))}
 
 
+def _as_expected(expected: list[dict]) -> list[str]:
+    lines = ['expected, and what was said of the nominal model:'] if expected else []
+    for entry in expected:
+        if 'beside' in entry:
+            beside = ', '.join(f'{name} {p:.2f}' for name, p in entry['beside']) or 'nothing'
+            lines.append(f'  beside it, at {_LIKELY:g} and more: {beside}')
+            continue
+        said = 'not named' if entry['said'] is None else \
+            f'{entry["said"]} {entry["probability"]:.2f}'
+        if entry['value'] is not None:
+            said += (f'; {entry["parameter"]} {entry["value"]:.3g}, expected '
+                     f'{entry["low"]:.3g} to {entry["high"]:.3g}')
+        sure = 'sure' if entry['sure'] else 'likely'
+        lines.append(f'  {" or ".join(entry["names"])} ({sure}): {said}')
+    return lines
+
+
 def as_text(result: dict) -> str:
     """A page of text."""
     lines = []
@@ -249,6 +316,7 @@ def as_text(result: dict) -> str:
             told = [f'{"–":>9s}' if n is None else f'{100 * n:7.2f} %'
                     if entry['measure'] == 'force' else f'   {n:.3g} rms' for n in numbers]
             lines.append(f'  published, {entry["who"]}: {" ".join(told)}')
+        lines += _as_expected(one['expected'])
         lines.append('taken out, and what was named:')
         for row in one['rows']:
             names = ', '.join(f'{name} {p:.2f}' for name, p in row['claims']) or 'nothing'

@@ -8,8 +8,10 @@ from engb_core.report.wording import effect_name, parameter_name, percent
 
 __all__ = ['real_page']
 
-_GOOD = ('just it', 'first')
+_JUST = ('just it', 'just both')
+_GOOD = (*_JUST, 'first', 'both')
 _MEANING = {
+    'just both': 'just both', 'both': 'both, others beside them', 'one of both': 'one of both',
     'just it': 'just it', 'first': 'first, others beside it', 'not first': 'it, but not first',
     'another': 'something else', 'nothing': 'nothing new',
     'cannot tell': 'named with nothing taken out, too'}
@@ -20,20 +22,21 @@ def real_page(result: dict, *, backend: str | None = None) -> Page:
     page = Page('engb prove --real', backend=backend)
     rows = [row for one in result['sets'] for row in one['rows']
             if row['taken'] and row['verdict'] != 'cannot tell']
-    just = sum(row['verdict'] == 'just it' for row in rows)
+    just = sum(row['verdict'] in _JUST for row in rows)
     good = sum(row['verdict'] in _GOOD for row in rows)
     page.header(
         f'Real recordings · {result["date"]}',
-        f'In {just} of {len(rows)} models of a real machine that lacked one term, just that '
-        'term was named',
-        [f'In {good} it was named first. The recordings are what they are: only the model that '
-         'the tool is handed lacks a term.'], tone='info', key=[
+        f'In {just} of {len(rows)} models of a real machine that lacked a term, or two, just that '
+        'was named',
+        [f'In {good} it was named first, or both were. The recordings are what they are: only the '
+         'model that the tool is handed lacks a term.'], tone='info', key=[
              ('named, nothing else', f'{just}', f'of {len(rows)} models'),
              ('named first', f'{good}', f'of {len(rows)} models'),
              ('seconds', f'{sum(r["seconds"] for r in rows) / max(len(rows), 1):.1f}',
               'a diagnosis, on average')])
     for one in result['sets']:
         _ladder(page, one)
+        _expected(page, one)
         _rows(page, one)
     page.section('How this was measured')
     page.text('The tool corrected the nominal model of each machine, as a separate process; its '
@@ -78,12 +81,10 @@ def _ladder(page: Page, one: dict) -> None:
 
 
 def _rows(page: Page, one: dict) -> None:
-    page.subsection('One term taken out')
+    page.subsection('Terms taken out')
     rows = []
     for row in one['rows']:
-        name = 'nothing' if row['taken'] is None else row['taken'] + (
-            '_refitted' if row['refitted'] else '')
-        link = Html(f'<a href="real/{escape(one["name"])}/{escape(name)}/report.html">'
+        link = Html(f'<a href="real/{escape(one["name"])}/{escape(row["folder"])}/report.html">'
                     f'{escape(row["text"])}</a>')
         said = ', '.join(f'{effect_name(effect)} {p:.2f}' for effect, p in row['claims']) \
             or 'nothing'
@@ -97,8 +98,31 @@ def _rows(page: Page, one: dict) -> None:
                'model. Below about 1.1 before, what was taken out can hardly be seen.')
     counted = [row['verdict'] for row in one['rows']
                if row['taken'] and row['verdict'] != 'cannot tell']
-    page.text(f'Just the term: {percent(counted.count("just it") / max(len(counted), 1))} of '
+    just = sum(verdict in _JUST for verdict in counted)
+    page.text(f'Just what was taken out: {percent(just / max(len(counted), 1))} of '
               f'{len(counted)} models.')
+
+
+def _expected(page: Page, one: dict) -> None:
+    if not one['expected']:
+        return
+    page.subsection('What an expert expects, and what was said of the nominal model')
+    rows = []
+    for entry in one['expected']:
+        if 'beside' in entry:
+            continue
+        number = '–' if entry['value'] is None else (
+            f'{parameter_name(entry["parameter"])} {entry["value"]:.3g}, expected '
+            f'{entry["low"]:.3g} to {entry["high"]:.3g}')
+        rows.append([' or '.join(effect_name(name) for name in entry['names']),
+                     'sure' if entry['sure'] else 'likely',
+                     'not named' if entry['said'] is None else effect_name(entry['said']),
+                     f'{entry["probability"]:.2f}', number])
+    page.table([Column('expected'), Column('how sure'), Column('named'),
+                Column('probability', number=True), Column('its number')], rows)
+    beside = one['expected'][-1]['beside']
+    page.text('Beside it, at 0.5 and more: ' + (', '.join(
+        f'{effect_name(name)} {p:.2f}' for name, p in beside) or 'nothing') + '.')
 
 
 def _value(row: dict) -> str:

@@ -13,7 +13,7 @@ import yaml
 
 from engb_core.errors import InputError
 
-__all__ = ['Published', 'RealSet', 'sets_in', 'with_loop']
+__all__ = ['Expected', 'Published', 'RealSet', 'sets_in', 'with_loop']
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,23 @@ class Published:
 
 
 @dataclass(frozen=True)
+class Expected:
+    """A cause that an expert expects in a machine.
+
+    Attributes:
+        names: any of these says it.
+        sure: whether the expert is sure, or holds it for likely or possible only.
+        parameter: whose number is expected from `low` to `high` ('': none is).
+    """
+
+    names: tuple[str, ...]
+    sure: bool
+    parameter: str = ''
+    low: float = 0.0
+    high: float = 0.0
+
+
+@dataclass(frozen=True)
 class RealSet:
     """Recordings of one machine; `nominal` is the mapping of its model file, `band` [Hz] that up
     to which its position tells the torque that its motion needs."""
@@ -37,6 +54,7 @@ class RealSet:
     holdout: tuple[Path, ...]
     published: tuple[Published, ...]
     band: float
+    expected: tuple[Expected, ...] = ()
 
 
 # Janot, Gautier and Brunot (2019), as told on nonlinearbenchmark.org; the folder's README.
@@ -50,6 +68,22 @@ _SERVO = (
     Published('recorders: most detailed friction (their subset)', 'position', None, 0.031),
 )
 _PUBLISHED = {'emps': _EMPS, 'servo_sts3215': _SERVO}
+# From the table at the end of the folder's README. The servo's rate limit is that of the goal;
+# its delay is that of the goal or of the torque.
+_EXPECTED = {
+    'emps': (
+        Expected(('asymmetric_friction',), True),
+        Expected(('actuation_lag', 'effort_measurement_lag', 'sampling_delay'), False),
+        Expected(('stribeck_friction', 'nonlinear_viscous_friction'), False)),
+    'servo_sts3215': (
+        Expected(('command_delay', 'actuation_lag'), True),
+        Expected(('command_rate_limit',), True, 'speed', 4.5, 5.5),
+        Expected(('load_dependent_friction',), True, 'load_gain', 0.3, 0.45)),
+    'ak80_pendulum': (
+        Expected(('effort_scale_error',), False, 'scale', 1.0 / 1.26, 1.0 / 1.19),
+        Expected(('coulomb_friction_error',), True, 'coulomb', 0.14, 0.2),
+        Expected(('actuation_lag', 'effort_measurement_lag'), False)),
+}
 # Coarse counts end it early; of a machine that is not listed nothing is known.
 _BANDS = {'emps': 40.0, 'servo_sts3215': 8.0, 'ak80_pendulum': 8.0}
 _USUAL_BAND = 20.0
@@ -81,7 +115,7 @@ def _set(home: Path) -> RealSet:
         raise InputError(f'{home}: needs recordings named train… and holdout…')
     nominal = yaml.safe_load((home / 'nominal.yaml').read_text('utf8'))
     return RealSet(home.name, nominal, train, holdout, _PUBLISHED.get(home.name, ()),
-                   _BANDS.get(home.name, _USUAL_BAND))
+                   _BANDS.get(home.name, _USUAL_BAND), _EXPECTED.get(home.name, ()))
 
 
 def with_loop(one: RealSet, model: dict, recording: Path) -> dict:

@@ -13,7 +13,11 @@ from .catalogue import known
 from .nominal import low_pass
 from .signals import RATE, Signals
 
-__all__ = ['hidden_by_refit', 'Term', 'terms_of', 'without_descriptions']
+__all__ = ['COMMAND_EFFECTS', 'hidden_by_refit', 'Term', 'terms_of', 'without_descriptions']
+
+# Names of the contract's additions that no generated case holds: a drive that is told positions.
+COMMAND_EFFECTS = ('command_delay', 'command_rate_limit', 'effort_scale_error', 'back_emf',
+                   'effort_measurement_lag')
 
 _LEAST_SPEED = 0.02     # of the largest: below it the axis counts as standing
 
@@ -74,8 +78,14 @@ def terms_of(model: dict) -> list[Term]:
     if any(load.get('coefficients', [load.get('amplitude', 0.0)])):
         found.append(Term('load_stiffness_error', 'half of the load torque', 'scale', 2.0,
                           _half_load))
-    found += [_effect(one) for one in model['effects'] if one['effect'] in known()]
+    found += [_effect(one) for one in model['effects'] if _is_named(one['effect'])]
     return found
+
+
+def _is_named(effect: str) -> bool:
+    """Whether an effect of a model is a cause that the tool may name, those of a drive's command
+    among them; and no description of a remainder."""
+    return effect in known() or effect in COMMAND_EFFECTS
 
 
 def _effect(setting: dict) -> Term:

@@ -13,9 +13,9 @@ from engb_ros.commands.main import main
 from tests.proof.bagfile import Bench, write_recording
 from tests.proof.nominal import Nominal
 from tests.proof.plant_record import blank_plant
-from tests.proof.real import judged
+from tests.proof.real import judged, met
 from tests.proof.real_ladder import force_error, moving_error, plain_rungs, Prediction
-from tests.proof.real_sets import sets_in, with_loop
+from tests.proof.real_sets import Expected, sets_in, with_loop
 from tests.proof.real_terms import hidden_by_refit, terms_of
 from tests.proof.references import short_test
 from tests.proof.sensors import record, Sensors
@@ -41,7 +41,36 @@ MODEL = {
     (['backlash'], ['backlash'], 'cannot tell'),
 ])
 def test_what_a_list_of_names_is_worth(claims: list, anyway: list, verdict: str) -> None:
-    assert judged('backlash', claims, anyway) == verdict
+    assert judged(['backlash'], claims, anyway) == verdict
+
+
+@pytest.mark.parametrize(('claims', 'anyway', 'verdict'), [
+    (['backlash', 'pad_creep'], [], 'just both'),
+    (['torque_offset', 'pad_creep', 'backlash'], [], 'both'),
+    (['torque_offset', 'pad_creep', 'backlash'], ['torque_offset'], 'just both'),
+    (['torque_offset', 'backlash'], [], 'one of both'),
+    (['torque_offset'], [], 'another'),
+    ([], [], 'nothing'),
+    (['backlash', 'pad_creep'], ['backlash'], 'cannot tell'),
+])
+def test_what_names_are_worth_where_two_terms_are_gone(claims: list, anyway: list, verdict: str,
+                                                       ) -> None:
+    assert judged(['backlash', 'pad_creep'], claims, anyway) == verdict
+
+
+def test_what_an_expert_expects_is_held_against_what_was_said() -> None:
+    expected = (Expected(('command_rate_limit',), True, 'speed', 4.5, 5.5),
+                Expected(('actuation_lag', 'command_delay'), False))
+    claims = [{'effect': 'command_rate_limit', 'probability': 0.7,
+               'parameters': {'speed': {'value': 5.8, 'std': 0.1}}},
+              {'effect': 'backlash', 'probability': 0.6, 'parameters': {}},
+              {'effect': 'pad_creep', 'probability': 0.2, 'parameters': {}}]
+    limit, lag, beside = met(expected, claims)
+    assert limit['probability'] == 0.7
+    assert limit['inside'] is False
+    assert lag['said'] is None
+    assert beside == {'beside': [('backlash', 0.6)]}
+    assert met((), claims) == []
 
 
 def test_every_term_of_a_model_can_be_taken_out() -> None:
@@ -118,6 +147,7 @@ def test_sets_are_found_and_a_servo_gets_its_gain(tmp_path: Path) -> None:
     (['--real', '.', '--out', 'x'], 'no nominal.yaml'),
     (['--real', '.', '--out', 'x', '--cases', '3'], 'leave --cases away'),
     (['--real', '.'], '--out DIR is needed'),
+    (['--pairs', '--out', 'x'], '--pairs belongs to --real'),
 ])
 def test_wrong_calls_end_in_one_line(arguments: list[str], told: str, tmp_path: Path,
                                      monkeypatch: pytest.MonkeyPatch,
