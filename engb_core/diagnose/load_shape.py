@@ -16,6 +16,7 @@ from engb_core.diagnose.constants import CLEAN_EXCESS, INSISTED
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
+from engb_core.diagnose.more_orders import orders_of, with_orders_only
 from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
 from engb_core.diagnose.numbers import NumberFinding
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
@@ -33,9 +34,12 @@ REPEATS = 5.0
 def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
     """Return whether a wave over the motor angle, if that is what the effect is, comes often
     enough to be told from the form of the load curve; one without an order comes once a turn."""
+    return effect.reveals != 'motor_angle' or _repeats(fitter, values.get('order', 1.0))
+
+
+def _repeats(fitter: Fitter, order: float) -> bool:
     low, high = fitter.problem.scene.position_range
-    return effect.reveals != 'motor_angle' or \
-        values.get('order', 1.0) * (high - low) >= 2.0 * np.pi * REPEATS
+    return order * (high - low) >= 2.0 * np.pi * REPEATS
 
 
 def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
@@ -52,7 +56,7 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
                                     chosen.hypothesis.named(chosen.vector, index))}
     # By the one measure of noise for both.
     if instead:
-        fewer = fitter.evaluate(*without_effects(chosen, instead))
+        fewer = _without_slow_waves(fitter, chosen, instead)
         left = reduced_chi_square(_freed(free, fewer), fitter) - 1.0
         if not worth_a_further_effect(left, after, whole):
             return free
@@ -61,6 +65,19 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
     beside = reduced_chi_square(_freed(free, chosen), fitter) - 1.0
     left = reduced_chi_square(chosen, fitter) - 1.0
     return free if worth_a_further_effect(left, beside, whole) else None
+
+
+def _without_slow_waves(fitter: Fitter, fit: Fit, instead: set[int]) -> Fit:
+    """Return a fit, not fitted anew, without the effects that may be the load curve; of a cogging
+    torque of several orders those stay that repeat often enough."""
+    for index in sorted(instead):
+        values = fit.hypothesis.named(fit.vector, index)
+        quick = [number for number, order in orders_of(values).items()
+                 if _repeats(fitter, order)] if 'order' in values else []
+        if quick:
+            fit = with_orders_only(fitter, fit, index, quick)
+            instead = instead - {index}
+    return fitter.evaluate(*without_effects(fit, instead))
 
 
 def _may_be_the_curve(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:

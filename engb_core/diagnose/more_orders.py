@@ -7,6 +7,7 @@ or an eccentric encoder. So the orders are added before any other effect is trie
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from engb_core.diagnose.starts import settings_from_residual
 from engb_core.diagnose.uncertainty import stands_out
 from engb_core.effects.cogging_torque import EFFECT, MORE_ORDERS, with_orders
 
-__all__ = ['with_more_orders', 'without_idle_orders']
+__all__ = ['orders_of', 'with_more_orders', 'with_orders_only', 'without_idle_orders']
 
 # An order is another one if it lies this part off all that are there, and off their harmonics.
 APART = 0.02
@@ -64,31 +65,45 @@ def without_idle_orders(fitter: Fitter, fit: Fit) -> Fit:
                 if stands_out(finished, fitter, index, name)]
         if len(kept) == len(sizes):
             return fit
-        effect = scaled(with_orders(1 + len(kept)), fitter.problem.scene)
-        sources = {parameter.name: parameter.name for parameter in EFFECT.parameters} | {
-            f'{name}_{2 + place}': f'{name}_{number}' for place, number in enumerate(kept)
-            for name in ('amplitude', 'order', 'phase')}
-        variants = list(fit.hypothesis.variants)
-        variants[index] = replace(variant, effect=effect, constants=tuple(
-            EFFECT.defaults[name] for name, _ in effect.constants))
-        hypothesis = fitter.hypothesis(tuple(variants), fit.hypothesis.numbers)
-        numbers = len(fit.hypothesis.numbers)
-        before = {(owner, fit.hypothesis.parameter(entry).name, run): fit.vector[numbers + entry]
-                  for entry, (owner, _, run) in enumerate(fit.hypothesis.places)}
-        values = []
-        for entry, (owner, _, run) in enumerate(hypothesis.places):
-            name = hypothesis.parameter(entry).name
-            values.append(before[owner, sources[name] if owner == index else name, run])
-        return fitter.refine(fitter.evaluate(
-            hypothesis, np.concatenate([fit.vector[:numbers], values])))
+        return fitter.refine(with_orders_only(fitter, fit, index,
+                                              [1, *(int(number) for number in kept)]))
     return fit
+
+
+def orders_of(values: Mapping[str, float]) -> dict[int, float]:
+    """Return the orders of a cogging torque by their number in its list, the leading one first."""
+    more = {number: values[f'order_{number}'] for number in range(2, 2 + MORE_ORDERS)
+            if values.get(f'amplitude_{number}', 0.0) > 0.0}
+    return {1: values['order'], **more}
+
+
+def with_orders_only(fitter: Fitter, fit: Fit, index: int, kept: Sequence[int]) -> Fit:
+    """Return a fit, not fitted anew, whose cogging (the effect at `index`) has only some of its
+    orders, by their numbers; the first of them leads, with harmonics where it led before."""
+    effect = scaled(with_orders(len(kept)), fitter.problem.scene)
+    sources = {parameter.name: parameter.name for parameter in EFFECT.parameters
+               if kept[0] == 1} | {
+        name if place == 0 else f'{name}_{1 + place}': name if number == 1 else f'{name}_{number}'
+        for place, number in enumerate(kept) for name in ('amplitude', 'order', 'phase')}
+    variants = list(fit.hypothesis.variants)
+    variants[index] = replace(variants[index], effect=effect, constants=tuple(
+        EFFECT.defaults[name] for name, _ in effect.constants))
+    hypothesis = fitter.hypothesis(tuple(variants), fit.hypothesis.numbers)
+    numbers = len(fit.hypothesis.numbers)
+    before = {(owner, fit.hypothesis.parameter(entry).name, run): fit.vector[numbers + entry]
+              for entry, (owner, _, run) in enumerate(fit.hypothesis.places)}
+    values = []
+    for entry, (owner, _, run) in enumerate(hypothesis.places):
+        name = hypothesis.parameter(entry).name
+        source = sources.get(name) if owner == index else name
+        values.append(0.0 if source is None else before[owner, source, run])
+    return fitter.evaluate(hypothesis, np.concatenate([fit.vector[:numbers], values]))
 
 
 def _is_new(fit: Fit, order: float) -> bool:
     values = fit.hypothesis.named(fit.vector, 0)
-    there = [values['order'] * harmonic for harmonic in HARMONICS]
-    there += [values[f'order_{number}'] for number in range(2, 2 + MORE_ORDERS)
-              if values[f'amplitude_{number}'] > 0.0]
+    leading, *others = orders_of(values).values()
+    there = [leading * harmonic for harmonic in HARMONICS] + others
     return all(abs(order - other) > APART * other for other in there)
 
 
