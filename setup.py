@@ -67,7 +67,7 @@ setup(
         'docs': ['sphinx>=7', 'myst-parser>=3'],
         # The tests that run what `engb export` makes, and FMUs and MJCF files as nominals.
         'simulators': ['fmpy>=0.3.20', 'mujoco>=3.4', 'cppcheck>=1.5'],
-        'coverage': ['pytest-cov>=4.1'],
+        'coverage': ['coverage>=7.10'],
         'mutants': ['cosmic-ray>=8.3,<9'],
         # Rivals in `engb prove --baselines`.
         'proof': ['pysindy>=2.0', 'pyoperon>=0.6'],
