@@ -15,7 +15,6 @@ from engb_core.control.causes import Cause
 from engb_ros.interface import (
     CLEAR_FAULTS,
     CONTROLLER_ACTIVATION,
-    JOINT_STATES,
     POSITION_COMMAND,
     POSITION_COMMAND_STAMPED,
     RECORDED,
@@ -161,21 +160,6 @@ def bad_command(loop: WatchedLoop) -> Times:
         return loop.has(Cause.COMMAND_NOT_FINITE)
     loop.until(told, 'the cause')
     return {'told': loop.noticed(begin, 'command_not_finite')}
-
-
-def bad_state(loop: WatchedLoop) -> Times:
-    """Send joint states of an hour from now until one is read (the loop reads the newest)."""
-    begin = time.time_ns()
-    from sensor_msgs.msg import JointState
-    stamp = loop.states[-1].header.stamp
-    message = JointState(name=['motor'], position=[loop.position], velocity=[0.0], effort=[0.0])
-    message.header.stamp.sec, message.header.stamp.nanosec = stamp.sec + 3600, stamp.nanosec
-
-    def told() -> bool:
-        loop.probe.publish(JOINT_STATES, message)
-        return loop.has(Cause.CLOCK_JUMP)
-    loop.until(told, 'the cause')
-    return {'told': loop.noticed(begin, 'clock_jump')}
 
 
 def second_controller(loop: WatchedLoop) -> Times:
@@ -348,9 +332,11 @@ FAULTS = (
     Fault('command NaN, infinite, out of range, jumping', 'at once; told with '
           '`diagnostics_period`', 'not taken', 'test_garbage_and_stale_commands', 'plant',
           bad_command),
-    Fault('joint state NaN, jumping, of a wrong joint; clock jumps', 'at once; told with '
-          '`diagnostics_period`', 'sample not used; nothing integrated over a jump',
-          'test_garbage_joint_states_and_jumps_of_the_clock', 'plant', bad_state),
+    Fault('joint state NaN, jumping, of a wrong joint; clock jumps', 'at once, of the seventh '
+          'sample; told with `diagnostics_period`', 'sample not used; nothing integrated over a '
+          'jump',
+          'test_garbage_joint_states_and_jumps_of_the_clock', 'spoilt',
+          spoilt('angle_nan_now', 'state_not_finite')),
     Fault('second controller', 'discovery (up to 3 s) + 0.2 s', 'the later one yields, silent',
           'test_two_controllers_at_once', 'plant', second_controller),
     Fault('observer killed', '`observer_timeout` + a cycle; told with `diagnostics_period`',
@@ -521,6 +507,15 @@ UNTIMED = (
     ('torque of 1e6 N·m, or none that is finite, from a stranger', '0.1 s after discovery',
      'not taken by the drive; told, degraded',
      'test_torque_of_an_intruder_that_no_controller_asks_for_does_nothing'),
+    ('joint states of a stranger, three thousand a second', '0.1 s after discovery',
+     'not used; told, degraded', 'test_joint_states_of_a_stranger_are_told_and_not_used'),
+    ('a stranger\'s torque beside a primary that is killed', '`takeover_time`',
+     'the standby takes over; the stranger is not obeyed',
+     'test_a_stranger_who_speaks_beside_the_primary_keeps_no_standby_from_taking_over'),
+    ('primary frozen that goes on, two standbys', '`takeover_time`', 'one goes on',
+     'test_a_primary_that_was_frozen_and_goes_on_lets_nothing_go'),
+    ('a time below nought on /clock', 'the message', 'not taken; the nodes go on',
+     'test_a_time_below_nought_ends_no_node'),
     ('torque within the limit from a stranger', '0.1 s after discovery', 'not taken by the drive; '
      'told, degraded', 'test_torque_of_an_intruder_within_the_limit_is_told_and_moves_nothing'),
     ('torque of a second node, of a drive on CAN', '0.5 s', 'not passed on; told',

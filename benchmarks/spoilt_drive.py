@@ -27,7 +27,12 @@ __all__ = ['FAULTS', 'SpoiltDriveNode']
 FAULTS = ('none', 'stamps_stand', 'stamps_nought', 'clock_back', 'clock_forward', 'angle_jumps',
           'angle_far', 'angle_glitches', 'angle_nan', 'angle_stuck', 'off', 'weak', 'reversed',
           'stuck', 'biased', 'deaf_for_a_second', 'seized', 'refuses', 'holds_on', 'no_disc',
-          'no_effort', 'effort_infinite', 'velocity_reversed', 'velocity_none')
+          'no_effort', 'effort_infinite', 'velocity_reversed', 'velocity_none', 'other_joint_now',
+          'no_joint_now', 'angle_nan_now', 'velocity_infinite_now', 'angle_far_now',
+          'clock_forward_now', 'clock_back_now')
+
+# What ends in `_now` spoils one of so many messages.
+GLITCH = 7
 
 # As a bridge does, it says again and again that it does not obey [s].
 SAY_PERIOD = 0.01
@@ -56,6 +61,8 @@ class SpoiltDriveNode(PlantNode):
             send = self.create_lifecycle_publisher(
                 JointState, interface.JOINT_STATES.name,
                 QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)).publish
+
+        self._send = send
 
         def spoilt(message: JointState) -> None:
             self._count += 1
@@ -86,11 +93,32 @@ class SpoiltDriveNode(PlantNode):
         from std_msgs.msg import String
         self._publish_drive(String(data=word))
 
+    def _spoil_one(self, message: JointState, fault: str) -> None:
+        """Change one of many messages, whose object is used again for the next one."""
+        spoilt = JointState(name=['wheel' if fault == 'other_joint_now' else message.name[0]],
+                            position=[message.position[0]], velocity=[message.velocity[0]],
+                            effort=[message.effort[0]])
+        shift = {'clock_forward_now': 3600, 'clock_back_now': -3600}.get(fault, 0)
+        spoilt.header.stamp.sec = message.header.stamp.sec + shift
+        spoilt.header.stamp.nanosec = message.header.stamp.nanosec
+        if fault == 'no_joint_now':
+            spoilt = JointState()
+        elif fault == 'angle_nan_now':
+            spoilt.position[0] = math.nan
+        elif fault == 'velocity_infinite_now':
+            spoilt.velocity[0] = math.inf
+        elif fault == 'angle_far_now':
+            spoilt.position[0] = 1e5
+        self._send(spoilt)
+
     def _spoil(self, message: JointState) -> bool:
         """Change a message; return whether it is sent."""
         fault, stamp = self.values['fault'], message.header.stamp
         if fault in ('refuses', 'holds_on') and self._count % self._say_every == 0:
             self._say(fault)
+        if fault.endswith('_now') and self._count % GLITCH == 0:
+            self._spoil_one(message, fault)
+            return False
         if fault == 'stamps_stand':
             if self._stood is None:
                 self._stood = (stamp.sec, stamp.nanosec)
@@ -105,7 +133,7 @@ class SpoiltDriveNode(PlantNode):
             message.position[0] -= 8.0
         elif fault == 'angle_far':
             message.position[0] += 500.0
-        elif fault == 'angle_glitches' and self._count % 7 == 0:
+        elif fault == 'angle_glitches' and self._count % GLITCH == 0:
             message.position[0] += 30.0
         elif fault == 'angle_nan':
             message.position[0] = math.nan

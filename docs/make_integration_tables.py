@@ -19,8 +19,8 @@ __all__ = ['filled', 'tables']
 PAGE = Path(__file__).resolve().parents[1] / 'docs' / 'integrate.md'
 
 _QOS = {
-    'state': 'reliable, depth 10 000; loops read best effort, depth 1',
-    'command': 'reliable, depth 1; read best effort, depth 1',
+    'state': 'reliable, depth 10 000; loops read best effort, the newest',
+    'command': 'reliable, depth 1; read best effort, the newest',
     'request': 'reliable, depth 1; read best effort, depth 50',
     'status': 'reliable, transient local, depth 1',
 }

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+import contextlib
 import resource
 import signal
 import subprocess
@@ -18,6 +19,14 @@ from tests.machine import Watch
 signal.signal(signal.SIGINT, signal.default_int_handler)
 # So with SIGHUP where they are started to outlive the terminal.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+# No example has to end in 0.2 s, hypothesis' deadline: a busy computer lets any of them wait, and
+# it is none of what they test.
+with contextlib.suppress(ImportError):   # where it is not installed its tests are left out
+    from hypothesis import settings
+
+    # Another profile that was chosen (tests/mutants) stays.
+    settings.register_profile('default', settings.get_profile('default'), deadline=None)
 
 BEGIN = pytest.StashKey[float]()
 WATCH = pytest.StashKey[Watch]()

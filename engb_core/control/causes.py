@@ -203,7 +203,7 @@ CAUSES: dict[Cause, CauseInfo] = {
         'the disc counts as standing; the force estimate relies on the angle alone'),
     Cause.OTHER_DRIVE: CauseInfo(
         Severity.DEGRADED, 'more than one node publishes `joint_states`',
-        'samples that jump or do not advance are not used'),
+        'those of who came first are used alone'),
     Cause.STANDBY_NOT_READY: CauseInfo(
         Severity.DEGRADED, 'this standby hears no torque of a primary yet, or has not yet found '
         'its drive among the listeners of `effort_command`',

@@ -27,10 +27,12 @@ from rclpy.qos import (
     QoSProfile,
     ReliabilityPolicy,
 )
+from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 
 from engb_core.errors import InputError
 from engb_ros.interface import Service, Topic
+from engb_ros.nodes.known_publisher import KnownPublisherSubscription
 from engb_ros.nodes.messages import message_class, publisher_qos, subscription_qos
 from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
 from engb_ros.nodes.realtime import use_realtime
@@ -68,6 +70,7 @@ class ManagedNode(LifecycleNode):
         self.values = declare(self, self.specs)
         self.sim_time = bool(self.get_parameter('use_sim_time').value)
         self._guard_services()
+        self._guard_clock()
         # The first line of a log costs 20 to 50 ms otherwise: rclpy asks `inspect` for its place,
         # which looks through all modules then. It would be that of a fault, in the control loop.
         inspect.getframeinfo(inspect.stack(0)[0].frame)
@@ -144,6 +147,38 @@ class ManagedNode(LifecycleNode):
         self._owned.append((self.destroy_subscription, subscription))
         return subscription
 
+    def listen_by_publisher(self, topic: Topic, callback: Callable[[Any, bytes | None], None],
+                            raw: bool = False) -> Any:
+        """Call `callback` with the newest message of each publisher, and what tells that one from
+        the others (None where rcl cannot be asked, and of the newest of all then); return the
+        subscription. `raw`: with the serialised bytes."""
+        kind = message_class(topic.type)
+
+        def taken(data: bytes, publisher: bytes | None) -> None:
+            try:
+                message = deserialize_message(data, kind)
+            except rclpy_implementation.RMWError:   # bytes that are no message
+                return
+            callback(message, publisher)
+
+        try:
+            subscription = KnownPublisherSubscription(
+                self, kind, topic.name, callback if raw else taken)
+        except (OSError, AttributeError) as error:
+            self.get_logger().warning(
+                f'publishers of {topic.name} cannot be told apart, all are heard: {error}')
+            return self.listen(topic, lambda message: callback(message, None), raw=raw)
+        self._owned.append((KnownPublisherSubscription.destroy, subscription))
+        return subscription
+
+    def give_back(self, made: Any) -> None:
+        """Give back what one of these helpers made, before a cleanup does."""
+        for entry in self._owned:
+            if entry[1] is made:
+                self._owned.remove(entry)
+                entry[0](made)
+                return
+
     def _tell_who_asks_for_more(self, topic: Topic, event: Any) -> None:
         policy = qos_policy_name_from_kind(event.last_policy_kind)
         self.get_logger().warning(
@@ -201,6 +236,14 @@ class ManagedNode(LifecycleNode):
         parameter of a type that is none): rclpy would end the node."""
         for service in self.services:
             service.callback = self._guarded(service.callback, service.srv_name)
+
+    def _guard_clock(self) -> None:
+        """Leave out a time that rclpy cannot take (below nought): it would end the node."""
+        for subscription in self.subscriptions:
+            if subscription.topic == '/clock':
+                take = subscription.callback
+                subscription.callback = lambda message, take=take: (
+                    take(message) if message.clock.sec >= 0 else None)
 
     def _guarded(self, callback: Callable[[Any, Any], Any],
                  name: str) -> Callable[[Any, Any], Any]:
@@ -267,7 +310,7 @@ class ManagedNode(LifecycleNode):
         """Give everything back, threads too: one that runs on keeps services in the graph that
         nobody answers."""
         try:
-            self.close()
+            self._give_back()
         finally:
             super().destroy_node()
 

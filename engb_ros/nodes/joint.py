@@ -14,7 +14,6 @@ from sensor_msgs.msg import JointState
 from engb_core.control.publisher_watch import PublisherWatch
 from engb_core.model import Model
 from engb_ros import interface
-from engb_ros.nodes.messages import InformedCallback
 from engb_ros.nodes.parameters import ParameterSpec
 
 if TYPE_CHECKING:
@@ -54,14 +53,14 @@ def listen_for_effort(node: ManagedNode, values: dict[str, Any], joint: str,
     watch = PublisherWatch(values['command_timeout'], values['effort_limit'])
     by_joint = values['effort_source'] == 'joint_command'
 
-    def on_command(message: Any, number: int | None, sent: float, came: float) -> None:
+    def on_command(message: Any, publisher: bytes | None) -> None:
         torque = joint_effort(message, joint) if by_joint else message.data
-        if not watch.obeys(monotonic(), torque, number, sent, came):
+        if not watch.obeys(monotonic(), torque, publisher):
             if node.count_publishers(topic) > 1:
                 ignored()
                 return
-            watch.forget()   # there is nobody else: messages were lost
+            watch.forget()   # there is nobody else any more
         callback(torque)
 
-    topic = node.listen(interface.JOINT_COMMAND if by_joint else interface.EFFORT_COMMAND,
-                        InformedCallback(on_command)).topic_name
+    topic = node.listen_by_publisher(
+        interface.JOINT_COMMAND if by_joint else interface.EFFORT_COMMAND, on_command).topic_name

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable
 from importlib import import_module
-from inspect import Parameter, Signature
 import math
 import struct
 from typing import Any, NamedTuple
@@ -17,7 +15,7 @@ from sensor_msgs.msg import JointState
 
 from engb_ros.interface import Topic
 
-__all__ = ['CLAMP', 'InformedCallback', 'JointMessage', 'JointSample', 'StampClock',
+__all__ = ['CLAMP', 'JointMessage', 'JointSample', 'StampClock',
            'StampedCommand', 'joint_sample', 'message_class', 'publisher_qos', 'scalar',
            'stamped_command', 'subscription_qos']
 
@@ -68,29 +66,6 @@ def subscription_qos(topic: Topic, every: bool = False) -> QoSProfile:
     return QoSProfile(history=HistoryPolicy.KEEP_LAST,
                       depth=_REQUESTS if topic.kind == 'request' else 1,
                       reliability=ReliabilityPolicy.BEST_EFFORT)
-
-
-class InformedCallback:
-    """A subscription's callback that is told of each message which one of its publisher's it is,
-    when that one sent it, and when it came.
-
-    Args:
-        callback: called with the message, its number (None where the middleware counts none), the
-            publisher's time and that of its coming, on this computer's clock [s].
-    """
-
-    # By this rclpy sees that it takes a message and what is known of it.
-    __signature__ = Signature([Parameter(name, Parameter.POSITIONAL_ONLY)
-                               for name in ('message', 'info')])
-
-    def __init__(self, callback: Callable[[Any, int | None, float, float], None]) -> None:
-        self._callback = callback
-
-    def __call__(self, *taken: Any) -> None:
-        # The EventsExecutor of Jazzy hands both over as one tuple, the others as two arguments.
-        message, info = taken if len(taken) == 2 else taken[0]
-        self._callback(message, info['publication_sequence_number'],
-                       1e-9 * info['source_timestamp'], 1e-9 * info['received_timestamp'])
 
 
 class JointSample(NamedTuple):

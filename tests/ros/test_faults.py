@@ -23,7 +23,7 @@ from engb_ros.interface import (
 )
 from engb_ros.nodes.messages import publisher_qos
 from engb_ros.processes.runner import node_command
-from ros.loops import ATTEMPTS, can_drive, closed_loop, FAULTS, plant, STATE_TIMEOUT
+from ros.loops import ATTEMPTS, BRAKE, can_drive, closed_loop, FAULTS, plant, STATE_TIMEOUT
 
 # Which drive, and which of its nodes is hit.
 HIT = [('plant', 'plant'), ('can', 'drive_emulator'), ('can', 'can_bridge')]
@@ -175,43 +175,67 @@ def test_garbage_and_stale_commands(runner, probe):
 
 
 def test_garbage_joint_states_and_jumps_of_the_clock(runner, probe):
-    # Its noise tells the drive's messages from the garbage, which the test hears as well.
-    loop = closed_loop(runner, probe, plant(effort_noise=0.002))
+    loop = closed_loop(runner, probe, [('benchmarks.spoilt_drive', BRAKE)])
+    # Its own garbage comes to the test as well.
     loop.states = drive = []
     probe.listen(JOINT_STATES, lambda message: drive.append(message) if len(
-        message.effort) and message.effort[0] != 0.0 else None)
+        message.position) and abs(message.position[0]) < 1e3 else None)
     loop.until(lambda: drive, 'the drive')
-    loop.go(10.0)
-    stamp = loop.states[-1].header.stamp
-
-    def state(name='motor', position=10.0, velocity=0.0, shift=0):
-        message = JointState(name=[name], position=[position], velocity=[velocity], effort=[0.0])
-        message.header.stamp.sec, message.header.stamp.nanosec = stamp.sec + shift, stamp.nanosec
-        return message
-
-    for message, cause in (
-            (state('wheel'), Cause.STATE_WRONG_JOINT), (JointState(), Cause.STATE_WRONG_JOINT),
-            (state(position=math.nan), Cause.STATE_NOT_FINITE),
-            (state(velocity=math.inf), Cause.STATE_NOT_FINITE),
-            (state(position=1e5), Cause.STATE_JUMP),
-            (state(shift=3600), Cause.CLOCK_JUMP), (state(shift=-3600), Cause.CLOCK_JUMP)):
-        def trial(message=message, cause=cause):
-            stranger = probe.node.create_publisher(
-                JointState, JOINT_STATES.name, publisher_qos(JOINT_STATES))
-
-            def told():
-                stranger.publish(message)   # the loop reads the newest only: again
-                loop.during(0.003)          # but who floods it starves it
-                return loop.has(cause)
-            loop.until(told, cause.name)
-            probe.node.destroy_publisher(stranger)
-            return not loop.is_in('fault')   # a second node on joint_states degrades
+    for fault, cause in (
+            ('other_joint_now', Cause.STATE_WRONG_JOINT),
+            ('no_joint_now', Cause.STATE_WRONG_JOINT),
+            ('angle_nan_now', Cause.STATE_NOT_FINITE),
+            ('velocity_infinite_now', Cause.STATE_NOT_FINITE),
+            ('angle_far_now', Cause.STATE_JUMP),
+            ('clock_forward_now', Cause.CLOCK_JUMP), ('clock_back_now', Cause.CLOCK_JUMP)):
+        def trial(fault=fault, cause=cause):
+            loop.set_parameter('plant', 'fault', fault)
+            try:
+                loop.until(lambda: loop.has(cause), cause.name)
+                loop.during(0.3)
+            finally:
+                loop.set_parameter('plant', 'fault', 'none')
+            return not loop.is_in('fault')
         assert loop.undisturbed(trial), loop.words()
-    count = len(drive)
-    loop.until(lambda: len(drive) > count + 20, 'the drive')
-    assert abs(loop.position - 10.0) < 1.0
+        assert abs(loop.position - 10.0) < 1.0
     assert all(math.isfinite(message.data) and abs(message.data) <= 0.75
                for message in loop.efforts)
+    runner.stop()
+
+
+@pytest.mark.parametrize('follows', [False, True])
+def test_joint_states_of_a_stranger_are_told_and_not_used(runner, probe, follows):
+    """Three thousand a second, of a brake that stands open; or those of the drive itself,
+    each an angle farther off, which motion alone cannot tell from the drive's."""
+    loop = closed_loop(runner, probe)
+    loop.states = drive = []
+    probe.listen(JOINT_STATES, lambda message: drive.append(message) if (
+        message.header.frame_id != 'stranger') else None)
+    loop.until(lambda: drive, 'the drive')
+    seen = []
+
+    def trial():
+        begin = len(drive)
+        stranger = probe.node.create_publisher(
+            JointState, JOINT_STATES.name, publisher_qos(JOINT_STATES))
+        offset, end = 0.0, time.monotonic() + 2.0
+        while time.monotonic() < end:
+            own = drive[-1]
+            angle = own.position[0] if follows else 2.0
+            offset += 0.003 if follows else 0.0
+            message = JointState(name=['motor'], position=[angle - offset], velocity=[
+                own.velocity[0] if follows else 0.0], effort=[own.effort[0]])
+            message.header.frame_id = 'stranger'
+            message.header.stamp = probe.node.get_clock().now().to_msg()
+            for _ in range(1 if follows else 10):
+                stranger.publish(message)
+            loop.during(0.003)
+        told = loop.has(Cause.OTHER_DRIVE)
+        probe.node.destroy_publisher(stranger)
+        seen[:] = [message.position[0] for message in drive[begin:]]
+        return told and not loop.is_in('fault') and max(seen) - min(seen) < 0.5
+
+    assert loop.undisturbed(trial), (loop.words(), min(seen), max(seen))
     runner.stop()
 
 

@@ -18,6 +18,7 @@ from rcl_interfaces.srv import (
     SetParametersAtomically,
 )
 from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header, String, UInt64
 
@@ -177,3 +178,36 @@ def test_no_message_ends_the_controller(loop, probe):
         loop.runner.check()
     for publisher in publishers.values():   # a second one degrades
         node.destroy_publisher(publisher)
+
+
+def test_a_time_below_nought_ends_no_node(runner, probe):
+    """rclpy cannot take it: one message on /clock had ended every node with `use_sim_time`."""
+    nodes = ('plant', 'controller', 'disturbance_observer', 'excitation')
+    for name in nodes:
+        runner.start(name, parameters={'use_sim_time': True})
+    publisher = probe.node.create_publisher(Clock, '/clock', 1)
+    runner.wait_until(lambda: publisher.get_subscription_count() >= len(nodes), 'all to listen',
+                      pause=probe.spin)
+    for number in (-5, -2**31, 7):
+        publisher.publish(Clock(clock=Time(sec=number)))
+        probe.spin(0.2)
+        runner.check()
+    for name in nodes:
+        assert probe.call(name, Service('~/get_state', 'lifecycle_msgs/srv/GetState', ''))
+    runner.stop()
+
+
+def test_no_message_of_the_only_drive_ends_the_controller(runner, probe):
+    """Where the test is the drive, whose messages count."""
+    runner.start('controller')
+    publisher = probe.advertise(JOINT_STATES)
+    runner.wait_until(publisher.get_subscription_count, 'the controller', pause=probe.spin)
+    spoilt = [data for topic, _, data in damaged() if topic is JOINT_STATES]
+    whole = [message for topic, message in messages() if topic is JOINT_STATES]
+    for message in (*whole, *spoilt):
+        with contextlib.suppress(RuntimeError):   # some are too few for the own side to send
+            publisher.publish(message)
+        probe.spin(0.01)
+        runner.check()
+    assert probe.call('controller', Service('~/get_state', 'lifecycle_msgs/srv/GetState', ''))
+    runner.stop()

@@ -73,6 +73,53 @@ def test_a_standby_keeps_the_brake_applied_when_the_primary_is_killed(runner, pr
     runner.stop()
 
 
+@pytest.mark.parametrize('torque', [0.0, -0.75])
+def test_a_stranger_who_speaks_beside_the_primary_keeps_no_standby_from_taking_over(
+        runner, probe, diagnosed, torque):
+    """His torque is not that of the primary, whose silence the standby waits for."""
+    loop = beside_a_standby(runner, probe, diagnosed, plant(rate=200.0))
+    stranger = probe.node.create_publisher(Float64, EFFORT_COMMAND.name, 1)
+    probe.repeat(0.01, lambda: stranger.publish(Float64(data=torque)))
+    loop.during(1.5)
+    assert abs(loop.position - 25.0) < 0.5, told(loop)
+    begin = len(loop.states)
+    loop.kill('controller')
+    loop.during(2.0)
+    assert min(message.position[0] for message in loop.states[begin:]) > 15.0, told(loop)
+    assert abs(loop.position - 25.0) < 0.5
+    runner.stop()
+
+
+@pytest.mark.parametrize('pause', [0.15, 1.5])
+def test_a_primary_that_was_frozen_and_goes_on_lets_nothing_go(runner, probe, diagnosed, pause):
+    """The standby takes over, both speak for a moment, the standby yields."""
+    loop = beside_a_standby(runner, probe, diagnosed, plant(rate=200.0))
+    begin = len(loop.states)
+    runner.processes['controller'].signal(signal.SIGSTOP)
+    loop.during(pause)
+    runner.processes['controller'].signal(signal.SIGCONT)
+    loop.during(2.5)
+    assert min(message.position[0] for message in loop.states[begin:]) > 24.0, told(loop)
+    runner.stop()
+
+
+def test_of_two_standbys_one_takes_over_and_the_brake_stays_applied(runner, probe, diagnosed):
+    loop = beside_a_standby(runner, probe, diagnosed, plant(rate=200.0))
+    runner.start_command('second', node_command(
+        'controller', name='second', parameters={**loop.controller, 'standby': True,
+                                                 'diagnostics_period': 0.05}))
+    loop.until(lambda: state(diagnosed, 'second') == 'enabled', 'the second standby')
+    begin = len(loop.states)
+    loop.kill('controller')
+    loop.during(3.0)
+    assert min(message.position[0] for message in loop.states[begin:]) > 15.0, told(loop)
+    sent, samples = len(loop.efforts), len(loop.states)
+    loop.during(1.0)
+    assert len(loop.efforts) - sent < 1.2 * (len(loop.states) - samples), told(loop)
+    assert abs(loop.position - 25.0) < 0.5
+    runner.stop()
+
+
 def test_a_planned_hand_over_lets_nothing_go(runner, probe, diagnosed):
     """Deactivated beside a standby, a primary leaves it the torque that is there."""
     loop = beside_a_standby(runner, probe, diagnosed, plant())
@@ -206,7 +253,7 @@ def test_who_has_taken_over_goes_on_whoever_the_graph_still_shows(stepped):
     stepped.spin(0.6)   # a controller listens for half a second before it may speak
     for _ in range(5):   # the primary speaks
         stepped.sample()
-        standby._on_torque_of_another(Float64(data=0.1))
+        standby._on_torque_of_another(Float64(data=0.1), b'primary')
         stepped.spin()
     stepped.until(took_over)
     standby._look_for_others()
@@ -228,5 +275,5 @@ def test_a_standby_is_ready_once_it_hears_the_primary_and_reaches_the_drive(step
 
     stepped.sample()
     assert not ready()
-    standby._on_torque_of_another(Float64(data=0.1))
+    standby._on_torque_of_another(Float64(data=0.1), b'primary')
     stepped.until(ready)   # the other node publishes joint states and listens to torque
