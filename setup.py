@@ -66,8 +66,8 @@ setup(
                  'sympy'],
         'docs': ['sphinx>=7', 'myst-parser>=3'],
         # The tests that run what `engb export` makes, and FMUs and MJCF files as nominals.
-        'simulators': ['fmpy>=0.3.20', 'mujoco>=3.4'],
-        'coverage': ['pytest-cov>=4.1'],
+        'simulators': ['fmpy>=0.3.20', 'mujoco>=3.4', 'cppcheck>=1.5'],
+        'coverage': ['coverage>=7.10'],
         'mutants': ['cosmic-ray>=8.3,<9'],
         # Rivals in `engb prove --baselines`.
         'proof': ['pysindy>=2.0', 'pyoperon>=0.6'],

@@ -6,8 +6,10 @@
 Each pair is a simulator's recording and a real one of the same machine with one effect more; what
 it is stays in this process's memory and is only compared afterwards. `engb diagnose` runs twice on
 the real recording, as a process of its own that is given files: with --simulated, and with the
-machine's own numbers as a model file. Printed is which of both names the effect first; the last
-lines sum up. Needs mujoco (PyPI).
+machine's own numbers as a model file; with --units a third time, with --fmu and the machine in a
+unit that is written by hand in C (tests/simulators/hand_made.c) and compiled for each pair.
+Printed is which of them names the effect first; the last lines sum up. Needs mujoco (PyPI), and
+--units fmpy and a C compiler, too.
 """
 
 from __future__ import annotations
@@ -24,9 +26,10 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from engb_core.model import Model  # noqa: E402
+from tests.simulators.hand_made import hand_made_unit  # noqa: E402
 from tests.simulators.mujoco_pairs import drawn_pair, table  # noqa: E402
 
-ROUTES = ('--simulated', '--model')
+ROUTES = {'--simulated': 'simulation.csv', '--model': 'machine.yaml', '--fmu': 'machine.fmu'}
 
 
 def named(folder: Path, route: str, given: Path, real: Path) -> tuple[list[str], float]:
@@ -48,9 +51,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or '').splitlines()[0])
     parser.add_argument('--pairs', type=int, default=12)
     parser.add_argument('--seed', type=int, default=0, help='of the first pair')
+    parser.add_argument('--units', action='store_true', help='with --fmu, too')
     arguments = parser.parse_args()
-    first = dict.fromkeys(ROUTES, 0)
-    alone = dict.fromkeys(ROUTES, 0)
+    routes = [route for route in ROUTES if arguments.units or route != '--fmu']
+    first = dict.fromkeys(routes, 0)
+    alone = dict.fromkeys(routes, 0)
     for seed in range(arguments.seed, arguments.seed + arguments.pairs):
         pair = drawn_pair(seed)
         line = [f'{seed:3d} {pair.effect:28s}']
@@ -60,13 +65,15 @@ def main() -> None:
             table(folder / 'simulation.csv', pair.simulated)
             model: Model = pair.machine.model()
             model.write(folder / 'machine.yaml')
-            for route, given in zip(ROUTES, ('simulation.csv', 'machine.yaml'), strict=True):
-                names, seconds = named(folder, route, folder / given, folder / 'real.csv')
+            if arguments.units:
+                hand_made_unit(pair.machine, folder / 'machine.fmu')
+            for route in routes:
+                names, seconds = named(folder, route, folder / ROUTES[route], folder / 'real.csv')
                 first[route] += names[:1] == [pair.effect]
                 alone[route] += names == [pair.effect]
                 line.append(f'{route} {", ".join(names) or "nothing"} ({seconds:.0f} s)')
         print('; '.join(line), flush=True)
-    for route in ROUTES:
+    for route in routes:
         print(f'{route}: named first {first[route]} of {arguments.pairs}, and nothing else '
               f'{alone[route]}')
 

@@ -251,7 +251,7 @@ class BrakeController:
             supervisor.set(Cause.OUTPUT_NOT_FINITE, True, now)
         if supervisor.stop not in (None, Stop.HOLD):
             return self._let_go(dt)
-        self._ramping = False
+        self._ramping: bool = False
         torque = self.clamp.step(wish, dt)
         supervisor.torques.asked(torque, dt)
         if self.clamp.limited:
@@ -398,14 +398,15 @@ class BrakeController:
     def _stale(self) -> None:
         settings, force = self.settings, self._force
         action = settings.supervisor.stale_action
-        by_force = force is not None and force.command is not None
+        if force is not None and force.command is None:
+            force = None        # the position is what was commanded
         if action == 'hold':
-            if by_force:
+            if force is not None:
                 force.command = None
             self.source.hold()
             return
         value = settings.stale_value if action == 'ramp_to_value' else 0.0
-        if by_force:
+        if force is not None:
             self._aim_at_force(min(max(value, 0.0), self._highest_force))
         else:
             self.source.command(min(max(value, settings.position_min), settings.position_max))
@@ -431,16 +432,23 @@ class BrakeController:
             self._aim_at_force(force.command)
 
     @property
+    def _by_force(self) -> ForceControl:
+        """What turns forces into angles; asked for where forces are taken only."""
+        assert self._force is not None, 'the settings have no force control'
+        return self._force
+
+    @property
     def _highest_force(self) -> float:
-        return min(self.settings.force_max, self._force.estimator.map.highest_force)
+        highest: float = self._by_force.estimator.map.highest_force
+        return min(self.settings.force_max, highest)
 
     def _aim_at_force(self, value: float) -> None:
-        self._force.command = value
+        self._by_force.command = value
         self.report.position_input = angle = self._angle_of_force(value)
         self.source.command(angle)
 
     def _angle_of_force(self, value: float) -> float:
-        return min(max(self._force.angle_of(value), self.settings.position_min),
+        return min(max(self._by_force.angle_of(value), self.settings.position_min),
                    self.settings.position_max)
 
     def _force_control(self, model: Model) -> ForceControl | None:

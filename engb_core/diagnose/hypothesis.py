@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 import itertools
 import math
@@ -55,7 +55,7 @@ class Variant:
         if not self.scalable or sizes.size != 1:
             return True
         sizing = self.sizing
-        return min(max(sizing.none + sizes[0], sizing.low), sizing.high) != sizing.none
+        return bool(min(max(sizing.none + sizes[0], sizing.low), sizing.high) != sizing.none)
 
     def starts(self) -> list[dict[str, float]]:
         """Return where a fit may start: every combination of the parameters' starts, each as
@@ -133,6 +133,8 @@ class Hypothesis:
     variants: tuple[Variant, ...]
     runs: int = 1
     given_onsets: tuple[tuple[str, Onset], ...] = ()
+    _places: tuple[tuple[int, int, int], ...] = field(init=False, repr=False, compare=False)
+    _given: tuple[tuple[Effect, list[float]], ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         places: list[tuple[int, int, int]] = []   # variant, parameter, run (−1: all)
@@ -184,7 +186,8 @@ class Hypothesis:
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the vector, (size,) each."""
-        limits = [*self.numbers, *map(self.parameter, range(len(self._places)))]
+        limits: list[NominalNumber | Parameter] = [
+            *self.numbers, *map(self.parameter, range(len(self._places)))]
         return (np.array([_inward(entry.low, entry.logarithmic) for entry in limits]),
                 np.array([_inward(entry.high, entry.logarithmic) for entry in limits]))
 
@@ -250,8 +253,9 @@ class Hypothesis:
     @cached_property
     def _logarithms(self) -> NDArray[np.bool_]:
         """Which entries of the vector are logarithms, (size,)."""
-        return np.array([entry.logarithmic for entry in (
-            *self.numbers, *map(self.parameter, range(len(self._places))))], bool)
+        limits: list[NominalNumber | Parameter] = [
+            *self.numbers, *map(self.parameter, range(len(self._places)))]
+        return np.array([entry.logarithmic for entry in limits], np.bool_)
 
     @cached_property
     def _rows(self) -> list[int]:

@@ -58,8 +58,8 @@ def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     highest = max(highest_order(run.motion.position, run.motion.velocity,
                                 max(run.motion.bandwidth, MOTION_BANDWIDTH))
                   for run in fitter.problem.runs)
-    orders = leading_orders(*(np.concatenate(part) for part in (angle, residual, weight)),
-                            lowest=LOWEST_ORDER / unit, highest=highest)
+    orders = leading_orders(np.concatenate(angle), np.concatenate(residual),
+                            np.concatenate(weight), LOWEST_ORDER / unit, highest)
     return [{'order': order} for order in orders]
 
 

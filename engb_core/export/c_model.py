@@ -66,29 +66,25 @@ _HEADER = '''\
 #define ENGB_CONTROLLER {controller} /* 1: the model has a controller */
 
 /* Places in engb_plant.sample. */
-enum {{
 {places}
-}};
 
 /* Places in engb_plant.loop: gains [N.m/rad, N.m/(rad.s), N.m.s/rad], limit of effort [N.m], cycle
  * [s], and what is integrated so far [N.m]. */
-enum {{
-    ENGB_PROPORTIONAL,
-    ENGB_INTEGRAL,
-    ENGB_DERIVATIVE,
-    ENGB_EFFORT_LIMIT,
-    ENGB_CYCLE,
-    ENGB_INTEGRATED
-}};
+#define ENGB_PROPORTIONAL 0
+#define ENGB_INTEGRAL 1
+#define ENGB_DERIVATIVE 2
+#define ENGB_EFFORT_LIMIT 3
+#define ENGB_CYCLE 4
+#define ENGB_INTEGRATED 5
 
 /* One brake. The numbers of `nominal`, `cogging` (order, amplitude, phase of each wave),
  * `parameters` (a row for each effect) and `loop` may be changed after engb_plant_init. */
 typedef struct {{
     double step; /* longest inner step [s] */
     double nominal[ENGB_NOMINAL_SIZE];
-    double cogging[ENGB_COGGING_TERMS * 3 + 1];
-    double parameters[(ENGB_EFFECTS + 1) * ENGB_PARAMETER_SIZE];
-    double state[(ENGB_EFFECTS + 1) * ENGB_STATE_SIZE];
+    double cogging[{cogging_size}];
+    double parameters[{parameters_size}];
+    double state[{state_size}];
     double sample[ENGB_SAMPLE_SIZE];
     double loop[ENGB_LOOP_SIZE];
 }} engb_plant;
@@ -121,12 +117,12 @@ double engb_plant_loop(engb_plant *plant, double reference, double reference_vel
 _PLANT = '''\
 void engb_plant_init(engb_plant *plant, double position)
 {{
-    memset(plant, 0, sizeof *plant);
+    (void)memset(plant, 0, sizeof *plant);
     plant->step = {step};
-    memcpy(plant->nominal, engb_nominal, sizeof engb_nominal);
-    memcpy(plant->cogging, engb_cogging, sizeof engb_cogging);
-    memcpy(plant->parameters, engb_parameters, sizeof engb_parameters);
-    memcpy(plant->loop, engb_loop, sizeof engb_loop);
+    (void)memcpy(plant->nominal, engb_nominal, sizeof engb_nominal);
+    (void)memcpy(plant->cogging, engb_cogging, sizeof engb_cogging);
+    (void)memcpy(plant->parameters, engb_parameters, sizeof engb_parameters);
+    (void)memcpy(plant->loop, engb_loop, sizeof engb_loop);
     plant->sample[ENGB_POSITION] = position;
     plant->sample[ENGB_PAD_TEMPERATURE] = 20.0;
 }}
@@ -134,11 +130,11 @@ void engb_plant_init(engb_plant *plant, double position)
 void engb_plant_advance(engb_plant *plant, double effort, double duration, double disc_speed,
                         double pad_temperature)
 {{
-    const long steps = engb_max_long(1, (long)ceil(duration / plant->step - 1e-9));
+    const long steps = engb_max_long(1, (long)ceil((duration / plant->step) - 1e-9));
     const double inner = duration / (double)steps;
     /* A difference of times is a step but for its last digits, which impacts would magnify. */
     plant->sample[ENGB_TIME_STEP] =
-        fabs(inner - plant->step) < 1e-9 * plant->step ? plant->step : inner;
+        (fabs(inner - plant->step) < (1e-9 * plant->step)) ? plant->step : inner;
     plant->sample[ENGB_DISC_SPEED] = disc_speed;
     plant->sample[ENGB_PAD_TEMPERATURE] = pad_temperature;
     {advance}(plant->nominal, plant->cogging, engb_bounds, engb_owner, plant->parameters,
@@ -231,12 +227,16 @@ def c_model(model: Model) -> CModel:
     header = _TOP + _HEADER.format(
         nominal=NOMINAL_SIZE, cogging=physics.cogging.shape[0], effects=len(effects),
         parameters=PARAMETER_SIZE, state=STATE_SIZE, sample=SAMPLE_SIZE, loop=LOOP_SIZE,
+        # One more than are used: C has no arrays of nothing.
+        cogging_size=3 * physics.cogging.shape[0] + 1,
+        parameters_size=(len(effects) + 1) * PARAMETER_SIZE,
+        state_size=(len(effects) + 1) * STATE_SIZE,
         controller=int(model.controller is not None),
-        places='\n'.join(f'    ENGB_{name} = {place},' for name, place in _PLACES))
+        places='\n'.join(f'#define ENGB_{name} {place}' for name, place in _PLACES))
     parts = [_TOP, '#include "engb_model.h"\n\n#include <math.h>\n#include <stdlib.h>\n'
                    '#include <string.h>\n']
-    nominal = [f'    ENGB_{name} = {place},' for name, place in _NOMINAL_PLACES]
-    parts.append('\n'.join(['/* Places in engb_plant.nominal. */', 'enum {', *nominal, '};', '']))
+    nominal = [f'#define ENGB_{name} {place}' for name, place in _NOMINAL_PLACES]
+    parts.append('\n'.join(['/* Places in engb_plant.nominal. */', *nominal, '']))
     plant_text = _PLANT.format(step=number(INNER_STEP), advance=advance.name, acted=acted.name,
                                recorded=recorded.name, loop=loop.name)
     parts += ['\n'.join(_tables(model, physics, functions)),
@@ -277,9 +277,7 @@ def _tables(model: Model, physics: Physics, functions: list[str]) -> Iterator[st
                        else np.zeros(LOOP_SIZE))}
     yield '/* The numbers of the model. */'
     for name, (kind, values) in arrays.items():
-        # What follows the last number that is not 0 is 0 in C.
-        used = max((place for place, value in enumerate(values) if value != 0.0), default=0) + 1
-        text = ', '.join(number(value) for value in values[:used]) or '0'
+        text = ', '.join(number(value) for value in values) or '0.0'
         yield f'static const {kind} engb_{name}[{max(values.size, 1)}] = {{{_wrapped(text)}}};'
     yield '/* Where each stage of the balance begins among the functions; whose they are. */'
     bounds = ', '.join(str(one) for one in physics.bounds)
@@ -350,13 +348,14 @@ def feedforward_header(model: Model) -> str:
     else:
         curve = ['double total = 0.0;']
         if load.contact_angle is not None:
-            curve += [f'position -= {number(load.contact_angle)};', 'if (position < 0.0) {',
-                      '    return 0.0;', '}']
-        curve += [f'total = total * position + ({number(value)});'
+            curve += [f'const double closed = position - ({number(load.contact_angle)});',
+                      'if (!(closed < 0.0)) {']
+        place, indent = ('position', '') if load.contact_angle is None else ('closed', '    ')
+        curve += [f'{indent}total = (total * {place}) + ({number(value)});'
                   for value in reversed(load.coefficients)]
-        curve.append('return total;')
+        curve += ['}'] * bool(indent) + ['return total;']
     waves = ['total += engb_cogging_torque(position);'] if model.cogging else []
-    cogging = [f'total += {number(one.amplitude)} * sin({number(one.order)} * position + '
+    cogging = [f'total += {number(one.amplitude)} * sin(({number(one.order)} * position) + '
                f'({number(one.phase)}));' for one in model.cogging]
     lines = '\n'.join(f'    {line}' for line in curve)
     return _FEEDFORWARD.format(
@@ -376,8 +375,9 @@ _FEEDFORWARD = '''\
  *
  * The feedforward torque of equation (27) with load, friction and cogging torque of the model:
  * engb_feedforward(position [rad], velocity [rad/s], acceleration [rad/s2]) in N.m, motor side.
- * Double precision, no heap, no state, one exit for each case; the numbers are the model's, the
- * effects that a diagnosis added are not in it.
+ * Double precision, no heap, no state; the numbers are the model's, the effects that a diagnosis
+ * added are not in it. MISRA C:2012 is kept but for rule 15.5 (advisory): a function that is
+ * translated from the model's own has as many exits as that.
  */
 #ifndef ENGB_FEEDFORWARD_H
 #define ENGB_FEEDFORWARD_H
@@ -399,7 +399,7 @@ static inline double engb_friction_torque(double load, double velocity)
     if (direction > 1.0) {{
         direction = 1.0;
     }}
-    return ({coulomb} + {name}({load_gain}, {curvature}, {reference}, load) * fabs(load))
+    return ({coulomb} + ({name}({load_gain}, {curvature}, {reference}, load) * fabs(load)))
            * direction;
 }}
 
@@ -412,7 +412,7 @@ static inline double engb_cogging_torque(double position)
 
 static inline double engb_feedforward(double position, double velocity, double acceleration)
 {{
-    double total = {inertia} * acceleration + {viscous} * velocity;
+    double total = ({inertia} * acceleration) + ({viscous} * velocity);
     const double load = engb_load_torque(position);
     total += load;
     if (velocity != 0.0) {{

@@ -11,13 +11,13 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from engb_core.errors import InputError
-from engb_core.export.kinds import Array, joined, Kind, LONG, REAL, TABLE
+from engb_core.export.kinds import Array, BOOL, joined, Kind, LONG, REAL, TABLE
 from engb_core.physics import compiled
 
 if TYPE_CHECKING:
     from engb_core.export.translate import Translator
 
-__all__ = ['Expressions', 'number']
+__all__ = ['Expressions', 'as_kind', 'number']
 
 Value = tuple[str, Kind, int]
 
@@ -79,6 +79,19 @@ class Expressions:
             raise self.fail(node, f'{type(node).__name__} is not translated to C')
         made: Value = found(node)
         return made
+
+    def kept(self, node: ast.expr) -> Value:
+        """Return a value that is reckoned with or kept: a truth is 1 or 0."""
+        value = self.value(node)
+        return as_kind(value, LONG) if value[1] == BOOL else value
+
+    def truth(self, node: ast.expr) -> Value:
+        """Return a condition: of a number, whether it is none (MISRA C, rule 14.4)."""
+        value = self.value(node)
+        if value[1] == BOOL:
+            return value
+        nothing = '0.0' if value[1] == REAL else '0'
+        return f'{_bound(value, _UNARY)} != {nothing}', BOOL, _COMPARED - 1
 
     def array(self, node: ast.expr) -> tuple[str, Array]:
         """Return the name of an array and its kind."""
@@ -156,20 +169,21 @@ class Expressions:
         name, kind = self.array(node.value)
         if isinstance(node.slice, ast.Tuple):
             (row, _, binds), (column, _, _) = (self.value(entry) for entry in node.slice.elts)
-            row = row if binds > 13 else f'({row})'
-            return f'{self.local(name)}[{row} * {kind.width} + {column}]', kind.item, _WHOLE
+            row = f'{row if binds > 13 else f"({row})"} * {kind.width}'
+            return (f'{self.local(name)}[{row}]' if column == '0' else
+                    f'{self.local(name)}[({row}) + {column}]'), kind.item, _WHOLE
         index, of, _ = self.value(node.slice)
         if of != LONG:
             raise self.fail(node, 'a place in an array has to be a whole number')
         return f'{self.local(name)}[{index}]', kind.item, _WHOLE
 
     def _binop(self, node: ast.BinOp) -> Value:
-        left, right = self.value(node.left), self.value(node.right)
+        left, right = self.kept(node.left), self.kept(node.right)
         kind = joined(left[1], right[1])
         if isinstance(node.op, ast.Pow):
             if self._known(node.right) == 2:
-                return f'engb_square({left[0]})', REAL, _WHOLE
-            return f'pow({left[0]}, {right[0]})', REAL, _WHOLE
+                return f'engb_square({as_kind(left, REAL)[0]})', REAL, _WHOLE
+            return f'pow({as_kind(left, REAL)[0]}, {as_kind(right, REAL)[0]})', REAL, _WHOLE
         if isinstance(node.op, ast.Mod) and kind == LONG:
             return f'engb_mod_long({left[0]}, {right[0]})', LONG, _WHOLE
         if type(node.op) not in _OPERATORS:
@@ -177,41 +191,46 @@ class Expressions:
         sign, binds = _OPERATORS[type(node.op)]
         if isinstance(node.op, ast.Div):
             kind = REAL
-            if left[1] == LONG and right[1] == LONG:
-                left = f'(double){_bound(left, _UNARY)}', REAL, _UNARY
-        # As Python groups them: what stands right binds more tightly.
-        return f'{_bound(left, binds)} {sign} {_bound(right, binds + 1)}', kind, binds
+        left, right = as_kind(left, kind), as_kind(right, kind)
+        # As Python groups them, and in brackets wherever two operators meet (MISRA C, rule 12.1).
+        return f'{_bound(left, binds, alike=True)} {sign} {_bound(right, _UNARY)}', kind, binds
 
     def _unaryop(self, node: ast.UnaryOp) -> Value:
-        value = self.value(node.operand)
+        if isinstance(node.op, ast.Not):
+            return f'!{_bound(self.truth(node.operand), _UNARY)}', BOOL, _UNARY
+        value = self.kept(node.operand)
         if isinstance(node.op, ast.USub):
             inner = _bound(value, _UNARY)
             return f'-({inner})' if inner.startswith('-') else f'-{inner}', value[1], _UNARY
         if isinstance(node.op, ast.UAdd):
             return value
-        if isinstance(node.op, ast.Not):
-            return f'!{_bound(value, _UNARY)}', LONG, _UNARY
         raise self.fail(node, f'{type(node.op).__name__} is not translated to C')
 
     def _compare(self, node: ast.Compare) -> Value:
-        terms = [self.value(entry) for entry in (node.left, *node.comparators)]
+        terms = [self.kept(entry) for entry in (node.left, *node.comparators)]
         parts = []
         for left, operator, right in zip(terms, node.ops, terms[1:], strict=False):
             if type(operator) not in _COMPARISONS:
                 raise self.fail(node, f'{type(operator).__name__} is not translated to C')
-            parts.append(f'{_bound(left, _COMPARED + 1)} {_COMPARISONS[type(operator)]} '
-                         f'{_bound(right, _COMPARED + 1)}')
-        return ' && '.join(parts), LONG, _COMPARED - 1 if len(parts) == 1 else _AND
+            kind = joined(left[1], right[1])
+            left, right = as_kind(left, kind), as_kind(right, kind)
+            parts.append(f'{_bound(left, _UNARY)} {_COMPARISONS[type(operator)]} '
+                         f'{_bound(right, _UNARY)}')
+        if len(parts) > 1:
+            parts = [f'({part})' for part in parts]
+        return ' && '.join(parts), BOOL, _COMPARED - 1 if len(parts) == 1 else _AND
 
     def _boolop(self, node: ast.BoolOp) -> Value:
         sign, binds = ('&&', _AND) if isinstance(node.op, ast.And) else ('||', _OR)
-        return f' {sign} '.join(_bound(self.value(entry), _AND + 1)
-                                for entry in node.values), LONG, binds
+        return f' {sign} '.join(_bound(self.truth(entry), _UNARY)
+                                for entry in node.values), BOOL, binds
 
     def _ifexp(self, node: ast.IfExp) -> Value:
-        test, then, other = (self.value(entry) for entry in (node.test, node.body, node.orelse))
-        return (f'{_bound(test, _CHOICE + 1)} ? {_bound(then, _CHOICE + 1)} : '
-                f'{_bound(other, _CHOICE + 1)}'), joined(then[1], other[1]), _CHOICE
+        test, then, other = self.truth(node.test), self.kept(node.body), self.kept(node.orelse)
+        kind = joined(then[1], other[1])
+        then, other = as_kind(then, kind), as_kind(other, kind)
+        return (f'{_bound(test, _UNARY)} ? {_bound(then, _UNARY)} : {_bound(other, _UNARY)}',
+                kind, _CHOICE)
 
     def _call(self, node: ast.Call) -> Value:
         if node.keywords:
@@ -240,7 +259,7 @@ class Expressions:
                 kinds.append(Array(kind.length, kind.width, kind.item))
                 arrays.append(array)
             else:
-                text, of, _ = self.value(entry)
+                text, of, _ = self.kept(entry)
                 given += [text] if text else []
                 kinds.append(of)
                 arrays.append('')
@@ -255,29 +274,33 @@ class Expressions:
         if not (isinstance(function.value, ast.Name)
                 and self._outside.get(function.value.id) is math):
             raise self.fail(node, f'{ast.unparse(function)} cannot be called in C')
-        given = ', '.join(self.value(entry)[0] for entry in node.args)
+        given = ', '.join(as_kind(self.kept(entry), REAL)[0] for entry in node.args)
         if function.attr in ('isnan', 'isinf', 'isfinite'):
-            return f'{function.attr}({given})', LONG, _WHOLE
+            return f'{function.attr}({given}) != 0', BOOL, _COMPARED - 1
         if function.attr not in _MATH:
             raise self.fail(node, f'math.{function.attr} is not translated to C')
         return f'{function.attr}({given})', REAL, _WHOLE
 
     def _builtin(self, node: ast.Call, name: str) -> Value:
-        values = [self.value(entry) for entry in node.args]
+        if name == 'bool':
+            return self.truth(node.args[0])
+        values = [self.kept(entry) for entry in node.args]
         text, kind, _ = values[0]
         if name == 'int':
-            return f'(long){_bound(values[0], _UNARY)}', LONG, _UNARY
-        if name in ('float', 'bool'):
-            return ((f'(double){_bound(values[0], _UNARY)}', REAL, _UNARY) if name == 'float'
-                    else (f'({text} != 0)', LONG, _WHOLE))
+            return (f'(long){text}', LONG, _UNARY) if values[0][2] == _WHOLE else (
+                f'engb_whole({text})', LONG, _WHOLE)
+        if name == 'float':
+            return as_kind(values[0], REAL)
         if name == 'abs':
             return (f'labs({text})', LONG, _WHOLE) if kind == LONG else (
                 f'fabs({text})', REAL, _WHOLE)
         if len(values) < 2:
             raise self.fail(node, f'{name} of one thing is not translated to C')
-        for other in values[1:]:
-            kind = joined(kind, other[1])
-            text = f'engb_{name}{"_long" if kind == LONG else ""}({text}, {other[0]})'
+        for value in values[1:]:
+            kind = joined(kind, value[1])
+        text, *others = (as_kind(value, kind)[0] for value in values)
+        for other in others:
+            text = f'engb_{name}{"_long" if kind == LONG else ""}({text}, {other})'
         return text, kind, _WHOLE
 
     def _effect_call(self, node: ast.Call) -> Value:
@@ -287,13 +310,31 @@ class Expressions:
         row = self.value(effect)
         for entry in (parameters, state):
             name, kind = self.array(entry)
-            places.append(f'{self.local(name)} + {_bound(row, 13)} * {kind.width}')
+            places.append(f'&{self.local(name)}[{_bound(row, _UNARY)} * {kind.width}]')
         name, _ = self.array(sample)
         self.written |= {self.array(state)[0], name}
         return (f'{self.translator.table}[{self.value(index)[0]}]({places[0]}, {places[1]}, '
                 f'{self.local(name)})'), REAL, _WHOLE
 
 
-def _bound(value: Value, binds: int) -> str:
-    """Return the text, in brackets where it binds less tightly than asked for."""
-    return value[0] if value[2] >= binds else f'({value[0]})'
+def _bound(value: Value, binds: int, alike: bool = False) -> str:
+    """Return the text, in brackets where it binds less tightly than asked for; `alike`: and where
+    it binds more tightly, unless it is one whole."""
+    stands = value[2] >= _UNARY or (value[2] == binds if alike else value[2] >= binds)
+    return value[0] if stands else f'({value[0]})'
+
+
+def as_kind(value: Value, kind: Kind) -> Value:
+    """Return a value as C has it where this kind is asked for: a whole number is made a real one
+    by name (MISRA C, rule 10.3)."""
+    text, of, binds = value
+    if of == BOOL and kind != BOOL:
+        one, none = ('1.0', '0.0') if kind == REAL else ('1', '0')
+        return f'({text}) ? {one} : {none}', kind, _CHOICE
+    if kind != REAL or of != LONG:
+        return value
+    if text.lstrip('-').isdigit():
+        return f'{text}.0', REAL, binds
+    if binds < _WHOLE:
+        return f'engb_real({text})', REAL, _WHOLE       # rule 10.8
+    return f'(double){text}', REAL, _UNARY

@@ -5,9 +5,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ['Array', 'Kind', 'LONG', 'REAL', 'Several', 'TABLE', 'VOID', 'declared', 'joined']
+__all__ = ['Array', 'BOOL', 'Kind', 'LONG', 'REAL', 'Several', 'TABLE', 'VOID', 'declared',
+           'joined']
 
 LONG, REAL, VOID = 'long', 'double', 'void'
+# What a comparison gives: where it is kept, C has a whole number.
+BOOL = 'bool'
 # The table of effect functions: C has it under one name, it is not handed over.
 TABLE = 'table'
 

@@ -18,20 +18,24 @@ import types
 from typing import Any
 
 from engb_core.errors import InputError
-from engb_core.export.expressions import Expressions
-from engb_core.export.kinds import Array, declared, joined, Kind, LONG, Several, TABLE, VOID
+from engb_core.export.expressions import as_kind, Expressions
+from engb_core.export.kinds import declared, joined, Kind, LONG, REAL, Several, TABLE, VOID
 
 __all__ = ['Translated', 'Translator', 'helpers_of']
 
 # Python's own of these: the first one where both are alike, a remainder with the divisor's sign.
 _HELPERS = '''\
-static double engb_min(double a, double b) { return b < a ? b : a; }
-static double engb_max(double a, double b) { return b > a ? b : a; }
-static long engb_min_long(long a, long b) { return b < a ? b : a; }
-static long engb_max_long(long a, long b) { return b > a ? b : a; }
+static double engb_min(double a, double b) { return (b < a) ? b : a; }
+static double engb_max(double a, double b) { return (b > a) ? b : a; }
+static long engb_min_long(long a, long b) { return (b < a) ? b : a; }
+static long engb_max_long(long a, long b) { return (b > a) ? b : a; }
 static long engb_mod_long(long a, long b) { return ((a % b) + b) % b; }
+static double engb_real(long a) { return (double)a; }
+static long engb_whole(double a) { return (long)a; }
 static double engb_square(double a) { return a * a; }
 '''
+# How a variable begins.
+_NOTHING = {LONG: ' = 0', REAL: ' = 0.0'}
 _KEYWORDS = {'auto', 'break', 'case', 'char', 'const', 'continue', 'default', 'do', 'double',
              'else', 'enum', 'extern', 'float', 'for', 'goto', 'if', 'inline', 'int', 'long',
              'register', 'restrict', 'return', 'short', 'signed', 'sizeof', 'static', 'struct',
@@ -159,7 +163,7 @@ class _Body(Expressions):
                                    entry not in self.written) for entry in self.arguments
                           if self.kinds[entry] != TABLE)
         variables = [f'    {declared(kind, self.local(entry))}'
-                     f'{"" if isinstance(kind, (Array, Several)) else " = 0"};'
+                     f'{_NOTHING.get(str(kind), "")};'
                      for entry, kind in self.kinds.items()
                      if entry not in self.arguments and entry in self.read]
         unused = [f'    (void){self.local(entry)};' for entry in self.arguments
@@ -206,12 +210,12 @@ class _Body(Expressions):
             return self._assign(node.target, ast.copy_location(
                 ast.BinOp(_loaded(node.target), node.op, node.value), node))
         if isinstance(node, ast.If):
-            lines = [f'if ({self.value(node.test)[0]}) {{', *self._inner(node.body)]
+            lines = [f'if ({self.truth(node.test)[0]}) {{', *self._inner(node.body)]
             if node.orelse:
                 lines += ['} else {', *self._inner(node.orelse)]
             return [*lines, '}']
         if isinstance(node, ast.While) and not node.orelse:
-            return [f'while ({self.value(node.test)[0]}) {{', *self._inner(node.body), '}']
+            return [f'while ({self.truth(node.test)[0]}) {{', *self._inner(node.body), '}']
         if isinstance(node, ast.For) and not node.orelse:
             return self._for(node)
         if isinstance(node, ast.Break):
@@ -224,16 +228,16 @@ class _Body(Expressions):
         if node.value is None:
             return ['return;']
         if isinstance(node.value, ast.Tuple):
-            values = [self.value(entry) for entry in node.value.elts]
+            values = [self.kept(entry) for entry in node.value.elts]
             made = Several(tuple(str(kind) for _, kind, _ in values))
             self.result = made if self.result == VOID else joined(self.result, made)
             assert isinstance(self.result, Several)
             self.translator.structure(self.result)
             places = ', '.join(text for text, _, _ in values)
             return [f'return ({self.result.name}){{{places}}};']
-        text, kind, _ = self.value(node.value)
-        self.result = kind if self.result == VOID else joined(self.result, kind)
-        return [f'return {text};']
+        value = self.kept(node.value)
+        self.result = value[1] if self.result == VOID else joined(self.result, value[1])
+        return [f'return {as_kind(value, self.result)[0]};']
 
     def _assign(self, target: ast.expr, value: ast.expr) -> list[str]:
         if isinstance(target, ast.Tuple):
@@ -243,11 +247,13 @@ class _Body(Expressions):
             if made is not None:
                 self.kinds[target.id] = made
                 return []
-            text, kind, _ = self.value(value)
-            self.hold(target, kind)
+            found = self.kept(value)
+            self.hold(target, found[1])
+            text, _, _ = as_kind(found, self.kinds[target.id])
             return [f'{self.local(target.id)} = {text};']
         if isinstance(target, ast.Subscript):
-            text, _, _ = self.value(value)
+            _, array = self.array(target.value)
+            text, _, _ = as_kind(self.kept(value), array.item)
             if isinstance(target.slice, ast.Slice):
                 return self._fill(target, text)
             return [f'{self.place(target)} = {text};']
@@ -274,7 +280,7 @@ class _Body(Expressions):
 
     def _unpack(self, target: ast.Tuple, value: ast.expr) -> list[str]:
         if isinstance(value, ast.Tuple) and len(value.elts) == len(target.elts):
-            values = [self.value(entry)[:2] for entry in value.elts]
+            values = [self.kept(entry)[:2] for entry in value.elts]
             lines = ['{'] + [f'    const {kind} engb_v{place} = {text};'
                              for place, (text, kind) in enumerate(values)]
             kinds, source = [kind for _, kind in values], 'engb_v{}'
@@ -308,8 +314,9 @@ class _Body(Expressions):
         if node.target.id in self.read:
             # A variable of its own: Python's may be changed within the loop, and stays after it.
             body = [f'    {self.local(node.target.id)} = {at};', *body]
-        return [f'for (long {at} = {first}, {limit} = {end}; {at} {"<" if step > 0 else ">"} '
-                f'{limit}; {at} += {step}) {{', *body, '}']
+        return ['{', f'    const long {limit} = {end};',
+                f'    for (long {at} = {first}; {at} {"<" if step > 0 else ">"} {limit}; '
+                f'{at} += {step}) {{', *(f'    {line}' for line in body), '    }', '}']
 
 
 def _loaded(target: ast.expr) -> ast.expr:
