@@ -12,7 +12,7 @@ from engb_core.control.causes import Cause, Stop
 from engb_core.control.clamp_force import ClampForceEstimator
 from engb_core.control.command_arbiter import ANONYMOUS, Command
 from engb_core.control.final_clamp import FinalClamp
-from engb_core.control.force_control import ForceControl, PreparedModel
+from engb_core.control.force_control import force_control_of, ForceControl, PreparedModel
 from engb_core.control.loop import PositionLoop
 from engb_core.control.reference import ReferenceSource
 from engb_core.control.supervisor import Supervisor
@@ -53,7 +53,7 @@ class BrakeController:
         self.report = Report()
         self.setpoint = Setpoint(0.0)
         self._disc_speed = 0.0
-        self._force = self._force_control(model)
+        self._force = force_control_of(model, settings)
         self._moves = False
         # Of nameless sources: when which angle was asked for, as an angle and as a force.
         self._wanted: dict[bool, tuple[float, float]] = {}
@@ -100,7 +100,7 @@ class BrakeController:
             InputError: it is out of bounds (`acceptance`).
         """
         check_candidate(candidate, self.model, self._bounds)
-        return PreparedModel(candidate, self._force_control(candidate))
+        return PreparedModel(candidate, force_control_of(candidate, self.settings))
 
     def take_model(self, prepared: PreparedModel) -> None:
         """Take a prepared model into use; the torque doesn't jump."""
@@ -126,7 +126,6 @@ class BrakeController:
         self._velocity.acceleration = self.supervisor.states.acceleration = limit
 
     # Inputs.
-
     def on_position_command(self, now: float, value: float) -> bool:
         """Take a set-point [rad] without a name; False where it isn't taken."""
         return self.on_command(now, Command(value))
@@ -439,8 +438,7 @@ class BrakeController:
 
     @property
     def _highest_force(self) -> float:
-        highest: float = self._by_force.estimator.map.highest_force
-        return min(self.settings.force_max, highest)
+        return min(self.settings.force_max, float(self._by_force.estimator.map.highest_force))
 
     def _aim_at_force(self, value: float) -> None:
         self._by_force.command = value
@@ -450,9 +448,3 @@ class BrakeController:
     def _angle_of_force(self, value: float) -> float:
         return min(max(self._by_force.angle_of(value), self.settings.position_min),
                    self.settings.position_max)
-
-    def _force_control(self, model: Model) -> ForceControl | None:
-        settings = self.settings
-        if settings.force is None:
-            return None
-        return ForceControl(model, settings.force, settings.loop.disturbance_cutoff)

@@ -6,12 +6,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 
-from engb_core.control.brake_settings import ForceSettings
+from engb_core.control.brake_settings import ControllerSettings, ForceSettings
 from engb_core.control.clamp_force import ClampForceEstimator, ClampForceMap
 from engb_core.control.disturbance_observer import DisturbanceObserver
 from engb_core.model import Model
 
-__all__ = ['ForceControl', 'PreparedModel']
+__all__ = ['ForceControl', 'PreparedModel', 'force_control_of']
 
 # The contact wanders slowly: more than this often needn't be looked [s].
 ESTIMATE_EVERY = 0.0035
@@ -89,3 +89,10 @@ class PreparedModel:
 
     model: Model
     force: ForceControl | None
+
+
+def force_control_of(model: Model, settings: ControllerSettings) -> ForceControl | None:
+    """Return what turns forces into angles; None where the settings have no mechanism for it."""
+    if settings.force is None:
+        return None
+    return ForceControl(model, settings.force, settings.loop.disturbance_cutoff)

@@ -14,6 +14,8 @@ __all__ = ['finding_of_slider', 'unexplained_of_slider']
 
 # How often something repeats per revolution is, along a line, the wave number of a sine.
 _REPEATS = re.compile(r'repeats (\d[\d.]*(?:e[-+]?\d+)?) times')
+# What a motor's datasheet gives stays a torque constant.
+_TORQUE = re.compile(r'\b[Tt]orque\b(?! constant)')
 _MILLI = re.compile(r'([-+]?\d[\d.]*(?:e[-+]?\d+)?) mN·m')
 
 
@@ -44,7 +46,8 @@ def _text(text: str) -> str:
     text = _MILLI.sub(lambda match: f'{float(match[1]) * 1e-3:.3g} N', text)
     text = _REPEATS.sub(
         lambda match: f'repeats every {2.0 * math.pi / float(match[1]):.3g} m', text)
-    text = text.replace(' per motor revolution', '').replace('the motor torque', 'the motor force')
+    text = text.replace(' per motor revolution', '')
+    text = _TORQUE.sub(lambda match: 'Force' if match[0][0] == 'T' else 'force', text)
     return re.sub(r'\brad\b', 'm', text.replace('kg·m²', 'kg').replace('N·m', 'N'))
 
 

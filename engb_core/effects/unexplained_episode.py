@@ -13,9 +13,9 @@ def _torque(parameters, state, sample):
     if sample[TIME] < parameters[1] - 0.5 or sample[TIME] > parameters[2] + 0.5:
         return 0.0
     # Edges of 20 ms: sharp, and yet the fit can move them.
-    rise = 1.0 / (1.0 + math.exp(-min(max((sample[TIME] - parameters[1]) / 0.02, -40.0), 40.0)))
-    fall = 1.0 / (1.0 + math.exp(-min(max((sample[TIME] - parameters[2]) / 0.02, -40.0), 40.0)))
-    size = parameters[0] * (rise - fall)
+    begun = 1.0 / (1.0 + math.exp(-min(max((sample[TIME] - parameters[1]) / 0.02, -40.0), 40.0)))
+    ended = 1.0 / (1.0 + math.exp(-min(max((sample[TIME] - parameters[2]) / 0.02, -40.0), 40.0)))
+    size = parameters[0] * (begun - ended)
     if parameters[3] > 1.5:
         return size * sample[LOAD]
     return size * sample[DIRECTION] if parameters[3] > 0.5 else size

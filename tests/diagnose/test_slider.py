@@ -13,4 +13,4 @@ def test_lengths_are_metres_and_a_phase_is_an_angle_all_the_same() -> None:
         0.9, (), 'A torque of 6.4 N·m repeats 853 times per motor revolution (cogging).'))
     assert {name: entry.unit for name, entry in told.parameters.items()} == {
         'amplitude': 'N', 'order': '1/m', 'phase': 'rad'}
-    assert told.statement == 'A torque of 6.4 N repeats every 0.00737 m (cogging).'
+    assert told.statement == 'A force of 6.4 N repeats every 0.00737 m (cogging).'

@@ -1,5 +1,5 @@
-/* Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
- *
+/* Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0 */
+/*
  * An FMI 2.0 co-simulation unit as somebody writes it by hand: a motor with a spring behind a gap
  * of free travel. Nothing of it comes from `engb export`. The integrator is semi-implicit Euler at
  * 20 kHz with dry friction as a set-valued force. The numbers are given when it is compiled.
