@@ -36,7 +36,7 @@ from .summary import as_text
 from .symbolic import symbolic_by
 from .totals import summarise
 
-__all__ = ['Proof', 'prove', 'prove_other', 'strict_failures']
+__all__ = ['chosen', 'Proof', 'prove', 'prove_other', 'strict_failures']
 
 _STRATA = tuple(DEFAULT_STRATA)
 # A run that was stopped (Ctrl-C reaches it, too) is done again by the next start.
@@ -108,6 +108,23 @@ def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], No
     return summary
 
 
+def chosen(cases: list[Path], only: str) -> list[Path]:
+    """Return the cases that `--only` names, with or without the noughts before their numbers.
+
+    Raises:
+        InputError: there is no such case.
+    """
+    names = {case: case.name.partition('_')[2] for case in cases}
+    kept = set()
+    for wanted in only.split(','):
+        found = [case for case, name in names.items() if name == wanted or (
+            name.isdigit() and wanted.isdigit() and int(name) == int(wanted))]
+        if not found:
+            raise InputError(f'--only {wanted}: {cases[0].parent} holds no case_{wanted}')
+        kept.update(found)
+    return [case for case in cases if case in kept]
+
+
 def prove_other(proof: Proof, folder: Path, progress: Callable[[str], None],
                 say: Callable[[str], None]) -> dict:
     """Run and score the tool on a folder of cases from another hand; returns the summary.
@@ -118,11 +135,7 @@ def prove_other(proof: Proof, folder: Path, progress: Callable[[str], None],
     begin = time.monotonic()
     cases = cases_in(folder)
     if proof.only:
-        wanted = proof.only.split(',')
-        missing = [name for name in wanted if not (folder / f'case_{name}').is_dir()]
-        if missing:
-            raise InputError(f'--only {missing[0]}: {folder} holds no case_{missing[0]}')
-        cases = [case for case in cases if case.name.partition('_')[2] in wanted]
+        cases = chosen(cases, proof.only)
     note = proof.out / 'proof.json'
     # Kept as text: of the same folder under another name nothing is run again by mistake.
     plan = {'cases_from': str(folder.resolve()), 'command': proof.command}

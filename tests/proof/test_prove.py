@@ -10,8 +10,9 @@ import sys
 
 import pytest
 
+from engb_core.errors import InputError
 from engb_ros.commands.main import main
-from tests.proof.prove import _run_all, strict_failures
+from tests.proof.prove import _run_all, chosen, strict_failures
 from tests.proof.symbolic import is_there
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -180,3 +181,11 @@ def test_strict_fails_on_crashes_and_false_alarms_only() -> None:
     found = strict_failures({'failures': [{'case': 'case_0003', 'failure': 'exit 70'}],
                              'misses': misses})
     assert found == ['case_0003 failed: exit 70', 'case_0001: false alarm: backlash']
+
+
+def test_a_case_is_named_by_its_number() -> None:
+    cases = [Path(f'given/case_{name}') for name in ('03', '12', 'clean')]
+    assert chosen(cases, '3,clean') == [cases[0], cases[2]]
+    assert chosen(cases, '03') == cases[:1]
+    with pytest.raises(InputError, match='--only 4: given holds no case_4'):
+        chosen(cases, '4')
