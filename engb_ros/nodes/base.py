@@ -42,6 +42,8 @@ __all__ = ['ManagedNode', 'make_executor', 'run', 'spin_once']
 
 # After the signal to stop, a node that still has work may finish it [s]; launch waits 5 s.
 LONGEST_FINISH = 3.0
+# A node that has not handled what came so long ago [s] is too late for any control.
+QUEUE_IS_EMPTY = 0.25
 
 AUTOSTART = ParameterSpec('autostart', True, 'configure and activate the node by itself')
 
@@ -65,6 +67,7 @@ class ManagedNode(LifecycleNode):
         self.failure: InputError | None = None
         self._less_is_offered: list[tuple[Topic, Callable[[Any], None]]] = []
         self._owned: list[tuple[Callable[[Any], Any], Any]] = []
+        self._silenced: list[tuple[float, KnownPublisherSubscription]] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.specs = (AUTOSTART, *self.parameters)
         self.values = declare(self, self.specs)
@@ -168,8 +171,18 @@ class ManagedNode(LifecycleNode):
             self.get_logger().warning(
                 f'publishers of {topic.name} cannot be told apart, all are heard: {error}')
             return self.listen(topic, lambda message: callback(message, None), raw=raw)
-        self._owned.append((KnownPublisherSubscription.destroy, subscription))
+        self._owned.append((self._silence, subscription))
         return subscription
+
+    def _silence(self, subscription: KnownPublisherSubscription) -> None:
+        subscription.silence()
+        self._silenced.append((time.monotonic(), subscription))
+
+    def destroy_silenced(self, older_than: float = QUEUE_IS_EMPTY) -> None:
+        """Destroy what was silenced so long ago [s] that no event of it is in a queue; called
+        between two callbacks."""
+        while self._silenced and time.monotonic() - self._silenced[0][0] >= older_than:
+            self._silenced.pop(0)[1].destroy()
 
     def give_back(self, made: Any) -> None:
         """Give back what one of these helpers made, before a cleanup does."""
@@ -311,6 +324,7 @@ class ManagedNode(LifecycleNode):
         nobody answers."""
         try:
             self._give_back()
+            self.destroy_silenced(0.0)
         finally:
             super().destroy_node()
 
@@ -407,6 +421,8 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
             if spin_once(executor, node.poll_period):
                 node.get_logger().info('an event came of what had been destroyed')
             node.poll()
+            if node._silenced:
+                node.destroy_silenced()
             if node._less_is_offered:
                 node.settle_for_less()
         end = time.monotonic() + LONGEST_FINISH

@@ -127,7 +127,7 @@ class ControllerNode(ManagedNode):
         self._drives = FirstPublisher()
         self._drive: bytes | None = None
         self._joint_states_by_publisher: Any = None
-        self._tells_drives_apart = False
+        self._tells_drives_apart = self._several_drives = False
         # Names as they are after remapping: the graph knows no others.
         self._effort_topic = self._effort_publisher.topic_name
         self._joint_topic = joint_states.topic_name
@@ -258,7 +258,7 @@ class ControllerNode(ManagedNode):
             self._on_joint_state(message)
 
     def _on_joint_states_by_publisher(self, message: bytes, publisher: bytes | None) -> None:
-        if publisher is None:   # nobody tells them apart
+        if publisher is None or not self._several_drives:   # nobody tells them apart, or need
             return
         first = self._drives.is_first(monotonic(), publisher)
         if not self._tells_drives_apart:
@@ -273,17 +273,17 @@ class ControllerNode(ManagedNode):
         """
         several = self.count_publishers(self._joint_topic) > 1
         self._controller.supervisor.set(Cause.OTHER_DRIVE, several, now)
-        if several and self._joint_states_by_publisher is None:
+        if several and not self._several_drives:
             self._drives.forget()
             if self._drive is not None:
                 self._drives.is_first(now, self._drive)
-            self._joint_states_by_publisher = self.listen_by_publisher(
-                interface.JOINT_STATES, self._on_joint_states_by_publisher, raw=True)
-        elif not several:
-            if self._joint_states_by_publisher is not None:
-                self._tells_drives_apart = False
-                self.give_back(self._joint_states_by_publisher)
-                self._joint_states_by_publisher = None
+            # Kept until the cleanup: whoever comes and goes shall not have it made anew.
+            if self._joint_states_by_publisher is None:
+                self._joint_states_by_publisher = self.listen_by_publisher(
+                    interface.JOINT_STATES, self._on_joint_states_by_publisher, raw=True)
+        self._several_drives = several
+        if not several:
+            self._tells_drives_apart = False
             self._drive = next((bytes(entry.endpoint_gid) for entry in
                                 self.get_publishers_info_by_topic(self._joint_topic)), None)
 

@@ -67,6 +67,8 @@ class _Rcl:
         self.default_allocator.restype = _Allocator
         self.init = rcl.rcutils_uint8_array_init
         self.init.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_void_p]
+        self.call_back = rcl.rcl_subscription_set_on_new_message_callback
+        self.call_back.argtypes = [ctypes.c_void_p] * 3
         self.fini = rcl.rcutils_uint8_array_fini
         self.fini.argtypes = [ctypes.c_void_p]
         identifier = rcl.rmw_get_implementation_identifier
@@ -113,9 +115,18 @@ class KnownPublisherSubscription(Waitable):
         for waitable in (self, *self._events):
             node.add_waitable(waitable)
 
-    def destroy(self) -> None:
-        """Give it back."""
+    def silence(self) -> None:
+        """Hear nothing more: what comes from now on makes no event in an executor's queue."""
         self._given_back = True
+        self._rcl.call_back(self._handle.pointer, None, None)
+
+    def destroy(self) -> None:
+        """Give it back, some time after it was silenced.
+
+        The EventsExecutor lets go of a waitable that was removed while an event of it was in its
+        queue without the interpreter's lock, which ends the process in a segmentation fault.
+        """
+        self.silence()
         for waitable in (self, *self._events):
             self._node.remove_waitable(waitable)
         for event in self._events:

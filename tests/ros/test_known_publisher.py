@@ -2,7 +2,10 @@
 """A subscription that knows whose each message is, as rclpy's on Jazzy does not."""
 
 import contextlib
+import os
 import struct
+import subprocess
+import sys
 import time
 
 import pytest
@@ -42,6 +45,7 @@ def graph(domain, request):
         while not condition():
             assert time.monotonic() < end
             executor.spin_once(timeout_sec=0.01)
+            listener.destroy_silenced()
 
     yield listener, other, until
     executor.shutdown()
@@ -122,3 +126,69 @@ def test_where_rcl_cannot_be_asked_every_message_is_heard(graph, monkeypatch):
     publisher.publish(Float64(data=1.0))
     until(lambda: listener.heard)
     assert listener.heard[0][0].data == 1.0 and listener.heard[0][1] is None
+
+
+# In a process of its own: what is tested would end this one.
+FLOODED = """
+import threading, time
+import rclpy
+from std_msgs.msg import Float64
+from engb_ros.interface import EFFORT_COMMAND
+from engb_ros.nodes.base import make_executor, ManagedNode
+
+
+class Listener(ManagedNode):
+    node_name = 'listener'
+
+    def configure(self, values):
+        self.made = None
+
+
+rclpy.init()
+node, other = Listener(), rclpy.create_node('other')
+publisher = other.create_publisher(Float64, 'effort_command', 10)
+executor = make_executor()
+executor.add_node(node)
+stop = threading.Event()
+
+
+def flood():
+    while not stop.wait(2e-4):
+        publisher.publish(Float64())
+
+
+thread = threading.Thread(target=flood)
+thread.start()
+heard = []
+
+
+def spin(seconds):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.005)
+        node.destroy_silenced(0.05)
+
+
+for _ in range(40):
+    before = len(heard)
+    made = node.listen_by_publisher(EFFORT_COMMAND, lambda *told: heard.append(told), raw=True)
+    while len(heard) == before:
+        spin(0.02)
+    node.give_back(made)
+    del made
+    spin(0.03)
+stop.set()
+thread.join()
+spin(0.1)
+assert not node._silenced
+print('heard', len(heard) > 0)
+"""
+
+
+def test_giving_a_subscription_back_while_messages_come_ends_no_process(domain):
+    """An event of it in the executor's queue had ended a controller in a segmentation fault."""
+    done = subprocess.run([sys.executable, '-c', FLOODED], capture_output=True, text=True,
+                          timeout=120, check=False,
+                          env={**os.environ, 'ROS_DOMAIN_ID': str(domain)})
+    assert done.returncode == 0, done.stderr
+    assert 'heard True' in done.stdout
