@@ -143,14 +143,12 @@ class PublisherWatch(FirstPublisher):
             if not speaker.was_obeyed:   # else a standby whose primary speaks again, or that one
                 speaker.beside = now
             return False
-        else:
-            if speaker is not self._successor and (now - speaker.beside < _GONE or not (
-                    silent > self._command_timeout
-                    or abs(torque - self._torque) <= self._tolerance)):
+        elif speaker is not self._successor:
+            goes_on = abs(torque - self._torque) <= self._tolerance
+            if now - speaker.beside < _GONE or not (goes_on or silent > self._command_timeout):
                 return False
-            if speaker is not self._successor:
-                speaker.inherit(first, now)
-                self._successor = speaker
+            speaker.inherit(first, now)
+            self._successor = speaker
         speaker.was_obeyed = True
         self._torque = torque
         return True

@@ -24,6 +24,7 @@ from engb_core.diagnose.multistart import best_promised, Promise, promises
 from engb_core.diagnose.nominal import DELAY, NominalNumber
 from engb_core.diagnose.objective import Objective
 from engb_core.diagnose.problem import Problem
+from engb_core.signals.spread import robust_deviation
 
 __all__ = ['Fit', 'Fitter', 'StartColumns']
 
@@ -63,7 +64,7 @@ class Fitter(Objective):
 
     def _spread(self, missed: Array) -> Array:
         """Return what weighs the values: noise, timing, and part of what the base misses."""
-        typical = 1.4826 * float(np.median(missed[self.fitted]))
+        typical = robust_deviation(missed[self.fitted])
         rate = self.problem.rate
         fast = self.fitted & (rate > np.quantile(rate, 0.9)) & (rate > 0)
         # Where effort changes fast a model misses by timing and by its smoothness.

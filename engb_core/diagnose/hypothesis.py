@@ -186,10 +186,8 @@ class Hypothesis:
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the vector, (size,) each."""
-        limits: list[NominalNumber | Parameter] = [
-            *self.numbers, *map(self.parameter, range(len(self._places)))]
-        return (np.array([_inward(entry.low, entry.logarithmic) for entry in limits]),
-                np.array([_inward(entry.high, entry.logarithmic) for entry in limits]))
+        return (np.array([_inward(entry.low, entry.logarithmic) for entry in self._entries]),
+                np.array([_inward(entry.high, entry.logarithmic) for entry in self._entries]))
 
     @cached_property
     def prior(self) -> tuple[Array, Array]:
@@ -251,11 +249,14 @@ class Hypothesis:
             for variant in self.variants)])
 
     @cached_property
+    def _entries(self) -> tuple[NominalNumber | Parameter, ...]:
+        """What each entry of the vector is."""
+        return (*self.numbers, *map(self.parameter, range(len(self._places))))
+
+    @cached_property
     def _logarithms(self) -> NDArray[np.bool_]:
         """Which entries of the vector are logarithms, (size,)."""
-        limits: list[NominalNumber | Parameter] = [
-            *self.numbers, *map(self.parameter, range(len(self._places)))]
-        return np.array([entry.logarithmic for entry in limits], np.bool_)
+        return np.array([entry.logarithmic for entry in self._entries], np.bool_)
 
     @cached_property
     def _rows(self) -> list[int]:

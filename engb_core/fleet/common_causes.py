@@ -10,6 +10,7 @@ import numpy as np
 
 from engb_core.fleet.pooling import Pooled
 from engb_core.fleet.rows import Entry
+from engb_core.signals.spread import robust_deviation
 
 __all__ = ['Cause', 'Outlier', 'causes_of', 'outliers_of']
 
@@ -113,7 +114,7 @@ def _residuals(entries: Sequence[Entry]) -> list[Outlier]:
     logs = np.log([ratio for _, ratio in ratios])
     middle = float(np.median(logs))
     # At least 10 %: recordings that are all alike make no other an outlier by a hair.
-    spread = max(1.4826 * float(np.median(np.abs(logs - middle))), 0.1)
+    spread = max(robust_deviation(logs - middle), 0.1)
     return [Outlier(entry.unit, entry.key, 'residual', (log - middle) / spread,
                     f'the corrected model still misses by {ratio:.1f} noise floors, usual here '
                     f'are {np.exp(middle):.1f}')

@@ -26,7 +26,7 @@ from engb_core.effects.law import law_value
 from engb_core.errors import InputError
 from engb_core.laws.blocks import Blocks, HEARD, kinds_of_motion
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
-from engb_core.laws.law_search import Candidate, Search, search_laws
+from engb_core.laws.law_search import Candidate, is_promising, Search, search_laws
 from engb_core.physics.inverse_dynamics import effort_of_motion
 
 __all__ = ['Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_removed',
@@ -147,7 +147,7 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximate
     if not search.candidates:
         return None
     chosen, alike = _plainest(search.fitter, search.candidates)
-    if chosen.form.acts_as in _DELAYS and search.promises(chosen):
+    if chosen.form.acts_as in _DELAYS and is_promising(chosen, search.before):
         tell('looking once more without what comes too late before a stop')
         search = _without_stops(search, chosen, tell)
         if not search.candidates:

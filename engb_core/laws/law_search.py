@@ -35,7 +35,7 @@ from engb_core.laws.blocks import Blocks, HEARD, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
-__all__ = ['Candidate', 'Screened', 'Search', 'search_laws']
+__all__ = ['Candidate', 'Screened', 'Search', 'is_promising', 'search_laws']
 
 Array = NDArray[np.float64]
 
@@ -101,12 +101,10 @@ class Search:
     candidates: tuple[Candidate, ...]
     onset: Candidate | None
 
-    def promises(self, best: Screened | Candidate) -> bool:
-        """Whether a form is near enough to a law that is believed for more to be asked."""
-        return _promises(self.before, best)
 
-
-def _promises(before: Score, best: Screened | Candidate) -> bool:
+def is_promising(best: Screened | Candidate, before: Score) -> bool:
+    """Whether a form is near enough to a law that is believed for more to be asked; `before` is
+    the score without a law."""
     return before.level - best.score.level > PROMISING * (before.level - 1.0)
 
 
@@ -154,11 +152,11 @@ class _Searching:
             found = self._screened(self._mutations(leading, waves))
             worth = [entry for entry in found if entry.form.kinds not in self._seen
                      and entry.score.level < leading[-1].score.level]
-            if not worth or not _promises(before, worth[0]):
+            if not worth or not is_promising(worth[0], before):
                 break
             self._polish(_of_each_kind(worth, TRIED * POLISHED_AFTER), POLISHED_AFTER)
         leading = self._leading()
-        if not leading or not _promises(before, leading[0]):
+        if not leading or not is_promising(leading[0], before):
             return Search(self._fitter, self._base, before, tuple(leading), None)
         limits = {form.kinds: form for entry in leading[:LIMITED]
                   for form in (*limits_of(entry.form), *mirrors_of(entry.form))

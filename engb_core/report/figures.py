@@ -140,13 +140,14 @@ class Figure:
         return tuple(seen.values())
 
 
-def log_ticks(values: Sequence[ArrayLike]) -> tuple[list[float], list[str]]:
-    """Return places of ticks on an axis in powers of ten that shows all `values`, and their text.
+def log_ticks(series: Sequence[Series], side: str) -> tuple[list[float], list[str]]:
+    """Return places of ticks on an axis in powers of ten that shows lines and points, and their
+    text; `side` is the axis, 'x' or 'y'.
 
     1, 2 and 5 of each decade, or only every so many decades where those would be too many.
     """
-    joined = np.concatenate([np.ravel(np.asarray(entry, float)) for entry in values]
-                            or [np.array([])])
+    joined = np.concatenate([np.ravel(np.asarray(getattr(entry, side), float)) for entry in series
+                             if isinstance(entry, Line | Points)] or [np.array([])])
     joined = joined[np.isfinite(joined) & (joined > 0.0)]
     if not joined.size:
         return [], []

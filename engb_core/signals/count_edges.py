@@ -52,6 +52,11 @@ class CountEdges:
                 self.going_on, (inner[0], inner[-1]), (inner[1], inner[-2]), strict=True))
         return np.concatenate([[before], inner, [after]])
 
+    def joined(self, time: Array, values: Array) -> Array:
+        """Return what values (n,) at the samples are at other times (m,) [s], on the straight
+        lines that join the edges, (m,)."""
+        return np.interp(time, self.time, self.of(values))
+
 
 def edges_of(recording: Recording) -> CountEdges:
     """Return the edges of a recording's counts, and the samples between two changes by several

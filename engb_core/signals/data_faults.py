@@ -21,6 +21,7 @@ from engb_core.recording import Recording, Signal
 from engb_core.signals.count_edges import quantum_of
 from engb_core.signals.motion import CUT_OFF
 from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
+from engb_core.signals.spread import robust_deviation
 from engb_core.signals.stamps import evenly_timed, stamps_vary, VARY
 
 __all__ = ['DataFault', 'cleaned']
@@ -163,7 +164,7 @@ def _spikes(effort: Array) -> NDArray[np.bool_]:
             break
         off, between = _away_and_back(effort, count)
         moved = off[off != 0.0]
-        typical = 1.4826 * float(np.median(np.abs(moved))) if moved.size else 0.0
+        typical = robust_deviation(moved) if moved.size else 0.0
         alone = (np.abs(off) > level * typical) & (np.abs(between) < STAYS * np.abs(off))
         beside = maximum_filter1d(alone, 2 * (2 * count + 1) + 1)
         if beside.all():

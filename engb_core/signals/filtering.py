@@ -19,6 +19,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from engb_core.physics.compiled import compiled
 from engb_core.signals.motion import filtered, gaussian_kernel, Motion
 from engb_core.signals.order_periodogram import order_periodogram
+from engb_core.signals.spread import robust_deviation
 
 __all__ = ['ABOVE_BAND', 'Comparison', 'comparison_of', 'judgeable', 'low_passed_noise',
            'noise_in_motion', 'noise_of', 'slowest_speed']
@@ -141,7 +142,7 @@ def noise_of(effort: Array) -> float:
     From third differences, robustly: motion is smooth on the scale of three samples.
     """
     difference = np.diff(effort, n=3)
-    return float(1.4826 * np.median(np.abs(difference)) / np.sqrt(20.0))
+    return float(robust_deviation(difference) / np.sqrt(20.0))
 
 
 def noise_in_motion(motion: Motion, comparison: Comparison, bandwidth: float, left: Array,
@@ -186,19 +187,14 @@ def noise_in_motion(motion: Motion, comparison: Comparison, bandwidth: float, le
     for signal in (*above, incoherent):
         if signal is None:
             continue
-        told.append(_spread(signal[moving]) / gain * comparison.noise_gain_whole)
+        told.append(robust_deviation(signal[moving]) / gain * comparison.noise_gain_whole)
         between = order_periodogram(motion, moving, corner, signal).noise()
         told += [] if between is None else [between * comparison.noise_gain_whole]
     weight = np.sqrt(comparison.scale)
     laws = [comparison(values) * weight for values in _shifted(motion, bandwidth)]
     whole = _incoherent(comparison(left) * weight, laws, np.ones(weight.size, bool),
                         min(2.0 * bandwidth * moves, weight.size))
-    return min(told if whole is None else [*told, _spread(whole)])
-
-
-def _spread(values: Array) -> float:
-    """Return the standard deviation of values (n,) from their median deviation."""
-    return 1.4826 * float(np.median(np.abs(values)))
+    return min(told if whole is None else [*told, robust_deviation(whole)])
 
 
 def _shifted(motion: Motion, corner: float) -> list[Array]:
@@ -253,4 +249,4 @@ def low_passed_noise(motion: Motion, comparison: Comparison, stride: int) -> flo
                   + filtered[:-2 * stride])[standing[stride:-stride]]
     if difference.size < 40 * stride:
         return None
-    return float(1.4826 * np.median(np.abs(difference)) / np.sqrt(6.0))
+    return float(robust_deviation(difference) / np.sqrt(6.0))

@@ -130,7 +130,7 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
     full: Array = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1,
                             dtype=np.float64) * fine
     edges = edges_of(recording)
-    raw = bridged(full, np.interp(full, edges.time, edges.of(recording.position)), recording)
+    raw = bridged(full, edges.joined(full, recording.position), recording)
 
     def smooth(derivative: int) -> Array:
         return moving_on(raw, gaussian_kernel(bandwidth, fine, derivative))[::stride].copy()

@@ -36,10 +36,9 @@ Array = NDArray[np.float64]
 def carried(recording: Recording, motion: Motion, values: Array) -> tuple[Array, Array, Array]:
     """Return what values (k,) at the recording's samples become on the motion's grid when they
     pass as the position does: themselves, their rate and its rate, (n,) each."""
-    edge_times, edges = motion.edges.time, motion.edges.of(values)
     if motion.sharp:
         time = motion.time
-        raw = 0.5 * (np.interp(time, edge_times, edges)
+        raw = 0.5 * (motion.edges.joined(time, values)
                      + np.interp(time, recording.time, values))
         smooth = sosfiltfilt(butter(ORDER, motion.bandwidth, fs=1.0 / motion.step, output='sos'),
                              raw)
@@ -47,8 +46,9 @@ def carried(recording: Recording, motion: Motion, values: Array) -> tuple[Array,
         return smooth, rate, np.gradient(rate, motion.step)
     fine = recording.interval
     stride = max(1, round(motion.step / fine))
-    full = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1) * fine
-    raw = np.interp(full, edge_times, edges)
+    full: Array = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1,
+                            dtype=np.float64) * fine
+    raw = motion.edges.joined(full, values)
     smooth, rate, curve = (
         filtered(raw, gaussian_kernel(motion.bandwidth, fine, derivative))[::stride].copy()
         for derivative in range(3))

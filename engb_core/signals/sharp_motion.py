@@ -48,7 +48,7 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     parts = int(np.clip(round(recording.interval / step), 1, most))
     step = recording.interval / parts
     time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1, dtype=np.float64) * step
-    edges = np.interp(time, recorded.edges.time, recorded.edges.of(recording.position))
+    edges = recorded.edges.joined(time, recording.position)
     samples = np.interp(time, recording.time, recording.position)
     raw = bridged(time, 0.5 * (edges + samples), recording)
     low_pass = butter(ORDER, bandwidth, fs=1.0 / step, output='sos')

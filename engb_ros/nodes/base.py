@@ -184,14 +184,6 @@ class ManagedNode(LifecycleNode):
         while self._silenced and time.monotonic() - self._silenced[0][0] >= older_than:
             self._silenced.pop(0)[1].destroy()
 
-    def give_back(self, made: Any) -> None:
-        """Give back what one of these helpers made, before a cleanup does."""
-        for entry in self._owned:
-            if entry[1] is made:
-                self._owned.remove(entry)
-                entry[0](made)
-                return
-
     def _tell_who_asks_for_more(self, topic: Topic, event: Any) -> None:
         policy = qos_policy_name_from_kind(event.last_policy_kind)
         self.get_logger().warning(
@@ -421,8 +413,7 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
             if spin_once(executor, node.poll_period):
                 node.get_logger().info('an event came of what had been destroyed')
             node.poll()
-            if node._silenced:
-                node.destroy_silenced()
+            node.destroy_silenced()
             if node._less_is_offered:
                 node.settle_for_less()
         end = time.monotonic() + LONGEST_FINISH

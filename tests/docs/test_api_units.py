@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-import importlib.util
 from pathlib import Path
 import re
 
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 
 import engb_core as engb
+from tests.docs_scripts import docs_script
 
 ROOT = Path(__file__).resolve().parents[2]
 ARRAY, SHAPE, UNIT = (re.compile(text) for text in (
@@ -22,10 +22,7 @@ NUMBER = re.compile(r'(tuple\[)?(float|Array|ArrayLike|NDArray)\b')
 
 def modules() -> tuple[str, ...]:
     """Return the modules of the site's page of the API."""
-    found = importlib.util.spec_from_file_location('make_site', ROOT / 'docs' / 'make_site.py')
-    module = importlib.util.module_from_spec(found)
-    found.loader.exec_module(module)
-    return module.MODULES
+    return docs_script('make_site').MODULES
 
 
 def entries(doc: str, section: str) -> dict[str, str]:

@@ -1,15 +1,14 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The gallery has every effect and is made from the effects as they are now."""
 
-import importlib.util
 from pathlib import Path
-import sys
 
 import pytest
 
 from engb_core.effects.catalogue import catalogue
 from engb_core.report.effect_pictures import effect_pictures, KINDS
 from engb_core.report.pictures import Units
+from tests.docs_scripts import docs_script
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMED = [effect for effect in catalogue().values() if not effect.unnamed]
@@ -17,11 +16,7 @@ NAMED = [effect for effect in catalogue().values() if not effect.unnamed]
 
 @pytest.fixture(scope='module')
 def gallery():
-    spec = importlib.util.spec_from_file_location('make_gallery', ROOT / 'docs/make_gallery.py')
-    module = importlib.util.module_from_spec(spec)
-    sys.modules['make_gallery'] = module
-    spec.loader.exec_module(module)
-    return module
+    return docs_script('make_gallery')
 
 
 def test_every_effect_is_in_it():

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 import re
 import subprocess
@@ -12,16 +11,14 @@ import sys
 import pytest
 
 from engb_core.effects.catalogue import catalogue
+from tests.docs_scripts import docs_script
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope='module')
 def site():
-    specification = importlib.util.spec_from_file_location('make_site', ROOT / 'docs/make_site.py')
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+    return docs_script('make_site')
 
 
 def test_every_page_and_every_effect_is_in_it(site):

@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
-import sys
 
 import numpy as np
 import pytest
@@ -15,17 +13,14 @@ from engb_core.effects.catalogue import catalogue
 from engb_core.model import EffectSetting, Friction, Model
 from engb_core.report.effect_pictures import effect_pictures
 from engb_core.report.pictures import Units
+from tests.docs_scripts import docs_script
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope='module')
 def gallery():
-    spec = importlib.util.spec_from_file_location('make_gallery', ROOT / 'docs/make_gallery.py')
-    module = importlib.util.module_from_spec(spec)
-    sys.modules['make_gallery'] = module
-    spec.loader.exec_module(module)
-    return module
+    return docs_script('make_gallery')
 
 
 def _trace(**channels):

@@ -141,9 +141,10 @@ class Listener(ManagedNode):
     node_name = 'listener'
 
     def configure(self, values):
-        self.made = None
+        self.listen_by_publisher(EFFORT_COMMAND, lambda *told: heard.append(told), raw=True)
 
 
+heard = []
 rclpy.init()
 node, other = Listener(), rclpy.create_node('other')
 publisher = other.create_publisher(Float64, 'effort_command', 10)
@@ -159,7 +160,6 @@ def flood():
 
 thread = threading.Thread(target=flood)
 thread.start()
-heard = []
 
 
 def spin(seconds):
@@ -171,11 +171,10 @@ def spin(seconds):
 
 for _ in range(40):
     before = len(heard)
-    made = node.listen_by_publisher(EFFORT_COMMAND, lambda *told: heard.append(told), raw=True)
+    node.trigger_configure()
     while len(heard) == before:
         spin(0.02)
-    node.give_back(made)
-    del made
+    node.trigger_cleanup()
     spin(0.03)
 stop.set()
 thread.join()

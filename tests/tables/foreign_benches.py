@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .simulated_bench import BenchTable
+from .simulated_bench import BenchTable, rows_of
 
 __all__ = ['FOREIGN_TABLES', 'Machine', 'measured']
 
@@ -145,15 +145,9 @@ class ForeignTable(BenchTable):
         return measured(self.machine, seed, self.every)
 
 
-def _rows(columns: list, forms: str, delimiter: str) -> str:
-    parts = forms.split()
-    return ''.join(delimiter.join(form % value for form, value in zip(parts, row, strict=True))
-                   + '\n' for row in zip(*columns, strict=True))
-
-
 def _polish(path: Path, run: dict[str, np.ndarray]) -> None:
     """As a Polish Excel saves it: a line that names the separator, current before angle."""
-    text = _rows([run['t'], run['i'], np.rad2deg(run['phi'])], '%.4f %.4f %.4f', ';')
+    text = rows_of([run['t'], run['i'], np.rad2deg(run['phi'])], '%.4f %.4f %.4f', ';')
     path.write_text('sep=;\nCzas [s];Prąd silnika [A];Kąt wału [°]\n' + text.replace('.', ','),
                     encoding='cp1250')
 
@@ -161,7 +155,7 @@ def _polish(path: Path, run: dict[str, np.ndarray]) -> None:
 def _japanese(path: Path, run: dict[str, np.ndarray]) -> None:
     """A Japanese logger, Shift-JIS; the drive's command stands beside what was measured."""
     head = '計測日,2026/11/20\n機種,AC-400\n\n時間[ms],指令角度[deg],実角度[deg],トルク[N･m]\n'
-    path.write_text(head + _rows(
+    path.write_text(head + rows_of(
         [1e3 * run['t'], np.rad2deg(run['goal']), np.rad2deg(run['phi']), 0.08 * run['i']],
         '%.1f %.3f %.3f %.5f', ','), encoding='cp932')
 
@@ -172,21 +166,21 @@ def _labview(path: Path, run: dict[str, np.ndarray]) -> None:
             'Date\t2026/11/20\nTime\t14:03:11.27\n***End_of_Header***\t\n\t\t\t\n'
             'Channels\t2\t\t\nSamples\t%d\t%d\t\n***End_of_Header***\t\t\t\n'
             'X_Value\tShaft angle (rad)\tTorque (Nm)\tComment\n')
-    path.write_text(head % (run['t'].size, run['t'].size) + _rows(
+    path.write_text(head % (run['t'].size, run['t'].size) + rows_of(
         [run['t'], run['phi'], 0.08 * run['i'], np.full(run['t'].size, 0)],
         '%.6f %.6f %.6f %.0s', '\t'))
 
 
 def _trace(path: Path, run: dict[str, np.ndarray]) -> None:
     """A drive's trace: parameters' numbers in the titles, 1/1000° as unit of length."""
-    text = _rows([np.arange(run['t'].size), 1e3 * run['t'], np.rad2deg(run['phi']) * 1e3,
+    text = rows_of([np.arange(run['t'].size), 1e3 * run['t'], np.rad2deg(run['phi']) * 1e3,
                   0.08 * run['i']], '%.0f %.2f %.0f %.5f', ';').replace('.', ',')
     path.write_text('Nr.;Zeit;r2521[0] Lageistwert LR;r80 Drehmomentistwert\n'
                     ';ms;LU;Nm\n' + text, encoding='cp1252')
 
 
 def _spanish(path: Path, run: dict[str, np.ndarray]) -> None:
-    path.write_text('tiempo (s),ángulo (grados),corriente (mA)\n' + _rows(
+    path.write_text('tiempo (s),ángulo (grados),corriente (mA)\n' + rows_of(
         [run['t'], np.rad2deg(run['phi']), 1e3 * run['i']], '%.5f %.4f %.1f', ','),
         encoding='utf-8')
 
@@ -211,7 +205,7 @@ def _inches(path: Path, run: dict[str, np.ndarray]) -> None:
 
 
 def _chinese(path: Path, run: dict[str, np.ndarray]) -> None:
-    path.write_text('时间(秒),电机位置(度),电流(安)\n' + _rows(
+    path.write_text('时间(秒),电机位置(度),电流(安)\n' + rows_of(
         [run['t'], np.rad2deg(run['phi']), run['i']], '%.4f %.4f %.4f', ','), encoding='utf-8')
 
 

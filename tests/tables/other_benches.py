@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .simulated_bench import BenchTable
+from .simulated_bench import BenchTable, rows_of
 
 __all__ = ['OTHER_TABLES', 'Drive', 'recorded']
 
@@ -165,16 +165,11 @@ class DriveTable(BenchTable):
         return recorded(self.drive, seed, self.every)
 
 
-def _rows(columns: list, form: str, delimiter: str) -> str:
-    return ''.join(delimiter.join(form % value for value in row) + '\n'
-                   for row in zip(*columns, strict=True))
-
-
 def _scope(path: Path, run: dict[str, np.ndarray]) -> None:
     """A control's scope, German: head above the titles, comma for the point, time in ms."""
     head = ('Name;Achse X Scope\nDatei;C:\\Scope\\achse_x.tcscopex\nStart;25.11.2026 09:12:44\n'
             'Abtastzeit;1\n\n')
-    text = _rows([1e3 * run['t'], np.rad2deg(run['goal']), np.rad2deg(run['phi']), run['i']],
+    text = rows_of([1e3 * run['t'], np.rad2deg(run['goal']), np.rad2deg(run['phi']), run['i']],
                  '%.4f', ';').replace('.', ',')
     path.write_text(head + 'Zeit [ms];Sollposition [°];Istposition [°];Motorstrom [A]\n' + text,
                     encoding='cp1252')
@@ -182,7 +177,7 @@ def _scope(path: Path, run: dict[str, np.ndarray]) -> None:
 
 def _turns(path: Path, run: dict[str, np.ndarray]) -> None:
     """A hobbyist's drive with turns, read by a script."""
-    path.write_text('time,pos_estimate (turns),input_pos (turns),Iq_measured (A)\n' + _rows(
+    path.write_text('time,pos_estimate (turns),input_pos (turns),Iq_measured (A)\n' + rows_of(
         [3.217 + run['t'], run['phi'] / (2 * np.pi), run['goal'] / (2 * np.pi), run['i']],
         '%.6f', ','))
 
@@ -208,7 +203,7 @@ def _linear(path: Path, run: dict[str, np.ndarray]) -> None:
     """A screw of 10 mm a turn, with force at the slide reckoned by the drive."""
     force = 0.06 * run['i'] * 2 * np.pi / 0.01
     path.write_text('# slide, screw 10 mm\n# measured force = Kt*iq*2*pi/lead\n'
-                    'Time (s)\tSlide position (mm)\tForce (N)\n' + _rows(
+                    'Time (s)\tSlide position (mm)\tForce (N)\n' + rows_of(
                         [run['t'], run['phi'] / (2 * np.pi) * 10.0, force], '%.5f', '\t'))
 
 
@@ -226,13 +221,13 @@ def _dyno(path: Path, run: dict[str, np.ndarray]) -> None:
 def _inches(path: Path, run: dict[str, np.ndarray]) -> None:
     """An American bench: time in µs, torque in lbf·in, units in a row of their own."""
     torque = 0.06 * run['i'] / 0.1129848
-    path.write_text('Time,Shaft Angle,Motor Torque\nus,deg,lbf-in\n' + _rows(
+    path.write_text('Time,Shaft Angle,Motor Torque\nus,deg,lbf-in\n' + rows_of(
         [1e6 * run['t'], np.rad2deg(run['phi']), torque], '%.4f', ','))
 
 
 def _din(path: Path, run: dict[str, np.ndarray]) -> None:
     """As DIN writes titles, blanks for columns, an empty cell where a value was lost."""
-    text = _rows([run['t'], run['phi'], 60.0 * run['i']], '%.6f', ';').splitlines()
+    text = rows_of([run['t'], run['phi'], 60.0 * run['i']], '%.6f', ';').splitlines()
     for number in range(50, len(text), 997):
         text[number] = text[number].rpartition(';')[0] + ';'
     path.write_text('t/s;φ/rad;M/mNm\n' + '\n'.join(text).replace('.', ',') + '\n',
@@ -240,7 +235,7 @@ def _din(path: Path, run: dict[str, np.ndarray]) -> None:
 
 
 def _french(path: Path, run: dict[str, np.ndarray]) -> None:
-    path.write_text('Temps (s);Angle moteur (deg);Courant (A)\n' + _rows(
+    path.write_text('Temps (s);Angle moteur (deg);Courant (A)\n' + rows_of(
         [run['t'], np.rad2deg(run['phi']), run['i']], '%.5f', ';').replace('.', ','),
         encoding='latin-1')
 
@@ -248,7 +243,7 @@ def _french(path: Path, run: dict[str, np.ndarray]) -> None:
 def _bare(path: Path, run: dict[str, np.ndarray]) -> None:
     """Units in remarks alone, which nothing can be expected to read: they are asked."""
     path.write_text('% position in degrees, current in amperes\n% motor KT 0.06\n'
-                    't pos cur\n' + _rows([run['t'], np.rad2deg(run['phi']), run['i']],
+                    't pos cur\n' + rows_of([run['t'], np.rad2deg(run['phi']), run['i']],
                                           '%.5f', ' '))
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ['TABLES', 'BenchTable', 'write_table']
+__all__ = ['TABLES', 'BenchTable', 'rows_of', 'write_table']
 
 STEP, DURATION = 1e-4, 16.0
 TORQUE_CONSTANT = 0.05
@@ -108,12 +108,18 @@ def write_table(table: BenchTable, folder: Path, seed: int = 0) -> Path:
     return path
 
 
+def rows_of(columns: list, forms: str, delimiter: str) -> str:
+    """Return a line for each row, its numbers in one form or each in its own."""
+    parts = forms.split()
+    parts *= len(columns) // len(parts)
+    return ''.join(delimiter.join(form % value for form, value in zip(parts, row, strict=True))
+                   + '\n' for row in zip(*columns, strict=True))
+
+
 def _rows(path: Path, titles: str, columns: list, form: str, delimiter: str = ',',
           comma: bool = False, encoding: str = 'utf-8') -> None:
-    lines = [delimiter.join(form % value for value in row) for row in zip(*columns, strict=True)]
-    text = '\n'.join(lines)
-    path.write_text(titles + (text.replace('.', ',') if comma else text) + '\n',
-                    encoding=encoding)
+    text = rows_of(columns, form, delimiter)
+    path.write_text(titles + (text.replace('.', ',') if comma else text), encoding=encoding)
 
 
 def _german(path, run):

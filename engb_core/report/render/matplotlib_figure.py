@@ -81,8 +81,7 @@ def matplotlib_svg(figure: Figure, identifier: str, points: int) -> Html:
 
 
 def _log(axis: Any, series: Sequence[Series], side: str) -> None:
-    ticks, text = log_ticks([getattr(entry, side) for entry in series
-                             if isinstance(entry, Line | Points)])
+    ticks, text = log_ticks(series, side)
     if ticks:
         axis.set_ticks(ticks, labels=text)
         axis.set_ticks([], minor=True)

@@ -133,8 +133,7 @@ def plotly_spec(figure: Figure, points: int) -> dict[str, Any]:
 
 def _log(series: Sequence[Series], side: str) -> dict[str, Any]:
     # Plotly writes bare 2 and 5 between the decades, in which nobody reads 0.2 and 0.5.
-    values, text = log_ticks([getattr(entry, side) for entry in series
-                              if isinstance(entry, Line | Points)])
+    values, text = log_ticks(series, side)
     return {'type': 'log', 'tickvals': values, 'ticktext': text} if values else {'type': 'log'}
 
 
