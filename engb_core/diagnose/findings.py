@@ -200,7 +200,7 @@ def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation, chosen: Fit
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
         findings.append((EffectFinding(
-            effect=effect.id, probability=known * (1.0 - others),
+            effect=effect.id, probability=known * finding.moved * (1.0 - others),
             parameters=parameters,
             share=min(1.0, taken * finding.matters / total),
             alternatives=tuple((other, known * weight) for other, weight in finding.rivals),

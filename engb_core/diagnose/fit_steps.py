@@ -19,12 +19,12 @@ def weak_prior(parameter: Parameter) -> tuple[float, float]:
     """Return centre and width of what is known of an effect's parameter beforehand: its order of
     magnitude where it has starts, else nothing."""
     if parameter.kind in ('phase', 'order') or not parameter.starts:
-        return 0.0, 1e6
+        return 0.0, 1e12
     if parameter.logarithmic:
         logs = np.log(parameter.starts)
         return float(logs.mean()), float(max(np.ptp(logs), 2.0))
     if parameter.none is not None:
-        return parameter.none, 1e6
+        return parameter.none, 1e12
     return float(np.mean(parameter.starts)), float(max(np.ptp(parameter.starts), 0.5))
 
 

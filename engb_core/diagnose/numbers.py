@@ -34,6 +34,7 @@ from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
+from engb_core.diagnose.spike_and_slab import average
 
 __all__ = ['NumberFinding', 'number_place', 'refitted', 'was_refitted',
            'wrong_numbers']
@@ -43,6 +44,8 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
               'coulomb': 'coulomb_friction_error', 'load_gain': 'load_dependent_friction'}
 
 
+# Where more numbers are off at once, the file is of another machine, or was refitted.
+MOST_OFF = 2
 # What acts just like the one number, where effort is a command.
 BRAKES_LIKE, BACK_EMF = 'viscous_friction', 'back_emf'
 
@@ -58,6 +61,7 @@ class NumberFinding:
         value: that it has in the fit.
         kept: whether a refit of the file left just this one as it was.
         rivals: (effect, weight) of numbers of which one is wrong instead, if this one isn't.
+        moved: probability that it is not as in the file.
     """
 
     effect: str
@@ -66,6 +70,7 @@ class NumberFinding:
     value: float
     kept: bool = False
     rivals: tuple[tuple[str, float], ...] = ()
+    moved: float = 1.0
 
 
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
@@ -75,6 +80,9 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     the file was refitted with this one number held: a file that was refitted around missing
     physics has all its numbers moved.
     """
+    few = _moved(fitter, explained)
+    if few:
+        return few
     load_kept = bool(explained.hypothesis.variants) and fitter.held == (LOAD,)
     if load_kept and refitted(fitter):
         # All others moved to make up for the load curve, which has its own cause.
@@ -103,6 +111,33 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         # A file that was refitted around what is settled by now has all other numbers moved.
         return held
     return (insisted and _fewest(fitter, explained, insisted)) or held
+
+
+def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
+    """Return the numbers that are likelier off than as in the file, where no physics is missing
+    and all others of the file stand; none where more than two are off, or the load curve: then
+    the file was refitted, or its load is the question."""
+    hypothesis = explained.hypothesis
+    if hypothesis.variants or fitter.held or was_refitted(fitter):
+        return []
+    finished = explained if explained.jacobian is not None else fitter.finish(explained)
+    kept = {number.name: float(probability) for number, probability in zip(
+        hypothesis.numbers, average(fitter, finished).kept, strict=True)}
+    off = [name for name, probability in kept.items()
+           if probability < 0.5 and name not in (DELAY, CURVATURE)]
+    if not 0 < len(off) <= MOST_OFF or not set(off) <= set(_BY_NUMBER):
+        return []
+    floor = reduced_chi_square(explained, fitter)
+    found = []
+    for name in off:
+        held = fitter.refit(explained, tuple(
+            number for number in hypothesis.numbers if number.name != name))
+        finding = _named(fitter, finished, name,
+                         max(reduced_chi_square(held, fitter) - floor, 1e-9))
+        if finding is None:
+            return []
+        found.append(replace(finding, moved=1.0 - kept[name]))
+    return sorted(found, key=lambda finding: -finding.matters)
 
 
 def number_place(numbers: tuple[NominalNumber, ...], effect: str) -> int:

@@ -27,8 +27,10 @@ from engb_core.signals.filtering import (
     judgeable,
     low_passed_noise,
     noise_in_motion,
+    noise_of_polled,
     slowest_speed,
 )
+from engb_core.signals.held_effort import EFFORT_TAKEN
 from engb_core.signals.motion import (
     filtered,
     gaussian_kernel,
@@ -417,17 +419,25 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
     else:
         length = motion.time[-1] / STRETCHES
         fitted = (time % length) < (1.0 - KEPT_OUT) * length
-    # Above the corner of the low-pass second differences are blind to what the motion needs.
-    low = low_passed_noise(motion, comparison, max(1, round(0.8 / bandwidth / motion.step)))
     resolution = float(np.median(np.abs(recording.effort))) * 1e-4
     if motion.commanded is not None:
         # A command's noise is what counts make of it, which a standing one does not show.
         resolution = (motion.commanded.law.gain * motion.quantum / np.sqrt(12.0)
                       * comparison.noise_gain_whole)
-    if low is None:
+    if motion.fresh is not None:
+        # Each window holds one value that was taken, as it is.
         left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
-        low = noise_in_motion(motion, comparison, bandwidth, left)
-    noise = max(low, resolution) / np.sqrt(comparison.scale)
+        told = noise_of_polled(motion, comparison, bandwidth, left,
+                               recording.signals[EFFORT_TAKEN].value)
+        noise = np.full(time.size, max(told, resolution))
+    else:
+        # Above the corner of the low-pass second differences are blind to what the motion needs.
+        stride = max(1, round(0.8 / bandwidth / motion.step))
+        standing = low_passed_noise(motion, comparison, stride)
+        if standing is None:
+            left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
+            standing = noise_in_motion(motion, comparison, bandwidth, left)
+        noise = max(standing, resolution) / np.sqrt(comparison.scale)
     noise = np.hypot(noise, counts)
     smooth = filtered(motion.effort, comparison.taps)
     rate = np.abs(np.gradient(smooth, motion.step))[comparison.grid]

@@ -13,7 +13,7 @@ def _torque(parameters, state, sample):
 EFFECT = Effect(
     id='back_emf',
     title='Back-EMF of a voltage drive',
-    parameters=(Parameter('back_emf', 'N·m·s/rad', 0.0, 1e6, none=0.0, starts=(0.01,),
+    parameters=(Parameter('back_emf', 'N·m·s/rad', 0.0, 1e12, none=0.0, starts=(0.01,),
                           form=0.005),),
     stages={'torque': _torque},
     equation='T_M = K_T · (V − K_e ω)/R = effort − back_emf · ω, back_emf = K_T K_e / R',

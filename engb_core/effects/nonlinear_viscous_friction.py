@@ -13,7 +13,7 @@ def _torque(parameters, state, sample):
 EFFECT = Effect(
     id='nonlinear_viscous_friction',
     title='Nonlinear viscous friction',
-    parameters=(Parameter('quadratic_viscous_friction', 'N·m·s²/rad²', -1e6, 1e6, none=0.0,
+    parameters=(Parameter('quadratic_viscous_friction', 'N·m·s²/rad²', -1e12, 1e12, none=0.0,
                           starts=(1e-5,), form=0.014),),
     stages={'torque': _torque},
     equation='T = B₂ ω |ω|',

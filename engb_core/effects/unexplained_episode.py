@@ -25,9 +25,9 @@ EFFECT = Effect(
     id='unexplained_episode',
     title='Unexplained episode',
     parameters=(
-        Parameter('size', 'N·m', -1e6, 1e6, none=0.0, starts=(0.01,)),
-        Parameter('begin', 's', -1e6, 1e6),
-        Parameter('end', 's', -1e6, 1e6),
+        Parameter('size', 'N·m', -1e12, 1e12, none=0.0, starts=(0.01,)),
+        Parameter('begin', 's', -1e12, 1e12),
+        Parameter('end', 's', -1e12, 1e12),
     ),
     stages={'torque': _torque},
     equation='T = size · (1, sgn ω or T_L) from begin to end',

@@ -21,8 +21,8 @@ EFFECT = Effect(
     id='unexplained_spot',
     title='Unexplained torque at one place',
     parameters=(
-        Parameter('height', 'N·m', -1e6, 1e6, none=0.0, starts=(0.005,)),
-        Parameter('centre', 'rad', -1e6, 1e6),
+        Parameter('height', 'N·m', -1e12, 1e12, none=0.0, starts=(0.005,)),
+        Parameter('centre', 'rad', -1e12, 1e12),
         Parameter('width', 'rad', 1e-3, 1e4, logarithmic=True),
         Parameter('shape', '-', 1.2, 12.0, starts=(2.0,), logarithmic=True),
     ),

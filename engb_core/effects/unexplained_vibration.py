@@ -37,7 +37,7 @@ EFFECT = Effect(
     id='unexplained_vibration',
     title='Unexplained vibration',
     parameters=(
-        Parameter('amplitude', 'N·m', 0.0, 1e6, none=0.0, starts=(0.003,)),
+        Parameter('amplitude', 'N·m', 0.0, 1e12, none=0.0, starts=(0.003,)),
         Parameter('frequency', 'Hz', 0.01, 400.0, starts=(1.0,), logarithmic=True),
         Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), per_recording=True),
     ),

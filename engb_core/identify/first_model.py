@@ -42,6 +42,7 @@ from scipy.stats import t as student
 
 from engb_core.errors import InputError
 from engb_core.identify.load_forms import contact_form, FilteredColumns, load_forms, LoadForm
+from engb_core.identify.reversed_effort import reversed_effort
 from engb_core.model import Friction, Joint, Model, Motor
 from engb_core.physics.plant import load_torques, physics_of
 from engb_core.recording import Recording
@@ -51,6 +52,7 @@ from engb_core.signals.filtering import (
     noise_of,
     slowest_speed,
 )
+from engb_core.signals.held_effort import effort_as_taken, EFFORT_TAKEN
 from engb_core.signals.motion import motion_of
 from engb_core.signals.plausibility import refuse_unmeasured
 
@@ -165,6 +167,7 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
     refuse_unmeasured(recordings, joint)
     tell('reading the motion')
     data = _data(recordings, joint)
+    _refuse_reversed(data, recordings[0].name)
     tell('weighing forms of the load')
     scored = _scored(data, joint)
     best = form = _chosen(scored)
@@ -200,6 +203,7 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
 
 
 def _data(recordings: Sequence[Recording], joint: Joint) -> FilteredColumns:
+    recordings = [effort_as_taken(recording) for recording in recordings]
     motions = [motion_of(recording) for recording in recordings]
     speed = max(motion.speed for motion in motions)
     # At which speed friction turns is for a diagnosis to find: here it is below what is judged.
@@ -224,8 +228,10 @@ def _data(recordings: Sequence[Recording], joint: Joint) -> FilteredColumns:
             (time / motion.time[-1] * count).astype(int), count - 1))
         blocks += count
         stride = max(1, round(0.8 / bandwidth / motion.step))
-        noises.append(low_passed_noise(motion, comparison, stride)
-                      or noise_of(recording.effort) * comparison.noise_gain_whole)
+        noises.append(
+            noise_of(recording.signals[EFFORT_TAKEN].value) if motion.fresh is not None else
+            low_passed_noise(motion, comparison, stride)
+            or noise_of(recording.effort) * comparison.noise_gain_whole)
     joined: dict[str, Any] = {name: np.concatenate(values) for name, values in parts.items()}
     if joined['effort'].size:
         # Numbers of blocks without a gap: some hold no motion.
@@ -235,6 +241,16 @@ def _data(recordings: Sequence[Recording], joint: Joint) -> FilteredColumns:
                          'strokes in both directions, some slow and some fast')
     return FilteredColumns(**joined, noise=float(np.sqrt(np.mean(np.square(noises)))),
                            runs=tuple(runs), slowest=slowest)
+
+
+def _refuse_reversed(data: FilteredColumns, name: str) -> None:
+    explained = reversed_effort(data)
+    if explained is not None:
+        raise InputError(
+            f'{name}: effort works against the motion, as if its sign were the wrong one: an axis '
+            f'explains {max(explained[0], 0.0):.0%} of it as it stands and {explained[1]:.0%} '
+            'turned round. Turn it (--scale effort=-1, or record it so), if no other machine '
+            'drives this axis')
 
 
 def _design(data: FilteredColumns, form: LoadForm) -> Array:

@@ -19,6 +19,7 @@ from engb_core.model import Model
 from engb_core.physics.command_law import command_law
 from engb_core.recording import Recording, Signal
 from engb_core.signals.count_edges import quantum_of
+from engb_core.signals.held_effort import effort_as_taken, EFFORT_TAKEN
 from engb_core.signals.motion import CUT_OFF
 from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
 from engb_core.signals.spread import robust_deviation
@@ -60,9 +61,12 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
     timed = recording if repeated else evenly_timed(recording)
     noise = sampling_noise(timed)
     faults: list[DataFault] = [] if repeated else _jitter(recording, timed, noise)
-    recording = timed
+    recording = timed if repeated else effort_as_taken(timed)
+    held = EFFORT_TAKEN in recording.signals
+    faults += _held(recording) if held else []
     position_bad = _impossible(recording, model, noise)
-    effort_bad = _spikes(recording.effort)
+    # Among values that stand for several samples each, neighbours tell no spike and no limit.
+    effort_bad = np.zeros(recording.effort.size, bool) if held else _spikes(recording.effort)
     for bad, what in ((position_bad, 'position'), (effort_bad, 'effort')):
         if bad.any():
             times = recording.time[bad]
@@ -78,7 +82,7 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
     keep = ~(position_bad | effort_bad)
     computed = _computed(recording)
     # A command is cut off by its own law, which is no fault.
-    cut_off = [] if computed else _clipped(recording, model, ~effort_bad)
+    cut_off = [] if computed or held else _clipped(recording, model, ~effort_bad)
     faults += computed or [fault for fault, _ in cut_off]
     if cut_off:
         beyond = np.any([rows for _, rows in cut_off], axis=0)
@@ -221,6 +225,16 @@ def _repeated(recording: Recording) -> list[DataFault]:
         'repeated_values', recording.name, 0.0, recording.duration,
         f'Each value stands for {usual} samples: the source is {usual} times slower than the log. '
         'Only the samples at which the values change are used. Record the source itself.')]
+
+
+def _held(recording: Recording) -> list[DataFault]:
+    taken = recording.signals[EFFORT_TAKEN].time
+    every = float(np.median(np.diff(taken)))
+    return [DataFault(
+        'held_effort', recording.name, float(taken[0]), float(taken[-1]),
+        f'Effort is taken every {every * 1e3:.3g} ms only and stands in between, while the '
+        f'position comes every {recording.interval * 1e3:.3g} ms: it is judged at the instants at '
+        'which it was taken. Poll the current as fast as the position.')]
 
 
 def _clipped(recording: Recording, model: Model, rows: NDArray[np.bool_],

@@ -22,7 +22,7 @@ from engb_core.signals.order_periodogram import order_periodogram
 from engb_core.signals.spread import robust_deviation
 
 __all__ = ['ABOVE_BAND', 'Comparison', 'comparison_of', 'judgeable', 'low_passed_noise',
-           'noise_in_motion', 'noise_of', 'slowest_speed']
+           'noise_in_motion', 'noise_of', 'noise_of_polled', 'slowest_speed']
 
 Array = NDArray[np.float64]
 
@@ -124,11 +124,15 @@ def comparison_of(motion: Motion, bandwidth: float, slowest: float, before_stop:
     bandwidth = min(bandwidth, 0.2 / motion.step)
     taps = gaussian_kernel(bandwidth, motion.step)
     weight = judgeable(motion, slowest, before_stop).astype(float)
+    if motion.fresh is not None:
+        weight *= motion.fresh
     stride = max(1, int(round(1.0 / (2.5 * bandwidth) / motion.step)))
     grid = np.arange(0, motion.time.size, stride, dtype=np.int64)
     ones = np.ones(grid.size)
     scale = _decimate(np.ones_like(weight), weight, taps, grid, ones)
-    keep = scale > least_weight
+    # Where effort is polled, no window can be judged as a whole.
+    most = 1.0 if motion.fresh is None else scale.max(initial=0.0)
+    keep = scale > least_weight * most
     grid, scale = grid[keep], scale[keep]
     # The effort was white before it passed the motion's Gaussian: both together are one Gaussian.
     both = 1.0 / np.hypot(1.0 / bandwidth, 1.0 / motion.bandwidth)
@@ -190,11 +194,37 @@ def noise_in_motion(motion: Motion, comparison: Comparison, bandwidth: float, le
         told.append(robust_deviation(signal[moving]) / gain * comparison.noise_gain_whole)
         between = order_periodogram(motion, moving, corner, signal).noise()
         told += [] if between is None else [between * comparison.noise_gain_whole]
+    whole = _incoherent_whole(motion, comparison, bandwidth, left,
+                              2.0 * bandwidth * moves)
+    return min(told if whole is None else [*told, whole])
+
+
+def noise_of_polled(motion: Motion, comparison: Comparison, bandwidth: float, left: Array,
+                    taken: Array) -> float:
+    """Return the noise of an effort [N·m] that is taken more slowly than the position: of its
+    third differences, which hold what changes from one value to the next as well, and of what no
+    linear law of the motion explains, the lesser.
+
+    Args:
+        motion: the run.
+        comparison: its filter, whose every window holds one value.
+        bandwidth: corner of the comparison [Hz].
+        left: (n,) what the model leaves of the effort on the motion's grid [N·m].
+        taken: (k,) the efforts that were taken [N·m].
+    """
+    whole = _incoherent_whole(motion, comparison, bandwidth, left, np.inf)
+    return min(noise_of(taken), np.inf if whole is None else whole)
+
+
+def _incoherent_whole(motion: Motion, comparison: Comparison, bandwidth: float, left: Array,
+                      independent: float) -> float | None:
+    """Return the noise [N·m] that no linear law of the motion explains in the band itself, of at
+    most so many independent values; None where there are too few to tell."""
     weight = np.sqrt(comparison.scale)
     laws = [comparison(values) * weight for values in _shifted(motion, bandwidth)]
     whole = _incoherent(comparison(left) * weight, laws, np.ones(weight.size, bool),
-                        min(2.0 * bandwidth * moves, weight.size))
-    return min(told if whole is None else [*told, robust_deviation(whole)])
+                        min(independent, weight.size))
+    return None if whole is None else robust_deviation(whole)
 
 
 def _shifted(motion: Motion, corner: float) -> list[Array]:

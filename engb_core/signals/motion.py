@@ -25,6 +25,7 @@ from engb_core.physics.command_law import Commanded, commanded_of
 from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
 from engb_core.signals.count_edges import CountEdges, edges_of, quantum_of
+from engb_core.signals.held_effort import EFFORT_TAKEN
 
 __all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered',
            'gaussian_kernel', 'motion_of']
@@ -52,7 +53,8 @@ class Motion:
     `known` is False where the grid falls into a gap of the recording, where effort that was cut
     off reaches, and at its very ends; `recorded_step` [s] is the recording's own; `sharp` tells a
     motion of sharp_motion.py; `edges` are the counts' that the position was taken from;
-    `commanded` says what effort was computed from, where it is a command.
+    `commanded` says what effort was computed from, where it is a command; `fresh` where
+    effort had just been taken, if that is done more slowly than the position (held_effort.py).
     """
 
     name: str
@@ -74,6 +76,7 @@ class Motion:
     edges: CountEdges
     sharp: bool = False
     commanded: Commanded | None = None
+    fresh: NDArray[np.bool_] | None = None
 
     @property
     def speed(self) -> float:
@@ -152,7 +155,7 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
         quantum=quantum_of(recording.position),
         has_disc=disc is not None and bool(np.any(np.abs(disc) > 1e-6)),
         has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine,
-        edges=edges,
+        edges=edges, fresh=_fresh(recording, time, fine),
         commanded=commanded_of(recording, full, gaussian_kernel(bandwidth, fine)))
 
 
@@ -191,3 +194,12 @@ def _known(recording: Recording, time: Array, step: float, reach: int) -> NDArra
         spread = int(np.ceil(reach * step / (time[1] - time[0])))
         known &= ~maximum_filter1d(beyond, 2 * spread + 1)
     return known
+
+
+def _fresh(recording: Recording, time: Array, step: float) -> NDArray[np.bool_] | None:
+    if EFFORT_TAKEN not in recording.signals:
+        return None
+    taken = recording.signals[EFFORT_TAKEN].time
+    after = np.clip(np.searchsorted(taken, time), 1, taken.size - 1)
+    away = np.minimum(np.abs(time - taken[after]), np.abs(time - taken[after - 1]))
+    return away <= 0.5 * step * (1.0 + 1e-6)

@@ -67,7 +67,9 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
         acceleration=np.gradient(velocity, step), effort=effort,
         disc_speed=on_grid(recorded.disc_speed), disc_angle=on_grid(recorded.disc_angle),
         pad_temperature=on_grid(recorded.pad_temperature),
-        known=on_grid(recorded.known.astype(float)) > 0.5, bandwidth=bandwidth, sharp=True)
+        known=on_grid(recorded.known.astype(float)) > 0.5,
+        fresh=None if recorded.fresh is None else on_grid(recorded.fresh.astype(float)) > 0.5,
+        bandwidth=bandwidth, sharp=True)
 
 
 def _going_on(position: Array, period: int) -> Array:

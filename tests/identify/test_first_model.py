@@ -106,3 +106,21 @@ def test_what_cannot_be_told_is_said():
 def test_too_little_motion_is_refused():
     with pytest.raises(InputError, match='too little motion'):
         first_model([Recording.from_samples('still', TIME, 0.0 * TIME, 0.0 * TIME)])
+
+
+def test_an_effort_that_counts_the_other_way_is_refused():
+    """Friction and inertia come out as none then, which says nothing of the axis."""
+    run = recorded(lambda angle: 0.03 * angle)
+    turned = Recording.from_samples('bench', TIME, ANGLE, -run.effort)
+    with pytest.raises(InputError, match=r'bench: effort works against.*--scale effort=-1'):
+        first_model([turned])
+
+
+def test_a_load_that_drives_the_axis_is_no_wrong_sign():
+    """A weight that is let down: the motor holds against it, and takes work in."""
+    sinking = -0.4 * TIME + 0.2 * np.sin(3.0 * TIME)
+    speed = np.gradient(sinking, TIME)
+    effort = (2e-3 * np.gradient(speed, TIME) + 3e-3 * speed + 0.05 * np.sign(speed) + 0.5
+              + np.random.default_rng(0).normal(0.0, 2e-3, TIME.size))
+    found = first_model([Recording.from_samples('lift', TIME, sinking, effort)])
+    assert found.numbers['coulomb'].value == pytest.approx(0.05, rel=0.2)
