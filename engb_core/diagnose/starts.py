@@ -17,7 +17,6 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import usual_angle
 from engb_core.diagnose.orders import highest_order, leading_orders
 from engb_core.effects.base import Effect
-from engb_core.signals.motion import MOTION_BANDWIDTH
 from engb_core.signals.position_error import effort_of_recording
 
 __all__ = ['settings_from_residual', 'strongest_frequency']
@@ -46,7 +45,7 @@ def settings_from_residual(fitter: Fitter, fit: Fit, effect: Effect) -> Settings
 def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     relative = 'actuation' in effect.stages
     unit = usual_angle(fitter.problem.scene)
-    angle, residual, weight = [], [], []
+    angle, residual, weight, reach = [], [], [], []
     for index, run in enumerate(fitter.problem.runs):
         effort = effort_of_recording(run.recording, run.motion, run.samples,
                                      fit.hypothesis.physics(fit.vector, index))
@@ -55,11 +54,13 @@ def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
         angle.append(run.motion.position)
         residual.append(left * by)
         weight.append(run.comparison.weight * by ** 2)
-    highest = max(highest_order(run.motion.position, run.motion.velocity,
-                                max(run.motion.bandwidth, MOTION_BANDWIDTH))
+        reach.append(2.0 * np.pi * run.motion.bandwidth
+                     / np.maximum(np.abs(run.motion.velocity), 1e-300))
+    highest = max(highest_order(run.motion.position, run.motion.velocity, run.motion.bandwidth)
                   for run in fitter.problem.runs)
     orders = leading_orders(np.concatenate(angle), np.concatenate(residual),
-                            np.concatenate(weight), LOWEST_ORDER / unit, highest)
+                            np.concatenate(weight), np.concatenate(reach), LOWEST_ORDER / unit,
+                            highest)
     return [{'order': order} for order in orders]
 
 
