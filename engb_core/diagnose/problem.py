@@ -26,6 +26,7 @@ from engb_core.signals.filtering import (
     comparison_of,
     judgeable,
     low_passed_noise,
+    mostly_white,
     noise_in_motion,
     noise_of_polled,
     slowest_speed,
@@ -433,7 +434,8 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
     else:
         # Above the corner of the low-pass second differences are blind to what the motion needs.
         stride = max(1, round(0.8 / bandwidth / motion.step))
-        standing = low_passed_noise(motion, comparison, stride)
+        standing = None if mostly_white(recording) else low_passed_noise(
+            motion, comparison, stride)
         if standing is None:
             left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
             standing = noise_in_motion(motion, comparison, bandwidth, left)

@@ -19,6 +19,7 @@ from engb_core.model import Model
 from engb_core.physics.command_law import command_law
 from engb_core.recording import Recording, Signal
 from engb_core.signals.count_edges import quantum_of
+from engb_core.signals.filtering import mostly_white
 from engb_core.signals.held_effort import effort_as_taken, EFFORT_TAKEN
 from engb_core.signals.motion import CUT_OFF
 from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
@@ -79,6 +80,7 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
                 f'(first at {times[0]:.3f} s); they are left out. Look at the current '
                 'sensor and at the bus.'))
     faults += _lost(recording)
+    faults += [] if held else _aliased(recording)
     keep = ~(position_bad | effort_bad)
     computed = _computed(recording)
     # A command is cut off by its own law, which is no fault.
@@ -235,6 +237,17 @@ def _held(recording: Recording) -> list[DataFault]:
         f'Effort is taken every {every * 1e3:.3g} ms only and stands in between, while the '
         f'position comes every {recording.interval * 1e3:.3g} ms: it is judged at the instants at '
         'which it was taken. Poll the current as fast as the position.')]
+
+
+def _aliased(recording: Recording) -> list[DataFault]:
+    if not mostly_white(recording):
+        return []
+    rate = 1.0 / recording.interval
+    return [DataFault(
+        'aliased_effort', recording.name, 0.0, recording.duration,
+        f'Most of the effort changes from one sample to the next: noise, or a current faster than '
+        f'{0.5 * rate:.3g} Hz that {rate:.3g} samples a second fold onto what is slower. It is '
+        'taken for noise. Record faster, or low-pass the current before it is sampled.')]
 
 
 def _clipped(recording: Recording, model: Model, rows: NDArray[np.bool_],

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from engb_core.physics.compiled import compiled
+from engb_core.recording import Recording
 from engb_core.signals.motion import filtered, gaussian_kernel, Motion
 from engb_core.signals.order_periodogram import order_periodogram
 from engb_core.signals.spread import robust_deviation
 
 __all__ = ['ABOVE_BAND', 'Comparison', 'comparison_of', 'judgeable', 'low_passed_noise',
-           'noise_in_motion', 'noise_of', 'noise_of_polled', 'slowest_speed']
+           'mostly_white', 'noise_in_motion', 'noise_of', 'noise_of_polled', 'slowest_speed']
 
 Array = NDArray[np.float64]
 
@@ -31,6 +32,8 @@ ABOVE_BAND = 1.25
 # A linear law of motion is told by so many values of its impulse response on either side, an
 # eighth of a period of that corner apart, from so many independent values for each.
 LAW_REACH, LAW_STEP, LEAST_VALUES = 5, 0.125, 3
+# Part of the highest speed from which the shaft moves, and differences that tell a level.
+MOVES, LEAST_DIFFERENCES = 0.05, 50
 
 
 @dataclass(frozen=True)
@@ -147,6 +150,19 @@ def noise_of(effort: Array) -> float:
     """
     difference = np.diff(effort, n=3)
     return float(robust_deviation(difference) / np.sqrt(20.0))
+
+
+def mostly_white(recording: Recording) -> bool:
+    """Return whether most of the effort, while the shaft moves, changes from one sample to the
+    next: white noise, or a current that is faster than the samples and was folded by them. What a
+    shaft at rest shows says nothing of it."""
+    speed = np.abs(np.gradient(recording.position, recording.time))
+    moving = speed > MOVES * np.quantile(speed, 0.995)
+    whole = float(np.var(recording.effort[moving])) if moving.any() else 0.0
+    difference = np.diff(recording.effort, n=3)[moving[1:-2]]
+    if difference.size < LEAST_DIFFERENCES:
+        return False
+    return 0.05 * robust_deviation(difference) ** 2 > 0.5 * whole
 
 
 def noise_in_motion(motion: Motion, comparison: Comparison, bandwidth: float, left: Array,

@@ -165,3 +165,18 @@ def test_samples_that_are_read_off_their_even_stamps(healthy):
     _, faults = cleaned(polled, MODEL)
     assert [entry.fault for entry in faults] == ['jittering_stamps']
     assert 'before or after' in faults[0].statement
+
+
+def test_a_current_that_the_samples_fold(healthy):
+    """The ripple of a fast loop, far above half the sampling rate, falls between the samples: it
+    looks like noise, which a shaft at rest does not show, and is told as what it is."""
+    speed = np.abs(np.gradient(healthy.position, healthy.time))
+    moving = speed > 0.02 * speed.max()
+    size = 1.6 * float(np.std(healthy.effort[moving]))
+    # Between two samples pass many periods, and not as many each time.
+    ripple = size * np.sin(np.random.default_rng(4).uniform(0.0, 2.0 * np.pi, speed.size))
+    folded = replace(healthy, effort=healthy.effort + np.where(moving, ripple, 0.0))
+    assert names(folded) == ['aliased_effort']
+    problem = problem_of([cleaned(folded, TRUE)[0]], TRUE)
+    left = problem.runs[0].measured - problem.runs[0].predicted(physics_of(TRUE))
+    assert 0.5 < float(np.mean((left / problem.runs[0].sigma) ** 2)) < 2.0
