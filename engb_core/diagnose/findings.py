@@ -12,10 +12,15 @@ from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.load_shape import LOAD_SHAPE, repeats
+from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
 from engb_core.diagnose.numbers import number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.probability import part_left, rival_weights, something_known
+from engb_core.diagnose.probability import (
+    own_part_left,
+    part_left,
+    rival_weights,
+    something_known,
+)
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.spike_and_slab import with_averaged_numbers
@@ -128,7 +133,11 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
             continue
         values = told.hypothesis.named(told.vector, index)
         parameters = estimates(told, fitter, index)
-        believed = known * (variant.effect.credence(values) if variant.effect.credence else 1.0)
+        surely = known
+        if is_line(fitter, variant.effect, values):
+            # What else is missing is no line at that order: it says nothing of this one.
+            surely = max(known, something_known(own_part_left(fitter, chosen, index)))
+        believed = surely * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not stands_out(chosen, fitter, index):
             believed = 0.0
         elif _something_left(explanation) and not repeats(fitter, variant.effect, values):

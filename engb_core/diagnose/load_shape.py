@@ -37,6 +37,13 @@ def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
     return effect.reveals != 'motor_angle' or _repeats(fitter, values.get('order', 1.0))
 
 
+def is_line(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
+    """Return whether an effect is a wave over the motor angle that comes often enough to be a line
+    among the orders."""
+    return effect.reveals == 'motor_angle' and 'order' in values and repeats(
+        fitter, effect, values)
+
+
 def _repeats(fitter: Fitter, order: float) -> bool:
     low, high = fitter.problem.scene.position_range
     return order * (high - low) >= 2.0 * np.pi * REPEATS

@@ -28,9 +28,10 @@ from engb_core.diagnose.constants import (
     UNNAMED,
 )
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 
-__all__ = ['formula_error', 'part_left', 'rival_weights', 'something_known']
+__all__ = ['formula_error', 'own_part_left', 'part_left', 'rival_weights', 'something_known']
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -105,3 +106,16 @@ def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:
             left = reduced_chi_square_of(after, fitter, rows) - 1.0 - CLEAN_EXCESS
             return min(1.0, max(0.0, left) / missed)
     return 0.0
+
+
+def own_part_left(fitter: Fitter, fit: Fit, index: int) -> float:
+    """Return the part (0 to 1) of what one effect of a fit says that isn't there on what no fit
+    has seen: 0 where its part of the residual is gone with it, 1 where it takes nothing away."""
+    said = fit.predicted - fitter.predict(*without_effects(fit, {index}))
+    unseen = ~fitter.fitted if not fitter.fitted.all() else fitter.fitted
+    said, left = (values[unseen] / fitter.sigma[unseen] for values in (said, fit.residual))
+    size = float(said @ said)
+    if size == 0.0:
+        return 1.0
+    gone = float((left + said) @ (left + said) - left @ left) / size
+    return float(np.clip(1.0 - gone, 0.0, 1.0))
