@@ -68,7 +68,8 @@ def read(path: str | os.PathLike[str], model: Model | None = None) -> Run:
     from engb_core.io.tables.measure import measured_of
     from engb_core.io.tables.request import Request
     constant = None if model is None else model.motor.torque_constant
-    measured, _ = measured_of(path, Request(torque_constant=constant))
+    measured, _ = measured_of(path, Request(
+        torque_constant=constant, command=('engb', 'import', str(path))))
     return measured.recording(name or 'motor')
 
 

@@ -114,11 +114,12 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
 
 
 def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
-    """Return the numbers that are likelier off than as in the file, where no physics is missing
-    and all others of the file stand; none where more than two are off, or the load curve: then
-    the file was refitted, or its load is the question."""
+    """Return the numbers that are likelier off than as in the file, where all others of the file
+    stand; none where more than two are off, or the load curve: then the file was refitted, or its
+    load is the question."""
     hypothesis = explained.hypothesis
-    if hypothesis.variants or fitter.held or was_refitted(fitter):
+    if fitter.held or was_refitted(fitter) or (
+            hypothesis.variants and (refitted(fitter) or hypothesis.has_unnamed)):
         return []
     finished = explained if explained.jacobian is not None else fitter.finish(explained)
     kept = {number.name: float(probability) for number, probability in zip(

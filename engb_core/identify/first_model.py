@@ -52,7 +52,7 @@ from engb_core.signals.filtering import (
     noise_of,
     slowest_speed,
 )
-from engb_core.signals.held_effort import effort_as_taken, EFFORT_TAKEN
+from engb_core.signals.held_effort import between_polls, effort_as_taken, EFFORT_TAKEN
 from engb_core.signals.motion import motion_of
 from engb_core.signals.plausibility import refuse_unmeasured
 
@@ -186,7 +186,7 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
     model = _model(fit, form, data, joint, torque_constant)
     numbers = _numbers(names, fit, deviations, joint)
     predicted = _design(data, form) @ fit
-    told = _not_told(data, form, numbers, scores, joint)
+    told = between_polls(recordings) + _not_told(data, form, numbers, scores, joint)
     if beside:
         kind = ('that grows with the load' if form.has_load else
                 'that differs from place to place or changes with time')

@@ -9,6 +9,7 @@ in between effort is drawn without jumps, for what needs a signal.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from engb_core.recording import Recording, Signal
 from engb_core.signals.count_edges import quantum_of
 
-__all__ = ['EFFORT_TAKEN', 'effort_taken', 'effort_as_taken', 'LEAST_CHANGES']
+__all__ = ['EFFORT_TAKEN', 'between_polls', 'effort_as_taken', 'effort_taken']
 
 # The side signal whose times are those at which effort was taken.
 EFFORT_TAKEN = 'effort_taken'
@@ -65,3 +66,15 @@ def effort_as_taken(recording: Recording) -> Recording:
     drawn = np.interp(recording.time, np.maximum.accumulate(corners), np.repeat(values, 2))
     return replace(recording, effort=drawn,
                    signals={**recording.signals, EFFORT_TAKEN: Signal(when, values)})
+
+
+def between_polls(recordings: Sequence[Recording]) -> list[str]:
+    """Return what recordings cannot tell because their effort is polled, in a sentence each."""
+    found = []
+    for recording in recordings:
+        places = effort_taken(recording)
+        if places is not None:
+            every = float(np.median(np.diff(recording.time[places])))
+            found.append(f'what happens between two values of effort: in {recording.name} it is '
+                         f'taken every {every * 1e3:.3g} ms only and stands in between')
+    return found

@@ -55,6 +55,7 @@ def test_a_first_model_of_a_polled_current(every):
     assert found.numbers['coulomb'].value == pytest.approx(TRUE['coulomb'], rel=0.1)
     assert found.numbers['viscous_friction'].value == pytest.approx(
         TRUE['viscous_friction'], rel=0.25)
+    assert any(f'taken every {12.5 * every:.3g} ms' in line for line in found.not_told)
 
 
 def test_it_is_told_and_no_physics_is_missing():
