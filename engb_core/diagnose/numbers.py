@@ -20,6 +20,7 @@ from engb_core.diagnose.constants import (
     HELD_LEFT,
     INSISTED,
     INSISTED_PART,
+    MOST_OFF,
     NO_SIGN,
     NUMBERS_SUFFICE,
     REFITTED,
@@ -44,8 +45,6 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
               'coulomb': 'coulomb_friction_error', 'load_gain': 'load_dependent_friction'}
 
 
-# Where more numbers are off at once, the file is of another machine, or was refitted.
-MOST_OFF = 2
 # What acts just like the one number, where effort is a command.
 BRAKES_LIKE, BACK_EMF = 'viscous_friction', 'back_emf'
 
