@@ -32,7 +32,7 @@ from engb_core.diagnose.constants import (
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.held_parameters import LOAD
-from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber
+from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber, SHAPE_NUMBERS
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.spike_and_slab import average
@@ -124,7 +124,7 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     kept = {number.name: float(probability) for number, probability in zip(
         hypothesis.numbers, average(fitter, finished).kept, strict=True)}
     off = [name for name, probability in kept.items()
-           if probability < 0.5 and name not in (DELAY, CURVATURE)]
+           if probability < 0.5 and name not in (*SHAPE_NUMBERS, DELAY, CURVATURE)]
     if not 0 < len(off) <= MOST_OFF or not set(off) <= set(_BY_NUMBER):
         return []
     floor = reduced_chi_square(explained, fitter)
