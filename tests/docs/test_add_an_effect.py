@@ -71,6 +71,18 @@ BAD = {
     'not compiled': ('return parameters[0] *', "return float(f'{parameters[0]:.17g}') *",
                      'torque cannot be compiled'),
     'statement': ("p['begin']", "p['beginning']", "statement .*beginning"),
+    'id': ("id='cable_drag'", "id='Cable-Drag'", 'use small letters, digits and _'),
+    'title': ("title='Cable drag'", "title=' '", 'title is empty: the report quotes it'),
+    'no stage': ("stages={'torque': _torque}", 'stages={}', 'give a function for one of shift'),
+    'one name twice': ("'begin', 'rad'", "'drag_slope', 'rad'", 'have one name'),
+    'logarithm of nought': ('starts=(2e-4,)', 'starts=(2e-4,), logarithmic=True',
+                            'must be above 0'),
+    'no start': ('starts=(2.0, 8.0)', 'starts=()', 'begin: give starts='),
+    'an empty sentence': ('''lambda p: (f"From {p['begin']:.3g} rad on a cable drags by "
+                         f"{p['drag_slope']:.2g} N·m·s/rad per rad."),''', "lambda p: '',",
+                          'statement gives no sentence'),
+    'it runs away': ('parameters[0] * beyond * sample[VELOCITY]',
+                     '-1e4 * parameters[0] * beyond * sample[VELOCITY]', 'ran away|differ'),
     'two definitions': ('return parameters[0] * beyond * sample[VELOCITY]',
                         'state[0] += 1.0\n    return parameters[0] * state[0]', 'differ|ran away'),
 }
