@@ -1,5 +1,5 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""What Python becomes C, and how what does not is told: its function, its line, what is allowed."""
+"""What Python becomes C, and how what does not is told: its function, its line, and a remedy."""
 
 from __future__ import annotations
 
