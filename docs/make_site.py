@@ -26,7 +26,7 @@ from engb_core.effects.catalogue import catalogue  # noqa: E402
 # Pages in the order of the site, under their headings.
 PAGES = {
     'Begin': ('install', 'from-a-table', 'your-simulator'),
-    'Understand': ('diagnosis', 'statistics', 'effects', 'laws'),
+    'Understand': ('diagnosis', 'statistics', 'effects', 'theory', 'laws'),
     'Extend and integrate': ('add-an-effect', 'library', 'export', 'integrate', 'ros2-control',
                              'can-faults', 'hazards', 'security'),
     'Reference': ('api', 'contract', 'versions', 'changelog'),
@@ -67,7 +67,8 @@ def _effect(effect: Effect) -> list[str]:
         lines += ['| parameter | unit | bounds |', '|---|---|---|']
         lines += [f'| `{one.name}` | {one.unit} | {one.low:g} … {one.high:g} |' for one in shown]
         lines.append('')
-    return [*lines, f'Literature: {effect.reference}.', '']
+    derived = '' if effect.unnamed else f' [Derived](theory.md#{effect.id}).'
+    return [*lines, f'Literature: {effect.reference}.{derived}', '']
 
 
 def diagnosis_page() -> str:

@@ -23,7 +23,7 @@ def start(node: str) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: os._exit(0))   # `run` puts its own in their place
     module = node if '.' in node else f'engb_ros.nodes.{node}'
-    status = import_module(module).main()
+    status: int = import_module(module).main()
     # Python gives a signal's own effect back as it ends: the second of two (Ctrl-C under launch
     # comes from the terminal and from launch) would kill what is ending well.
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from engb_core.bench.settings import BenchSettings
 from engb_core.mechanism.kinematics import Mechanism, OVERSHOOT
 from engb_core.mechanism.statics import efficiency_load_gain
-from engb_core.physics.compiled import compiled, kernel
+from engb_core.physics.compiled import compiled, kernel, Numbers
 
 __all__ = ['BenchBrake', 'mean_load_torque', 'pad_friction_at']
 
@@ -201,7 +201,7 @@ def _table(mechanism: Mechanism) -> tuple[Array, float, float]:
 
 
 @compiled
-def _pad_friction(p, force, disc_speed, temperature):
+def _pad_friction(p: Numbers, force: float, disc_speed: float, temperature: float) -> float:
     heat = max(temperature - p[P_T0], 0.0)
     return (p[P_MU] * math.tanh(disc_speed / DISC_REVERSAL)
             * (1.0 - p[P_KV] * math.log(1.0 + abs(disc_speed) / DISC_SLOW))
@@ -210,7 +210,8 @@ def _pad_friction(p, force, disc_speed, temperature):
 
 
 @kernel
-def _advance(p, cogging, table, low, spacing, state, demand, disc_speed, step, steps):
+def _advance(p: Array, cogging: Array, table: Array, low: float, spacing: float, state: Array,
+             demand: float, disc_speed: float, step: float, steps: int) -> None:
     wanted = demand / p[P_KA]
     for _ in range(steps):
         # The drive.

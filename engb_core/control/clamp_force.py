@@ -25,7 +25,7 @@ __all__ = ['ClampForceEstimator', 'ClampForceMap', 'EstimatorSettings', 'read_me
 _POINTS = 600
 
 
-def read_mechanism(path: str | os.PathLike) -> Mechanism:
+def read_mechanism(path: str | os.PathLike[str]) -> Mechanism:
     """Read a mechanism file: YAML with the names of `Mechanism` in
     `engb_core.mechanism.kinematics`, SI units.
 
@@ -127,7 +127,7 @@ class ClampForceMap:
         if place < 0.0:
             return 0.0
         index = min(int(place), _POINTS - 2)
-        return (self._forces[index + 1] - self._forces[index]) / self._step
+        return float((self._forces[index + 1] - self._forces[index]) / self._step)
 
     def angle_of_force(self, force: float) -> float:
         """Return the motor angle [rad] for F_N [N]: contact for 0, the stroke's end at most."""

@@ -186,8 +186,8 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
 
 def _lateness(model: Model) -> float:
     """Return by how much torque comes late [s], which nothing of a late measurement is."""
-    return sum(entry.parameters.get('lag', 0.0) for entry in model.effects
-               if get_effect(entry.effect).time_shift is not None)
+    return float(sum(entry.parameters.get('lag', 0.0) for entry in model.effects
+                     if get_effect(entry.effect).time_shift is not None))
 
 
 @dataclass(frozen=True)

@@ -159,7 +159,8 @@ def _disc_profile(course: Course, disc: tuple[float, ...]) -> Array | None:
     """
     if not disc:
         return None
-    return np.array(disc)[(course.time / 2.0).astype(int) % len(disc)]
+    profile: Array = np.array(disc)[(course.time / 2.0).astype(int) % len(disc)]
+    return profile
 
 
 def _reason(pairs: list[tuple[str, str, Fit]], apart: list[float]) -> str:

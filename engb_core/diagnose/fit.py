@@ -53,7 +53,7 @@ class Fitter(Objective):
         self.earlier = earlier
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
         self._base: dict[tuple[NominalNumber, ...], Fit] = {}
-        self._starts: dict[tuple, list[StartColumns]] = {}
+        self._starts: dict[tuple[object, ...], list[StartColumns]] = {}
         # Where a model misses by far more than the noise, values of little noise must not
         # outweigh all others: what is missed weighs on every value alike.
         # The file's own residual first: noise alone would let a few quiet values rule the refit.

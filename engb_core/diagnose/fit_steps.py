@@ -86,7 +86,8 @@ def nominal_value(model: Model, name: str) -> float:
     """Return the model file's value of a motor or friction number. KeyError: none of that name."""
     for section in (model.motor, model.friction):
         if hasattr(section, name):
-            return getattr(section, name)
+            value: float = getattr(section, name)
+            return value
     raise KeyError(name)
 
 

@@ -183,7 +183,9 @@ def _columns(runs: tuple[Run, ...], table: Table) -> Array:
 
 
 @compiled
-def _filtered_table(x, along, y, across, columns, rows, weight, taps, grid, scale, out):
+def _filtered_table(x: NDArray[np.int64], along: Array, y: NDArray[np.int64], across: Array,
+                    columns: int, rows: int, weight: Array, taps: Array,
+                    grid: NDArray[np.int64], scale: Array, out: Array) -> None:
     reach = taps.size // 2
     for place in range(grid.size):
         centre = grid[place]

@@ -40,7 +40,8 @@ def start_vector(hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
             value = np.arctan2(sizes[1], sizes[0])
         added.append(np.log(value) if parameter.logarithmic else float(value))
     low, high = hypothesis.bounds
-    return np.clip(np.concatenate([start.vector, added]), low, high)
+    vector: Array = np.clip(np.concatenate([start.vector, added]), low, high)
+    return vector
 
 
 def start_columns(objective: Objective, hypothesis: Hypothesis, base: Fit,

@@ -34,7 +34,7 @@ def normal_equations(design: Array, target: Array, weight: Array) -> tuple[Array
 
 
 @kernel
-def _add(design, target, weight, gram, right):
+def _add(design: Array, target: Array, weight: Array, gram: Array, right: Array) -> None:
     size = design.shape[1]
     for row in range(design.shape[0]):
         if weight[row] == 0.0:

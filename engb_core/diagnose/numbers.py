@@ -265,7 +265,7 @@ def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool
     if name == 'load_gain' and file <= explained.hypothesis.bounds[0][place]:
         # A file without load-dependent friction is none that was refitted so.
         return False
-    return abs(file - moved) < 0.5 * abs(file - explained.vector[place])
+    return bool(abs(file - moved) < 0.5 * abs(file - explained.vector[place]))
 
 
 def _all_but(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:

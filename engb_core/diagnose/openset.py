@@ -18,7 +18,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table, Flexible
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.selection import Selection
-from engb_core.model import Model
+from engb_core.model import EffectSetting, Model
 
 __all__ = ['Explanation', 'explain']
 
@@ -48,7 +48,7 @@ class Explanation:
     def model(self) -> Model:
         """Return the corrected model file."""
         vector = self.fit.vector
-        settings: tuple = ()
+        settings: tuple[EffectSetting, ...] = ()
         if self.table is not None:
             vector = np.clip(vector + self.table.numbers, *self.fit.hypothesis.bounds)
             settings = (self.table.table.setting(self.table.values),)

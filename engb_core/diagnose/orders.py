@@ -120,4 +120,5 @@ def _lines(angle: Array, residual: Array, weight: Array, lowest: float, highest:
 
 def _trend(angle: Array, values: Array) -> Array:
     scaled = (angle - angle.mean()) / (np.ptp(angle) + 1e-12)
-    return np.polynomial.Polynomial.fit(scaled, values, 3)(scaled)
+    trend: Array = np.polynomial.Polynomial.fit(scaled, values, 3)(scaled)
+    return trend

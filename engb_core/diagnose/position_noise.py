@@ -78,4 +78,5 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
         drawn_efforts[draw] = needed(counted)
         if apart.any():
             drawn_efforts[draw] -= needed(smoothed + apart)
-    return drawn_efforts.std(axis=0, ddof=1)
+    spread: Array = drawn_efforts.std(axis=0, ddof=1)
+    return spread

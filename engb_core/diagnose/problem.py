@@ -287,7 +287,7 @@ def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Mo
     disc = [motion.disc_speed for motion in motions if motion.has_disc]
     warm = [motion.pad_temperature for motion in motions if motion.has_temperature]
 
-    def span(parts: list) -> tuple[float, float] | None:
+    def span(parts: list[Array]) -> tuple[float, float] | None:
         if not parts:
             return None
         return (min(float(part.min()) for part in parts), max(float(part.max()) for part in parts))

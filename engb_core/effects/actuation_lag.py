@@ -4,7 +4,7 @@
 import math
 
 from engb_core.effects.base import Effect, EFFORT, Parameter, TIME, TIME_STEP
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 from engb_core.physics.delay_line import delayed
 
 # Place in the state of the first-order lag's output; the others are the delay's.
@@ -12,7 +12,7 @@ _LAGGED = 0
 
 
 @effect_function
-def _actuation(parameters, state, sample):
+def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # Forward in time; inverse dynamics uses `time_shift` instead.
     effort = sample[EFFORT]
     settling = parameters[0] * parameters[1]

@@ -1,6 +1,8 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Friction differs between applying and releasing."""
 
+from collections.abc import Mapping
+
 from engb_core.effects.base import (
     COULOMB,
     DIRECTION,
@@ -12,14 +14,14 @@ from engb_core.effects.base import (
     VELOCITY,
     VISCOUS,
 )
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 # Growth with speed that the statement mentions.
 TOLD = 0.2
 
 
 @effect_function
-def _level(parameters, state, sample):
+def _level(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[3] == 1.0:
         return sample[LEVEL]
     loaded = sample[LOAD_GAIN] * abs(sample[LOAD])
@@ -35,13 +37,13 @@ def _level(parameters, state, sample):
 
 
 @effect_function
-def _drag(parameters, state, sample):
+def _drag(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[3] == 0.0:
         return 0.0
     return parameters[0] * sample[VISCOUS] * abs(sample[VELOCITY])
 
 
-def _statement(p):
+def _statement(p: Mapping[str, float]) -> str:
     what = {0.0: 'Friction', 1.0: 'Viscous drag'}.get(
         p.get('of_drag', 0.0), 'Friction, viscous drag included,')
     more, less = ('applying', 'releasing') if p['asymmetry'] > 0 else ('releasing', 'applying')

@@ -2,11 +2,11 @@
 """A drive that is told a voltage gives less torque the faster it turns."""
 
 from engb_core.effects.base import Effect, Parameter, VELOCITY
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return parameters[0] * sample[VELOCITY]
 
 

@@ -17,7 +17,7 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 from engb_core.physics.dry_friction import slowed_rate
 
 # Flanks as stiff as sampled motion can tell, without a bounce: the impact itself is over within a
@@ -27,7 +27,7 @@ FLANK_DAMPING = 1.0
 
 
 @effect_function
-def _shift(parameters, state, sample):
+def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # state: 0 how far the load is ahead of the motor (0…gap: free), 1 the rate of that,
     # 2 the last velocity of the motor
     if sample[TIME] <= 0.0:
@@ -37,7 +37,7 @@ def _shift(parameters, state, sample):
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     gap = parameters[0]
     inertia = parameters[1] * sample[INERTIA]
     # What drifts below the constant part leaves none that load adds.

@@ -6,7 +6,7 @@ from dataclasses import replace
 import math
 
 from engb_core.effects.base import Effect, Parameter, POSITION
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 from engb_core.physics.harmonics import toothed_wave
 
 # A motor's slots, its poles and the teeth of a gear repeat at orders that have nothing to do with
@@ -19,7 +19,7 @@ _NONE = {name: 1.0 if name.startswith('order') else 0.0 for name, _ in _FURTHER}
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     torque = toothed_wave(parameters, sample[POSITION])
     for further in range(MORE_ORDERS):
         place = _FIRST + 3 * further

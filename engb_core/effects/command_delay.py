@@ -2,12 +2,12 @@
 """The drive acts on its set-point later than it is recorded."""
 
 from engb_core.effects.base import Effect, Parameter, REFERENCE, TIME_STEP
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 from engb_core.physics.delay_line import delayed
 
 
 @effect_function
-def _command(parameters, state, sample):
+def _command(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return delayed(state, sample[REFERENCE], sample[TIME_STEP], parameters[0])
 
 

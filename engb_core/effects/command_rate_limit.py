@@ -4,14 +4,14 @@
 import math
 
 from engb_core.effects.base import Effect, Parameter, REFERENCE, TIME, TIME_STEP
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 # Place in the state: the set-point on which the drive acted last.
 _ACTED = 0
 
 
 @effect_function
-def _command(parameters, state, sample):
+def _command(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if sample[TIME] <= 0.0:
         state[_ACTED] = sample[REFERENCE]
     most = parameters[0] * sample[TIME_STEP]

@@ -2,11 +2,11 @@
 """The load curve is moved along the angle: worn pads, another clearance."""
 
 from engb_core.effects.base import Effect, NUMBER_OFF, Parameter
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _shift(parameters, state, sample):
+def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return -parameters[0]
 
 

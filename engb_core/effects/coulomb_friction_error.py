@@ -2,11 +2,11 @@
 """The model's Coulomb friction is wrong."""
 
 from engb_core.effects.base import COULOMB, Effect, LEVEL, NUMBER_OFF, Parameter
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _level(parameters, state, sample):
+def _level(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return sample[LEVEL] + parameters[0] - sample[COULOMB]
 
 

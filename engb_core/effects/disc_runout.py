@@ -4,14 +4,14 @@
 import math
 
 from engb_core.effects.base import DISC_ANGLE, DISC_SPEED, Effect, LOAD, Parameter
-from engb_core.physics.compiled import compiled, effect_function
+from engb_core.physics.compiled import compiled, effect_function, Numbers
 from engb_core.physics.harmonics import wave
 
 TURNING = 0.2  # rad/s from which a disc turns: above the noise of its speed
 
 
 @compiled
-def _modulation(parameters, sample):
+def _modulation(parameters: Numbers, sample: Numbers) -> float:
     modulation = wave(sample[DISC_ANGLE] + parameters[1], parameters[2], parameters[3])
     if parameters[6] > 0.5:
         modulation *= abs(math.tanh(sample[DISC_SPEED] / TURNING))
@@ -19,14 +19,14 @@ def _modulation(parameters, sample):
 
 
 @effect_function
-def _shift(parameters, state, sample):
+def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[5] < 0.5:
         return 0.0
     return _modulation(parameters, sample) / parameters[8]
 
 
 @effect_function
-def _load(parameters, state, sample):
+def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     load = sample[LOAD]
     if parameters[5] > 0.5 or load <= 0.0:
         return load

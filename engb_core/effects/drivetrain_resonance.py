@@ -17,7 +17,7 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
-from engb_core.physics.compiled import compiled, effect_function
+from engb_core.physics.compiled import compiled, effect_function, Numbers
 from engb_core.physics.dry_friction import slowed_rate
 
 # How torque rises with twist.
@@ -26,7 +26,7 @@ _LINEAR_SPRING = {'stiffness_change': 0.0, 'stiffness_twist': 1.0, 'spring': LIN
 
 
 @compiled
-def _sprung(parameters, twist):
+def _sprung(parameters: Numbers, twist: float) -> float:
     """Return the twist of a linear spring that gives as much torque: a strain wave gear or a
     spline is stiffer the further it is twisted, or soft up to a certain twist."""
     change, reach = parameters[4], parameters[5]
@@ -38,7 +38,7 @@ def _sprung(parameters, twist):
 
 
 @effect_function
-def _shift(parameters, state, sample):
+def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # Where the load is by now, if it goes on as it did in the last step.
     if parameters[6] == 0.0 or sample[TIME] <= 0.0:
         return 0.0
@@ -46,7 +46,7 @@ def _shift(parameters, state, sample):
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # state: 0 twist e of the inertia beyond, 1 its rate, 2 and 3 the last acceleration and
     # velocity of the motor, 4 the last load. With the motor's motion given, e is a damped
     # oscillator driven by it; solved in steps short enough for its period, so that long samples

@@ -4,14 +4,14 @@
 import math
 
 from engb_core.effects.base import Effect, EFFORT, Parameter, TIME, TIME_STEP
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 # Place in the state: what the filter gave last.
 _FILTERED = 0
 
 
 @effect_function
-def _measurement(parameters, state, sample):
+def _measurement(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if sample[TIME] <= 0.0 or parameters[0] <= 0.0:
         state[_FILTERED] = sample[EFFORT]
     else:

@@ -2,11 +2,11 @@
 """Effort is off by one factor: torque constant, gear ratio, or what a drive calls torque."""
 
 from engb_core.effects.base import Effect, EFFORT, NUMBER_OFF, Parameter
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _actuation(parameters, state, sample):
+def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return parameters[0] * sample[EFFORT]
 
 

@@ -4,14 +4,14 @@
 import math
 
 from engb_core.effects.base import Effect, LEVEL, Parameter, TIME
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 # Part of the recording within which friction that changes sooner has changed at once.
 _AT_ONCE = 0.01
 
 
 @effect_function
-def _level(parameters, state, sample):
+def _level(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     settling, shape = parameters[1], parameters[2]
     part = sample[TIME] / parameters[3]
     progress = ((1.0 - math.exp(-(part / settling) ** shape))

@@ -28,7 +28,7 @@ from engb_core.errors import InputError
 from engb_core.laws.grammar import coordinates_of, is_followed, parameters_of, parse
 from engb_core.laws.machine import ACTS_AS, LONGEST, MODE, MOST_PARAMETERS, program_of, value_of
 from engb_core.model import EffectSetting
-from engb_core.physics.compiled import compiled, effect_function
+from engb_core.physics.compiled import compiled, effect_function, Numbers
 
 __all__ = ['EFFECT', 'law_effect', 'law_value']
 
@@ -38,7 +38,7 @@ _RING = 46
 
 
 @compiled
-def _late(state, effort, step, delay, longest):
+def _late(state: Numbers, effort: float, step: float, delay: float, longest: float) -> float:
     """Return the effort of `delay` [s] ago, from means over stretches of a fortieth of the
     longest delay."""
     stretch = step * max(1.0, math.ceil(longest / (_RING - 6) / step - 1e-9))
@@ -62,13 +62,13 @@ def _late(state, effort, step, delay, longest):
 
 
 @effect_function
-def law_value(parameters, state, sample):
+def law_value(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     """Return the value of the formula alone."""
     return value_of(parameters, state, sample, sample[POSITION])
 
 
 @effect_function
-def _act(parameters, state, sample):
+def _act(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     mode = int(parameters[99])
     value = value_of(parameters, state, sample, sample[POSITION])
     if mode == 0:
@@ -94,12 +94,12 @@ def _act(parameters, state, sample):
 
 
 @effect_function
-def _shift(parameters, state, sample):
+def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return value_of(parameters, state, sample, sample[POSITION])
 
 
 @effect_function
-def _shift_torque(parameters, state, sample):
+def _shift_torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # The true angle is θ + e(θ); its derivatives follow from where the shaft is a moment on.
     moved = sample[VELOCITY] * _TIME_STEP
     curved = 0.5 * sample[ACCELERATION] * _TIME_STEP * _TIME_STEP

@@ -6,8 +6,10 @@ follow stands here, a cubic between knots that lie evenly along the stroke; beyo
 known, and the last knot holds.
 """
 
+from collections.abc import Mapping
+
 from engb_core.effects.base import Effect, LOAD, Parameter, POSITION
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 __all__ = ['EFFECT', 'KNOTS']
 
@@ -17,7 +19,7 @@ KNOTS = 12
 
 
 @effect_function
-def _load(parameters, state, sample):
+def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     low, high = parameters[12], parameters[13]
     way = (sample[POSITION] - low) / (high - low) * 11.0
     way = min(max(way, 0.0), 10.999999)
@@ -32,7 +34,7 @@ def _load(parameters, state, sample):
     return sample[LOAD] + here + 0.5 * part * (there - before + part * (bend + part * twist))
 
 
-def _statement(p):
+def _statement(p: Mapping[str, float]) -> str:
     values = [p[f'value_{index:02d}'] for index in range(KNOTS)]
     place = max(range(KNOTS), key=lambda index: abs(values[index]))
     angle = p['from'] + (p['to'] - p['from']) * place / (KNOTS - 1)

@@ -1,8 +1,10 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Friction grows with the load on screw and gears."""
 
+from collections.abc import Mapping
+
 from engb_core.effects.base import Effect, LEVEL, LOAD, LOAD_GAIN, Parameter
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 from engb_core.physics.dry_friction import friction_gain
 
 # Curvature that the statement mentions.
@@ -10,12 +12,12 @@ TOLD = 0.15
 
 
 @effect_function
-def _level(parameters, state, sample):
+def _level(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     gain = friction_gain(parameters[0], parameters[1], parameters[2], sample[LOAD])
     return sample[LEVEL] + (gain - sample[LOAD_GAIN]) * abs(sample[LOAD])
 
 
-def _statement(p):
+def _statement(p: Mapping[str, float]) -> str:
     curvature = p.get('load_curvature', 0.0)
     curved = '' if abs(curvature) < TOLD else (
         f", the {'more' if curvature > 0 else 'less'} the higher the load")

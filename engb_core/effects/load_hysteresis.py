@@ -12,7 +12,7 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
-from engb_core.physics.compiled import compiled, effect_function
+from engb_core.physics.compiled import compiled, effect_function, Numbers
 from engb_core.physics.stop_elements import ELEMENTS, moved_elements
 
 # Places in the parameters, and of the first slipping element in the state.
@@ -23,7 +23,7 @@ _STEPS = 120
 
 
 @compiled
-def _moved(parameters, state, distances):
+def _moved(parameters: Numbers, state: Numbers, distances: float) -> float:
     """Move the memory by so many memory distances and return it, −1 … 1."""
     if parameters[_ELEMENTS] > 0.5:
         return moved_elements(state, _FIRST, distances, 1.0, 1.0)
@@ -39,14 +39,14 @@ def _moved(parameters, state, distances):
 
 
 @compiled
-def _forget(state):
+def _forget(state: Numbers) -> None:
     for index in range(ELEMENTS):
         state[_FIRST + index] = 0.0
     state[0] = 0.0
 
 
 @compiled
-def _widest(parameters, state):
+def _widest(parameters: Numbers, state: Numbers) -> float:
     """Return half the widest opening of the slow loop from rest to the top and back, over what the
     whole memory does at the top; the load goes with travel^load_power. Leaves no memory."""
     power = parameters[_POWER]
@@ -68,7 +68,7 @@ def _widest(parameters, state):
 
 
 @compiled
-def _remembered(parameters, state, distances):
+def _remembered(parameters: Numbers, state: Numbers, distances: float) -> float:
     """Move the memory by so many memory distances; return it, at most ±ratio/c of the peak load.
 
     The peak is that of the loop: above the curve's where applying is the harder way, else below.
@@ -84,7 +84,7 @@ def _remembered(parameters, state, distances):
 
 
 @effect_function
-def _shift(parameters, state, sample):
+def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[_SENSE] > 0.0:
         return 0.0
     # Play in the way to the pad: what presses it comes after the shaft, in contact or not.
@@ -93,7 +93,7 @@ def _shift(parameters, state, sample):
 
 
 @effect_function
-def _load(parameters, state, sample):
+def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     load = sample[LOAD]
     if parameters[_SENSE] < 0.0:
         return load
@@ -102,7 +102,7 @@ def _load(parameters, state, sample):
         _forget(state)
         return load
     peak = parameters[_PEAK]
-    weight = (min(load, peak) / peak) ** parameters[_EXPONENT]
+    weight: float = (min(load, peak) / peak) ** parameters[_EXPONENT]
     return load + peak * weight * _remembered(
         parameters, state, sample[VELOCITY] * sample[TIME_STEP] / parameters[_DISTANCE])
 

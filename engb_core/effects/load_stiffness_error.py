@@ -2,11 +2,11 @@
 """The load torque is a constant factor off: caliper stiffness, or what the force acts on."""
 
 from engb_core.effects.base import Effect, LOAD, NUMBER_OFF, Parameter
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _load(parameters, state, sample):
+def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return parameters[0] * sample[LOAD]
 
 

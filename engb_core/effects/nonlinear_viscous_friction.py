@@ -2,11 +2,11 @@
 """Drag that is not proportional to speed."""
 
 from engb_core.effects.base import Effect, Parameter, VELOCITY
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return parameters[0] * sample[VELOCITY] * abs(sample[VELOCITY])
 
 

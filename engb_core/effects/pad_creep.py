@@ -4,11 +4,11 @@
 import math
 
 from engb_core.effects.base import Effect, LOAD, Parameter, TIME, TIME_STEP
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _load(parameters, state, sample):
+def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # state: 0…2 what three elements of equal weight have relaxed by.
     load = sample[LOAD]
     relaxed = 0.0

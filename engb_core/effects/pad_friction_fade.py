@@ -3,21 +3,21 @@
 
 import math
 
-from engb_core.effects.base import DISC_SPEED, Effect, LOAD, PAD_TEMPERATURE, Parameter
-from engb_core.physics.compiled import compiled, effect_function
+from engb_core.effects.base import DISC_SPEED, Effect, LOAD, PAD_TEMPERATURE, Parameter, Scene
+from engb_core.physics.compiled import compiled, effect_function, Numbers
 
 # Part of the highest disc speed from which the disc turns.
 TURNING = 0.04
 
 
 @compiled
-def _step(way, steepness):
+def _step(way: float, steepness: float) -> float:
     """Return a step from 0 to 1 at 0; far from it an exponential."""
     return 1.0 / (1.0 + math.exp(min(max(-steepness * way, -50.0), 50.0)))
 
 
 @compiled
-def _progress(parameters, sample):
+def _progress(parameters: Numbers, sample: Numbers) -> float:
     steepness, middle = parameters[2], parameters[3]
     if parameters[5] > 0.5:
         way = (sample[PAD_TEMPERATURE] - parameters[8]) / (parameters[9] - parameters[8])
@@ -30,14 +30,14 @@ def _progress(parameters, sample):
 
 
 @effect_function
-def _load(parameters, state, sample):
+def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     turning = math.tanh(sample[DISC_SPEED] / parameters[4])
     progress = _progress(parameters, sample)
     return sample[LOAD] * (
         1.0 + turning * (parameters[1] - 1.0 + parameters[0] * (progress - 0.5)))
 
 
-def _ranges(scene):
+def _ranges(scene: Scene) -> dict[str, float]:
     low, high = scene.disc_speed_range or (0.0, 1.0)
     fast = max(abs(low), abs(high))
     # A disc that turned both ways also stood.

@@ -4,7 +4,7 @@
 import math
 
 from engb_core.effects.base import DIRECTION, Effect, Parameter, TIME_STEP, VELOCITY
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 from engb_core.physics.stop_elements import moved_elements
 
 # 1 − z runs from 2 (just reversed) to 0; after 63 % of the way it is 2/e.
@@ -13,7 +13,7 @@ _REST = 2.0 * math.exp(-1.0)
 
 
 @effect_function
-def _direction(parameters, state, sample):
+def _direction(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[0] <= 0.0:
         return sample[DIRECTION]
     if parameters[2] > 0.5:

@@ -4,11 +4,11 @@
 import math
 
 from engb_core.effects.base import DISC_SPEED, Effect, LOAD, Parameter, TIME, TIME_STEP
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _load(parameters, state, sample):
+def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # state: 0 how much of the pad's friction acts, −1 to 1
     turning = math.tanh(sample[DISC_SPEED] / parameters[1])
     if sample[TIME] <= 0.0:

@@ -4,14 +4,14 @@
 import math
 
 from engb_core.effects.base import Effect, LEVEL, Parameter, VELOCITY
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 # Friction near standstill, over that at speed, from which on a fall is believed.
 LEAST = 1.03
 
 
 @effect_function
-def _level(parameters, state, sample):
+def _level(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     speed = abs(sample[VELOCITY]) / parameters[1]
     return sample[LEVEL] * (1.0 + (parameters[0] - 1.0) * math.exp(-speed ** parameters[2]))
 

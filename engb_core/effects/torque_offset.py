@@ -2,11 +2,11 @@
 """The current sensor has an offset: measured effort is not zero at zero torque."""
 
 from engb_core.effects.base import Effect, EFFORT, Parameter
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _actuation(parameters, state, sample):
+def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return sample[EFFORT] - parameters[0]
 
 

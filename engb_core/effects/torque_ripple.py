@@ -2,12 +2,12 @@
 """Torque per ampere that is periodic in the shaft angle."""
 
 from engb_core.effects.base import Effect, EFFORT, Parameter, POSITION
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 from engb_core.physics.harmonics import toothed_wave
 
 
 @effect_function
-def _actuation(parameters, state, sample):
+def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return sample[EFFORT] * (1.0 + toothed_wave(parameters, sample[POSITION]))
 
 

@@ -2,27 +2,28 @@
 """Less torque per ampere at high current (iron saturation)."""
 
 from engb_core.effects.base import Effect, EFFORT, Parameter
-from engb_core.physics.compiled import compiled, effect_function
+from engb_core.physics.compiled import compiled, effect_function, Numbers
 
 # So much of a further ampere's torque may be lost: more current never gives less torque.
 STEEPEST = 0.9
 
 
 @compiled
-def _lost(loss, shape, onset, effort):
+def _lost(loss: float, shape: float, onset: float, effort: float) -> float:
     """Return the torque that is lost, both it and `effort` over the largest effort."""
     room = 1.0 - onset
     relative = max(effort - onset, 0.0) / room
     slope = loss * shape * relative ** (shape - 1.0) / room
-    if slope <= STEEPEST:
-        return loss * relative ** shape
-    # From where it is steepest it goes on straight.
-    steepest = 0.0 if shape <= 1.0 else relative * (STEEPEST / slope) ** (1.0 / (shape - 1.0))
-    return loss * steepest ** shape + STEEPEST * room * (relative - steepest)
+    lost: float = loss * relative ** shape
+    if slope > STEEPEST:
+        # From where it is steepest it goes on straight.
+        steepest = 0.0 if shape <= 1.0 else relative * (STEEPEST / slope) ** (1.0 / (shape - 1.0))
+        lost = loss * steepest ** shape + STEEPEST * room * (relative - steepest)
+    return lost
 
 
 @effect_function
-def _actuation(parameters, state, sample):
+def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     largest = parameters[3]
     loss = largest * _lost(parameters[0], parameters[1], parameters[2],
                            abs(sample[EFFORT]) / largest)

@@ -12,16 +12,16 @@ from engb_core.effects.base import (
     VELOCITY,
     VISCOUS,
 )
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _shift(parameters, state, sample):
+def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return -parameters[0] * math.sin(sample[POSITION] + parameters[1])
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # The true angle is θ − ε sin(θ + φ); its derivatives follow by the chain rule.
     turn = sample[POSITION] + parameters[1]
     speed = -parameters[0] * math.cos(turn) * sample[VELOCITY]

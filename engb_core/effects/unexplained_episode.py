@@ -5,11 +5,11 @@ has it."""
 import math
 
 from engb_core.effects.base import DIRECTION, Effect, LOAD, Parameter, TIME
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if sample[TIME] < parameters[1] - 0.5 or sample[TIME] > parameters[2] + 0.5:
         return 0.0
     # Edges of 20 ms: sharp, and yet the fit can move them.

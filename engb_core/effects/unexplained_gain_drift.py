@@ -4,11 +4,11 @@
 import math
 
 from engb_core.effects.base import Effect, EFFORT, Parameter, TIME, TIME_STEP
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _actuation(parameters, state, sample):
+def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     settling = parameters[1] * parameters[2]
     if parameters[4] > 0.5:
         # Heat: the loss, ∝ effort², through the winding's time constant.

@@ -2,13 +2,13 @@
 """A loss that grows with load times speed; no cause is claimed."""
 
 from engb_core.effects.base import Effect, LOAD, Parameter, VELOCITY
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     speed = abs(sample[VELOCITY]) / parameters[2]
-    share = parameters[0] * speed ** parameters[1] * abs(sample[LOAD])
+    share: float = parameters[0] * speed ** parameters[1] * abs(sample[LOAD])
     return share if sample[VELOCITY] > 0.0 else -share
 
 

@@ -4,11 +4,11 @@
 import math
 
 from engb_core.effects.base import Effect, LEVEL, Parameter, TIME, TIME_STEP, VELOCITY
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _level(parameters, state, sample):
+def _level(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # state: how far the contact has aged: as the logarithm of the time at rest; slip renews it.
     if sample[TIME] <= 0.0:
         state[0] = 0.0

@@ -4,11 +4,11 @@
 import math
 
 from engb_core.effects.base import DIRECTION, Effect, Parameter, POSITION
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     distance = abs(sample[POSITION] - parameters[1]) / parameters[2]
     if distance > 20.0 or (distance > 6.5 and parameters[3] >= 2.0):
         # Nothing is left of it here.

@@ -7,7 +7,7 @@ Not a cause: it is never named, only written into the corrected model so that it
 import math
 
 from engb_core.effects.base import DIRECTION, Effect, Parameter, POSITION
-from engb_core.physics.compiled import compiled, effect_function
+from engb_core.physics.compiled import compiled, effect_function, Numbers
 
 __all__ = ['DIRECTION_CODE', 'EFFECT', 'MOTOR_ANGLE_CODE', 'NOTHING_CODE', 'SURFACE_VALUES']
 
@@ -19,7 +19,7 @@ NOTHING_CODE = -1.0
 
 
 @compiled
-def _coordinate(sample, code):
+def _coordinate(sample: Numbers, code: float) -> float:
     if code < 0.0:
         return 0.0
     if code == 100.0:
@@ -28,7 +28,7 @@ def _coordinate(sample, code):
 
 
 @compiled
-def _place(value, low, high, count):
+def _place(value: float, low: float, high: float, count: int) -> tuple[int, float]:
     """Return the lower knot and the part of the way to the next; held at both ends."""
     if count < 2:
         return 0, 0.0
@@ -39,7 +39,7 @@ def _place(value, low, high, count):
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     base = 96
     columns = int(parameters[base + 3])
     rows = int(parameters[base + 7])

@@ -6,18 +6,18 @@ from collections.abc import Mapping
 import math
 
 from engb_core.effects.base import Effect, EFFORT, Parameter, TIME
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[4] > 0.5:
         return 0.0
     return parameters[0] * math.sin(2.0 * math.pi * parameters[1] * sample[TIME] + parameters[2])
 
 
 @effect_function
-def _actuation(parameters, state, sample):
+def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[4] < 0.5:
         return sample[EFFORT]
     wave = math.sin(2.0 * math.pi * parameters[1] * sample[TIME] + parameters[2])

@@ -2,11 +2,11 @@
 """The model's viscous friction coefficient is wrong."""
 
 from engb_core.effects.base import Effect, NUMBER_OFF, Parameter, VELOCITY, VISCOUS
-from engb_core.physics.compiled import effect_function
+from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
-def _torque(parameters, state, sample):
+def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return (parameters[0] - sample[VISCOUS]) * sample[VELOCITY]
 
 

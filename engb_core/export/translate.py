@@ -206,6 +206,8 @@ class _Body(Expressions):
             lines = self._assign(first, node.value)
             return lines + [line for other in others
                             for line in self._assign(other, _loaded(first))]
+        if isinstance(node, ast.AnnAssign) and node.value is not None:
+            return self._assign(node.target, node.value)
         if isinstance(node, ast.AugAssign):
             return self._assign(node.target, ast.copy_location(
                 ast.BinOp(_loaded(node.target), node.op, node.value), node))

@@ -51,20 +51,21 @@ def find_trends(measures: Sequence[Measure], rate: float = 0.05) -> list[Trend]:
     tried = []
     for quantity in dict.fromkeys(measure.quantity for measure in measures):
         chosen = [measure for measure in measures if measure.quantity == quantity]
-        for over, read in (('mileage', lambda measure: measure.mileage),
-                           ('time', lambda measure: measure.days)):
-            usable = [measure for measure in chosen if read(measure) is not None]
-            units = sorted({measure.unit for measure in usable})
-            groups = {unit: [measure for measure in usable if measure.unit == unit]
+        for over in ('mileage', 'time'):
+            told = [(measure, measure.mileage if over == 'mileage' else measure.days)
+                    for measure in chosen]
+            usable = [(measure, place) for measure, place in told if place is not None]
+            units = sorted({measure.unit for measure, _ in usable})
+            groups = {unit: [entry for entry in usable if entry[0].unit == unit]
                       for unit in units}
             for unit, mine in [*groups.items(), *([('', usable)] if len(units) > 1 else [])]:
                 if len(mine) < LEAST:
                     continue
-                owner = np.array([units.index(measure.unit) for measure in mine])
-                fitted = _slope(np.array([read(measure) for measure in mine], float),
-                                np.array([measure.value for measure in mine]), owner)
+                owner = np.array([units.index(measure.unit) for measure, _ in mine])
+                fitted = _slope(np.array([place for _, place in mine], float),
+                                np.array([measure.value for measure, _ in mine]), owner)
                 if fitted:
-                    tried.append(Trend(quantity, mine[0].unit_of_measure, over, unit, *fitted,
+                    tried.append(Trend(quantity, mine[0][0].unit_of_measure, over, unit, *fitted,
                                        len(mine)))
     kept = false_discovery(np.array([trend.chance for trend in tried]), rate)
     return sorted((trend for trend, keep in zip(tried, kept, strict=True) if keep),

@@ -112,7 +112,8 @@ def _fitted(pieces: Sequence[Motion], residual: Array, orders: Sequence[float]) 
     waves = np.concatenate([piece.smooth(np.stack(
         [wave(number * piece.position) for number in orders for wave in (np.sin, np.cos)])).T
         for piece in pieces])
-    return waves @ np.linalg.lstsq(waves, residual, rcond=None)[0]
+    fitted: Array = waves @ np.linalg.lstsq(waves, residual, rcond=None)[0]
+    return fitted
 
 
 def _correlation_length(piece: Motion) -> float:

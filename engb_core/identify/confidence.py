@@ -86,7 +86,7 @@ def _correlation(residual: Array, place: Array, least: Array | None) -> Array:
     # Parzen's window: Γ stays positive.
     window = np.where(place_in_window <= 0.5, 1 - 6 * place_in_window**2 + 6 * place_in_window**3,
                       2 * (1 - place_in_window) ** 3)
-    found = ratio[:reach + 1] * window
+    found: Array = ratio[:reach + 1] * window
     if least is not None:
         floor = np.zeros(max(found.size, least.size))
         floor[:least.size] = least

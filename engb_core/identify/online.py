@@ -68,7 +68,8 @@ class _Curve:
 
     def __call__(self, angle: Array) -> Array:
         beyond = np.maximum(angle - self.contact, 0.0)
-        return np.polynomial.polynomial.polyval(beyond, [0.0, *self.coefficients])
+        torque: Array = np.polynomial.polynomial.polyval(beyond, [0.0, *self.coefficients])
+        return torque
 
     def slope(self, angle: Array) -> Array:
         """Return dT_L/dθ [N·m/rad] at `angle` (n,) [rad]."""

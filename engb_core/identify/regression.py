@@ -147,7 +147,8 @@ def _fit(problem: Problem, start: dict[str, float]) -> Fit:
         residual, jacobian = problem.evaluate(full(scaled))
         table = np.column_stack([jacobian[:, free] * unit[free], residual])
         power, axes = np.linalg.eigh(table.T @ table)
-        return np.sqrt(np.maximum(power, 0.0))[:, None] * axes.T
+        rows: Array = np.sqrt(np.maximum(power, 0.0))[:, None] * axes.T
+        return rows
 
     found = least_squares(lambda scaled: condensed(scaled)[:, -1], first,
                           jac=lambda scaled: condensed(scaled)[:, :-1],

@@ -68,19 +68,21 @@ class Kernel:
         ratio = time / self.width
         bell = np.exp(-0.5 * ratio**2)
         bell /= bell.sum()
-        if derivative == 0:
-            return bell
+        taps: Array = bell
         if derivative == 1:
             taps = -time * bell
-            return taps / -(taps @ time)
-        taps = (ratio**2 - 1.0) * bell
-        taps -= taps.sum() * bell
-        return taps * 2.0 / (taps @ time**2)
+            taps /= -(taps @ time)
+        elif derivative != 0:
+            taps = (ratio**2 - 1.0) * bell
+            taps -= taps.sum() * bell
+            taps = taps * 2.0 / (taps @ time**2)
+        return taps
 
     def apply(self, values: Array, derivative: int = 0) -> Array:
         """Convolve `values` (n,), without phase shift; the ends are held."""
         padded = np.pad(values, self.half, mode='edge')
-        return signal.fftconvolve(padded, self.taps(derivative), mode='valid')
+        smooth: Array = signal.fftconvolve(padded, self.taps(derivative), mode='valid')
+        return smooth
 
 
 @dataclass(frozen=True)
@@ -151,7 +153,9 @@ class Motion:
         shortest = round(0.1 / self.interval)
         inside = ndimage.binary_opening(slow, np.ones(max(3, shortest)))
         # The model's friction has a low-speed form, so a stop's edges stay in the fit.
-        return ndimage.binary_erosion(inside, np.ones(2 * self.kernel.half + 3))
+        standing: NDArray[np.bool_] = ndimage.binary_erosion(
+            inside, np.ones(2 * self.kernel.half + 3))
+        return standing
 
     @cached_property
     def rows(self) -> NDArray[np.int64]:
@@ -160,8 +164,9 @@ class Motion:
         reach, stride = self.kernel.half, self.stride
         clear = ndimage.minimum_filter1d(good.astype(np.uint8), 2 * reach + 1, mode='constant')
         # upfirdn's output j is centred on sample j·stride - reach.
-        rows = np.arange(-(-2 * reach // stride) * stride - reach, self.time.size - reach, stride)
-        return rows[clear[rows] > 0]
+        every = np.arange(-(-2 * reach // stride) * stride - reach, self.time.size - reach, stride)
+        rows: NDArray[np.int64] = every[clear[every] > 0]
+        return rows
 
     @property
     def stride(self) -> int:
@@ -174,7 +179,8 @@ class Motion:
         Returns (m,) or (k, m).
         """
         values = signal.upfirdn(self._taps, columns, 1, self.stride, axis=-1)
-        return values[..., (self.rows + self.kernel.half) // self.stride]
+        chosen: Array = values[..., (self.rows + self.kernel.half) // self.stride]
+        return chosen
 
     @cached_property
     def _taps(self) -> Array:

@@ -335,7 +335,7 @@ def _independent(search: Search, law: Candidate) -> float:
         if rho < 0.05:
             break
         colour += 2.0 * rho
-    return centred.size / colour
+    return float(centred.size / colour)
 
 
 def _holds(search: Search, law: Candidate, labels: NDArray[np.int64]) -> bool:

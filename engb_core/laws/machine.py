@@ -29,7 +29,7 @@ from engb_core.effects.base import (
 )
 from engb_core.errors import InputError
 from engb_core.laws.grammar import Call, COORDINATES, Expression, Name, Number, parameters_of
-from engb_core.physics.compiled import compiled, PARAMETER_SIZE
+from engb_core.physics.compiled import compiled, Numbers, PARAMETER_SIZE
 
 __all__ = ['ACTS_AS', 'AXES', 'MODE', 'MOST_PARAMETERS', 'DELAY_MODE', 'LONGEST', 'TURN',
            'program_of', 'value_of']
@@ -150,7 +150,7 @@ class _Program:
 
 
 @compiled
-def _step_since(state, slot, sample):
+def _step_since(state: Numbers, slot: int, sample: Numbers) -> float:
     """Return the time that a sample adds [s]: a formula may look at it more than once."""
     if sample[TIME] <= state[slot]:
         return 0.0
@@ -159,7 +159,7 @@ def _step_since(state, slot, sample):
 
 
 @compiled
-def _followed(code, state, sample, turn):
+def _followed(code: float, state: Numbers, sample: Numbers, turn: float) -> float:
     """Return a coordinate that is followed from sample to sample."""
     if code == 104.0:
         return min(1.0, max(-1.0, sample[VELOCITY] / turn))
@@ -199,12 +199,13 @@ def _followed(code, state, sample, turn):
 
 
 @compiled
-def _bounded_exp(value):
+def _bounded_exp(value: float) -> float:
     return math.exp(min(max(value, -60.0), 60.0))
 
 
 @compiled
-def _remembered(code, first, second, state, slot, sample, turn):
+def _remembered(code: int, first: float, second: float, state: Numbers, slot: int, sample: Numbers,
+                turn: float) -> float:
     """Return a function with memory; its state lies at `slot`."""
     begins = sample[TIME] <= 0.0
     second = max(abs(second), 1e-9)
@@ -249,7 +250,7 @@ def _remembered(code, first, second, state, slot, sample, turn):
 
 
 @compiled
-def value_of(parameters, state, sample, position):
+def value_of(parameters: Numbers, state: Numbers, sample: Numbers, position: float) -> float:
     """Return the law's value for a sample, as if the shaft stood at `position`."""
     top = 55
     for row in range(int(parameters[12])):

@@ -112,8 +112,9 @@ def paper_torque(mechanism: Mechanism, force: ArrayLike, angle: ArrayLike,
     arm = ((mechanism.lever_output * np.cos(bend) + posture.pad_onto)
            / np.cos(bend - posture.lever_angle))
     screw = pushing * arm / mechanism.lever_input
-    return (mechanism.screw_lead
-            / (2.0 * np.pi * mechanism.gear_ratio * mechanism.efficiency) * screw)
+    torque: Array = (mechanism.screw_lead
+                     / (2.0 * np.pi * mechanism.gear_ratio * mechanism.efficiency) * screw)
+    return torque
 
 
 def self_energizing_gain(wedge: ArrayLike, pad_friction: float) -> Array:
@@ -124,7 +125,8 @@ def self_energizing_gain(wedge: ArrayLike, pad_friction: float) -> Array:
     """
     wedge = np.asarray(wedge, float)
     _refuse_self_locking(wedge, pad_friction)
-    return (wedge - pad_friction) / wedge
+    ratio: Array = (wedge - pad_friction) / wedge
+    return ratio
 
 
 def pad_friction(gain: float, wedge: float, gain_std: float = 0.0) -> tuple[float, float]:
@@ -232,7 +234,9 @@ def coulomb_friction(velocity: ArrayLike, net_torque: ArrayLike, level: ArrayLik
     velocity, net = np.asarray(velocity, float), np.asarray(net_torque, float)
     static_level = np.asarray(static_level, float)
     sticking = np.clip(net, -static_level, static_level)
-    return np.where(np.abs(velocity) > standstill, np.asarray(level) * np.sign(velocity), sticking)
+    torque: Array = np.where(np.abs(velocity) > standstill, np.asarray(level) * np.sign(velocity),
+                             sticking)
+    return torque
 
 
 def _force(mechanism: Mechanism, pad_onto: Array) -> Array:

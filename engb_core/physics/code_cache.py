@@ -32,7 +32,7 @@ KEPT = 8
 _PACKAGE = Path(__file__).resolve().parent
 
 
-def fingerprint(function: Callable) -> str:
+def fingerprint(function: Callable[..., object]) -> str:
     """Return a digest of a Python function and of everything that is compiled into it."""
     digest = hashlib.sha256()
     for part in _parts(_plain(function), {}):
@@ -100,7 +100,7 @@ class CodeCache:
         kind: tells apart what is compiled in several ways.
     """
 
-    def __init__(self, function: Callable, kind: str = '') -> None:
+    def __init__(self, function: Callable[..., object], kind: str = '') -> None:
         self._function = function
         self._name = f'{function.__module__}.{function.__qualname__}'.replace('<locals>.', '')
         self._kind = kind
@@ -126,7 +126,8 @@ class CodeCache:
         if content is None:
             return None
         try:
-            return CompileResult._rebuild(target_context, *pickle.loads(content))
+            found: object = CompileResult._rebuild(target_context, *pickle.loads(content))
+            return found
         except Exception:
             # Whatever another installation has left there: compile anew.
             return None

@@ -78,12 +78,13 @@ class Commanded:
         for function, effect in physics.stages['command']:
             function.loop(physics.parameters[effect], state[effect], table, REFERENCE)
         position = self.table[:, POSITION]
-        return self.law(reference, position) - self.law(table[:, REFERENCE], position)
+        beyond: Array = self.law(reference, position) - self.law(table[:, REFERENCE], position)
+        return beyond
 
     def smoothed(self, physics: Physics, time: Array) -> Array:
         """Return the same at other times (n,), as the motion's effort is smoothed."""
-        return np.interp(time, self.time, convolve1d(
-            self.recorded_beyond_acted(physics), self.taps, mode='nearest'))
+        smooth: Array = convolve1d(self.recorded_beyond_acted(physics), self.taps, mode='nearest')
+        return np.interp(time, self.time, smooth)
 
 
 def command_law(recording: Recording) -> CommandLaw | None:

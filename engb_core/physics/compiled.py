@@ -12,15 +12,18 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 import logging
 import threading
-from typing import Any, TYPE_CHECKING
+from typing import Any, Protocol, TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.physics.code_cache import CodeCache
 
-__all__ = ['COMPILED', 'EffectFunction', 'PARAMETER_SIZE', 'WHY_NOT', 'call_effect', 'compiled',
-           'effect_function', 'handles', 'kernel', 'row_of']
+__all__ = ['COMPILED', 'EffectFunction', 'Numbers', 'PARAMETER_SIZE', 'WHY_NOT', 'call_effect',
+           'compiled', 'effect_function', 'handles', 'kernel', 'row_of']
+
+Array = NDArray[np.float64]
+_Function = TypeVar('_Function', bound=Callable[..., object])
 
 # Places for the parameters and constants of one effect.
 PARAMETER_SIZE = 112
@@ -40,6 +43,20 @@ except ImportError as error:
         '(pip install numba, or apt install python3-numba)', WHY_NOT)
 
 
+class Numbers(Protocol):
+    """Numbers by their places, as compiled code reads and writes them: a row of an array."""
+
+    def __getitem__(self, place: int, /) -> float:
+        """Return the number at `place`."""
+
+    def __setitem__(self, place: int | slice, value: float, /) -> None:
+        """Put a number to `place`."""
+
+
+# f(parameters (PARAMETER_SIZE,), state (STATE_SIZE,), sample (SAMPLE_SIZE,)) → value.
+Definition = Callable[[Numbers, Numbers, Numbers], float]
+
+
 class EffectFunction:
     """One definition of an effect's physics, as Python and as compiled code.
 
@@ -48,7 +65,7 @@ class EffectFunction:
             → float.
     """
 
-    def __init__(self, definition: Callable) -> None:
+    def __init__(self, definition: Definition) -> None:
         self.definition = definition
         self._callback: Any = None
 
@@ -59,18 +76,18 @@ class EffectFunction:
             # Whoever comes second must not free the code that the first one is about to call.
             if self._callback is None:
                 self._callback = _callback(self.definition)
-        return self._callback.address
+        return int(self._callback.address)
 
-    def __call__(self, parameters: NDArray, state: NDArray, sample: NDArray) -> float:
+    def __call__(self, parameters: Array, state: Array, sample: Array) -> float:
         """Return the function's value for one sample; arrays as `definition` has them."""
         return _one(handles([self]), parameters[None], state[None], sample)
 
-    def loop(self, parameters: NDArray, state: NDArray, samples: NDArray, place: int) -> None:
+    def loop(self, parameters: Array, state: Array, samples: Array, place: int) -> None:
         """Run over samples (n, SAMPLE_SIZE) and write the values into column `place`."""
         _each(handles([self]), parameters[None], state[None], samples, place)
 
 
-def effect_function(definition: Callable) -> EffectFunction:
+def effect_function(definition: Definition) -> EffectFunction:
     """Make f(parameters, state, sample) -> float callable from kernels."""
     return EffectFunction(definition)
 
@@ -82,13 +99,13 @@ def handles(functions: Sequence[EffectFunction]) -> object:
     return tuple(function.definition for function in functions)
 
 
-def compiled(function: Callable) -> Callable:
+def compiled(function: _Function) -> _Function:
     """Compile a helper for its arguments at first use, cached on disk."""
     # Inlined wherever it is called: handing over eight arrays costs as much as a step.
     return _dispatcher(function, forceinline=True) if COMPILED else function
 
 
-def kernel(function: Callable) -> Callable:
+def kernel(function: _Function) -> _Function:
     """Compile a loop for its arguments at first use, cached on disk; it releases the GIL.
 
     As `compiled`, but a kernel is called from Python only, with arrays that are C-contiguous.
@@ -98,11 +115,11 @@ def kernel(function: Callable) -> Callable:
 
 if TYPE_CHECKING:
     # What numba makes of these has no types.
-    def _dispatcher(function: Callable, **options: bool) -> Callable: ...
-    def _callback(definition: Callable) -> Any: ...
-    def call_effect(functions: Any, index: Any, parameters: Any, effect: Any, state: Any,
-                    sample: Any) -> Any: ...
-    def row_of(matrix: Any, index: Any) -> Any: ...
+    def _dispatcher(function: _Function, **options: bool) -> _Function: ...
+    def _callback(definition: Definition) -> Any: ...
+    def call_effect(functions: object, index: int, parameters: Array, effect: int, state: Array,
+                    sample: Numbers) -> float: ...
+    def row_of(matrix: Array, index: int) -> Array: ...
 elif COMPILED:
     from llvmlite import ir
     from numba import types
@@ -187,12 +204,12 @@ else:
 
 
 @kernel
-def _one(functions, parameters, state, sample):
+def _one(functions: object, parameters: Array, state: Array, sample: Array) -> float:
     return call_effect(functions, 0, parameters, 0, state, sample)
 
 
 @kernel
-def _each(functions, parameters, state, samples, place):
+def _each(functions: object, parameters: Array, state: Array, samples: Array, place: int) -> None:
     for row in range(samples.shape[0]):
         samples[row, place] = call_effect(functions, 0, parameters, 0, state,
                                           row_of(samples, row))

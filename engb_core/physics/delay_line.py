@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from engb_core.effects.base import STATE_SIZE
-from engb_core.physics.compiled import compiled
+from engb_core.physics.compiled import compiled, Numbers
 
 __all__ = ['delayed']
 
@@ -17,7 +17,7 @@ _RING = STATE_SIZE - _PAST
 
 
 @compiled
-def delayed(state, value, step, delay):
+def delayed(state: Numbers, value: float, step: float, delay: float) -> float:
     """Return the value of `delay` [s] ago, from means over stretches of a sixtieth of it."""
     stretch = step * max(1.0, math.ceil(delay / (_RING - 6) / step - 1e-9))
     if state[_FILLED] == 0.0:

@@ -13,7 +13,7 @@ friction_gain = compiled(load_friction_gain)
 
 
 @compiled
-def slowed_rate(rate, speed, most):
+def slowed_rate(rate: float, speed: float, most: float) -> float:
     """Return a mass' rate against a support after friction has acted on their sum.
 
     Args:

@@ -5,10 +5,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from engb_core.physics.compiled import compiled
+from engb_core.physics.compiled import compiled, Numbers
 
 __all__ = ['toothed_wave', 'wave']
 
@@ -21,7 +18,7 @@ def wave(turn: float, second_sine: float, second_cosine: float) -> float:
 
 
 @compiled
-def toothed_wave(parameters: NDArray[np.float64], angle: float) -> float:
+def toothed_wave(parameters: Numbers, angle: float) -> float:
     """Return the wave of slots or poles at the shaft angle [rad]; `parameters` are its size,
     order and phase, then sine and cosine of the second and the third harmonic, relative to the
     first."""

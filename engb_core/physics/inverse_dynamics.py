@@ -19,6 +19,7 @@ from engb_core.physics.plant import N_DELAY, Physics, torque_without_inertia
 __all__ = ['effort_of_motion', 'measured']
 
 Array = NDArray[np.float64]
+Places = NDArray[np.int64]
 
 # The actuation maps rise: their inverse by secants converges fast.
 _INVERSE_ROUNDS = 6
@@ -27,7 +28,8 @@ _SLOPES = (0.1, 3.0)
 
 
 @kernel
-def _needed(nominal, cogging, functions, bounds, owner, parameters, state, samples, effort):
+def _needed(nominal: Array, cogging: Array, functions: object, bounds: Places, owner: Places,
+            parameters: Array, state: Array, samples: Array, effort: Array) -> None:
     for row in range(samples.shape[0]):
         sample = row_of(samples, row)
         torque = torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters,
@@ -36,7 +38,7 @@ def _needed(nominal, cogging, functions, bounds, owner, parameters, state, sampl
 
 
 @kernel
-def _later(values, samples, out):
+def _later(values: Array, samples: float, out: Array) -> None:
     """Write into `out` the values `samples` later, straight between them, held at both ends."""
     last = values.size - 1
     for row in range(values.size):
@@ -46,7 +48,7 @@ def _later(values, samples, out):
 
 
 @kernel
-def _warped(values, late, out):
+def _warped(values: Array, late: Array, out: Array) -> None:
     """Write into `out` the function that `late` (n,) samples earlier has the values; instants that
     would pass one another come at once."""
     place = 0
@@ -64,7 +66,7 @@ def _warped(values, late, out):
 
 
 @kernel
-def _held(values, moving, most):
+def _held(values: Array, moving: NDArray[np.bool_], most: int) -> None:
     """Let the first `most` values of each standstill be the last one of the motion before."""
     last, stood = np.nan, 0
     for row in range(values.size):

@@ -45,6 +45,7 @@ from engb_core.physics.compiled import (
     EffectFunction,
     handles,
     kernel,
+    Numbers,
     PARAMETER_SIZE,
 )
 from engb_core.physics.dry_friction import friction_gain
@@ -54,6 +55,7 @@ __all__ = ['MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'effects_of',
            'torque_without_inertia', 'with_values']
 
 Array = NDArray[np.float64]
+Places = NDArray[np.int64]
 
 # Places in the nominal vector.
 (N_INERTIA, N_VISCOUS, N_COULOMB, N_LOAD_GAIN, N_LOAD_CURVATURE, N_REFERENCE_LOAD, N_SATURATION,
@@ -269,7 +271,7 @@ def with_values(physics: Physics, nominal: Array, parameters: Array) -> Physics:
 
 
 @compiled
-def load_torque(nominal: Array, position: float) -> float:
+def load_torque(nominal: Numbers, position: float) -> float:
     """Return T_L(θ) of the nominal model [N·m]."""
     if nominal[N_FORM] > 0.5:
         return nominal[N_AMPLITUDE] * math.sin(position + nominal[N_PHASE])
@@ -285,7 +287,7 @@ def load_torque(nominal: Array, position: float) -> float:
 
 
 @kernel
-def _load_torques(nominal, positions, torques):
+def _load_torques(nominal: Array, positions: Array, torques: Array) -> None:
     for row in range(positions.size):
         torques[row] = load_torque(nominal, positions[row])
 
@@ -298,7 +300,9 @@ def load_torques(nominal: Array, positions: Array) -> Array:
 
 
 @compiled
-def torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters, state, sample):
+def torque_without_inertia(nominal: Numbers, cogging: Array, functions: object, bounds: Places,
+                           owner: Places, parameters: Array, state: Array,
+                           sample: Numbers) -> float:
     """Return the torque that the motor must give beside J·ω̇ [N·m]; fills in the sample's stages.
 
     J is sample[INERTIA] afterwards: an effect may add to the model's.

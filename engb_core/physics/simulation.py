@@ -31,7 +31,7 @@ from engb_core.effects.base import (
 )
 from engb_core.errors import InputError
 from engb_core.model import Controller, Model
-from engb_core.physics.compiled import call_effect, compiled, kernel
+from engb_core.physics.compiled import call_effect, compiled, kernel, Numbers
 from engb_core.physics.dry_friction import friction_gain
 from engb_core.physics.plant import (
     load_torque,
@@ -51,6 +51,7 @@ __all__ = ['BrakePlant', 'INNER_STEP', 'LOOP_SIZE', 'acted_reference', 'advance_
            'loop_effort', 'loop_of', 'recorded_effort', 'simulate_closed_loop']
 
 Array = NDArray[np.float64]
+Places = NDArray[np.int64]
 
 INNER_STEP = 5e-5
 # Cycles of the loop in one run, a day at 1 kHz, and inner steps, seven hours of them.
@@ -60,8 +61,9 @@ _BLOCK = 1 << 16
 
 
 @compiled
-def advance_steps(nominal, cogging, functions, bounds, owner, parameters, state, sample, effort,
-                  steps):
+def advance_steps(nominal: Numbers, cogging: Array, functions: object, bounds: Places,
+                  owner: Places, parameters: Array, state: Array, sample: Numbers,
+                  effort: float, steps: int) -> None:
     """Advance inner steps with the measured effort held; the sample carries the motion."""
     if bounds[6] == 0:
         _advance_nominal(nominal, cogging, sample, effort, steps)
@@ -91,7 +93,8 @@ def advance_steps(nominal, cogging, functions, bounds, owner, parameters, state,
 
 
 @compiled
-def _after_friction(velocity, step, inertia, saturation, drive, level):
+def _after_friction(velocity: float, step: float, inertia: float, saturation: float, drive: float,
+                    level: float) -> float:
     """Return the velocity after a step under `drive` and friction of `level`, both [N·m]."""
     fresh = (velocity + step * drive / inertia) / (1.0 + step * level / (inertia * saturation))
     if fresh > saturation:
@@ -102,7 +105,8 @@ def _after_friction(velocity, step, inertia, saturation, drive, level):
 
 
 @compiled
-def _advance_nominal(nominal, cogging, sample, effort, steps):
+def _advance_nominal(nominal: Numbers, cogging: Array, sample: Numbers, effort: float,
+                     steps: int) -> None:
     """Do what `advance_steps` does where no effect acts, number for number, with the motion held
     in the processor's registers: six times as fast."""
     step = sample[TIME_STEP]
@@ -150,7 +154,8 @@ LOOP_SIZE = 6
 
 
 @compiled
-def acted_reference(functions, bounds, owner, parameters, state, sample, reference, cycle):
+def acted_reference(functions: object, bounds: Places, owner: Places, parameters: Array,
+                    state: Array, sample: Numbers, reference: float, cycle: float) -> float:
     """Return the set-point on which the drive acts, in a loop that runs every `cycle` [s]."""
     inner = sample[TIME_STEP]
     sample[TIME_STEP] = cycle
@@ -162,7 +167,8 @@ def acted_reference(functions, bounds, owner, parameters, state, sample, referen
 
 
 @compiled
-def recorded_effort(functions, bounds, owner, parameters, state, sample, effort, duration):
+def recorded_effort(functions: object, bounds: Places, owner: Places, parameters: Array,
+                    state: Array, sample: Numbers, effort: float, duration: float) -> float:
     """Return what is recorded of an effort [N·m] that was held for `duration` [s]."""
     inner = sample[TIME_STEP]
     before = sample[EFFORT]
@@ -177,8 +183,9 @@ def recorded_effort(functions, bounds, owner, parameters, state, sample, effort,
 
 
 @compiled
-def loop_effort(functions, bounds, owner, parameters, state, sample, loop, reference, speed,
-                feedforward):
+def loop_effort(functions: object, bounds: Places, owner: Places, parameters: Array, state: Array,
+                sample: Numbers, loop: Numbers, reference: float, speed: float,
+                feedforward: float) -> float:
     """Return the effort [N·m] that the loop asks for in its next cycle, to be held over it."""
     set_point = reference
     set_speed = speed
@@ -201,8 +208,9 @@ def loop_effort(functions, bounds, owner, parameters, state, sample, loop, refer
 
 
 @kernel
-def _run_loop(nominal, cogging, functions, bounds, owner, parameters, state, sample, loop, ticks,
-              steps, out):
+def _run_loop(nominal: Array, cogging: Array, functions: object, bounds: Places, owner: Places,
+              parameters: Array, state: Array, sample: Array, loop: Array, ticks: Array,
+              steps: int, out: Array) -> None:
     for row in range(ticks.shape[0]):
         sample[DISC_SPEED] = ticks[row, 3]
         sample[PAD_TEMPERATURE] = ticks[row, 4]

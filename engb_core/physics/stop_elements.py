@@ -7,7 +7,7 @@ Where an exponential memory forgets a turning point, they keep it until it is pa
 
 from __future__ import annotations
 
-from engb_core.physics.compiled import compiled
+from engb_core.physics.compiled import compiled, Numbers
 
 __all__ = ['ELEMENTS', 'moved_elements']
 
@@ -16,7 +16,7 @@ _BUILT_UP = 0.632
 
 
 @compiled
-def _built_up(way, widest, shape):
+def _built_up(way: float, widest: float, shape: float) -> float:
     """Return the part of a full turn-round, 0 to 1, that is done after `way` [rad]."""
     total = 0.0
     for index in range(ELEMENTS):
@@ -25,7 +25,7 @@ def _built_up(way, widest, shape):
 
 
 @compiled
-def _widest(shape):
+def _widest(shape: float) -> float:
     """Return the slip distance of the last element for which 63 % are done after 1 rad."""
     low, high = 0.05, 50.0
     for _ in range(40):
@@ -38,7 +38,7 @@ def _widest(shape):
 
 
 @compiled
-def moved_elements(state, first, way, distance, shape):
+def moved_elements(state: Numbers, first: int, way: float, distance: float, shape: float) -> float:
     """Move the elements at state[first…first + ELEMENTS] by `way` [rad]; return their mean.
 
     After a turn-round 63 % of the way from −1 to 1 are done after `distance` [rad]; above 1,

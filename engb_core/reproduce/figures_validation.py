@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.identify.paper_way import PaperResult
 from engb_core.report.figures import Axis, Figure, Line, Panel, Series
 from engb_core.reproduce.figures_identification import cloud, sentence
 from engb_core.reproduce.plan import OBSERVER_CUTOFFS
@@ -223,7 +224,7 @@ def _disc_over_load(brakes: Sequence[BrakeResults]) -> Figure:
                 'caliper loses goes by the clamp force instead.')
 
 
-def _three(brake: BrakeResults):
+def _three(brake: BrakeResults) -> tuple[tuple[str, PaperResult, str, str], ...]:
     helping, hindering = brake.disc.directions
     return (('disc standing', helping.standing.paper, 'noise', 'circle'),
             ('disc turning, helping', helping.turning.paper, 'after', 'up'),

@@ -157,7 +157,8 @@ def plan_of(brake: BenchSettings, wearing: BenchSettings | None = None) -> tuple
         if isinstance(reference, Table):
             return Experiment(name, stage, figures, purpose,
                               duration=float(reference.time[-1]) + 0.3, table=reference,
-                              reference=ReferenceSettings(kind='file'), **more)  # type: ignore
+                              reference=ReferenceSettings(kind='file'),
+                              **more)  # type: ignore[arg-type]
         return Experiment(name, stage, figures, purpose, duration=length(reference),
                           reference=reference, **more)  # type: ignore[arg-type]
 

@@ -61,7 +61,8 @@ class Comparison:
 
 
 @compiled
-def _decimate(values, weight, taps, grid, scale):
+def _decimate(values: Array, weight: Array, taps: Array, grid: NDArray[np.int64],
+              scale: Array) -> Array:
     reach = taps.size // 2
     out = np.empty(grid.size)
     for row in range(grid.size):
@@ -96,7 +97,7 @@ def judgeable(motion: Motion, slowest: float, before_stop: float = 0.0) -> NDArr
     standing = np.abs(motion.velocity) < slowest
     # The smoothing of position reaches a few milliseconds into the motion beside a stop.
     margin = 2 * int(round(0.004 / motion.step)) + 1
-    bad = maximum_filter1d(standing | ~motion.known, margin)
+    bad: NDArray[np.bool_] = maximum_filter1d(standing | ~motion.known, margin)
     half = int(np.ceil(0.5 * before_stop / motion.step))
     if half == 0:
         return ~bad
@@ -110,7 +111,8 @@ def judgeable(motion: Motion, slowest: float, before_stop: float = 0.0) -> NDArr
 def _ahead(bad: NDArray[np.bool_], half: int) -> NDArray[np.bool_]:
     """Return where one of the next 2·half + 1 samples is bad."""
     # A window whose origin is moved to its first sample looks ahead.
-    return maximum_filter1d(bad, 2 * half + 1, origin=-half)
+    found: NDArray[np.bool_] = maximum_filter1d(bad, 2 * half + 1, origin=-half)
+    return found
 
 
 def comparison_of(motion: Motion, bandwidth: float, slowest: float, before_stop: float = 0.0,
@@ -274,7 +276,8 @@ def _incoherent(values: Array, laws: list[Array], judged: NDArray[np.bool_], ind
     inputs /= np.where(size > 0.0, size, 1.0)
     solution = np.linalg.lstsq(inputs[judged], values[judged], rcond=None)[0]
     # As many values as the law has are free no more.
-    return (values - inputs @ solution) * np.sqrt(independent / (independent - len(laws)))
+    rest: Array = (values - inputs @ solution) * np.sqrt(independent / (independent - len(laws)))
+    return rest
 
 
 def low_passed_noise(motion: Motion, comparison: Comparison, stride: int) -> float | None:

@@ -97,21 +97,22 @@ def gaussian_kernel(bandwidth: float, step: float, derivative: int = 0) -> Array
     width = np.sqrt(np.log(2.0)) / (2.0 * np.pi * bandwidth)
     reach = max(1, int(np.ceil(4.0 * width / step)))
     lag = np.arange(-reach, reach + 1) * step
-    taps = np.exp(-0.5 * (lag / width) ** 2)
+    taps: Array = np.exp(-0.5 * (lag / width) ** 2)
     taps /= taps.sum()
-    if derivative == 0:
-        return taps
     if derivative == 1:
         taps = -lag / width ** 2 * taps
-        return taps / -(taps * lag).sum()
-    taps = (lag ** 2 / width ** 4 - 1.0 / width ** 2) * taps
-    taps -= taps.mean()
-    return taps / (0.5 * (taps * lag ** 2).sum())
+        taps /= -(taps * lag).sum()
+    elif derivative != 0:
+        taps = (lag ** 2 / width ** 4 - 1.0 / width ** 2) * taps
+        taps -= taps.mean()
+        taps /= 0.5 * (taps * lag ** 2).sum()
+    return taps
 
 
 def filtered(values: Array, taps: Array) -> Array:
     """Return `values` (n,) passed through symmetric taps without lag, held beyond both ends."""
-    return convolve1d(values, taps, mode='nearest')
+    passed: Array = convolve1d(values, taps, mode='nearest')
+    return passed
 
 
 def moving_on(values: Array, taps: Array) -> Array:
@@ -188,7 +189,7 @@ def _known(recording: Recording, time: Array, step: float, reach: int) -> NDArra
     following = np.clip(np.searchsorted(recording.time, time), 1, recording.time.size - 1)
     gap = recording.time[following] - recording.time[following - 1]
     # One lost sample is bridged by interpolation without harm.
-    known = inside & ~maximum_filter1d(gap > 2.5 * step, 3)
+    known: NDArray[np.bool_] = inside & ~maximum_filter1d(gap > 2.5 * step, 3)
     if CUT_OFF in recording.signals and time.size > 1:
         beyond = recording.signals[CUT_OFF].at(time) > 0.0
         spread = int(np.ceil(reach * step / (time[1] - time[0])))

@@ -59,7 +59,7 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     effort = sosfiltfilt(low_pass, np.interp(time, recording.time, recording.effort),
                          padlen=min(time.size - 1, REMEMBERED * period))
 
-    def on_grid(values: np.ndarray) -> np.ndarray:
+    def on_grid(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.interp(time, recorded.time, values)
 
     return replace(

@@ -128,7 +128,7 @@ def run_command(name: str, given: Sequence[str]) -> int | None:
     module = _load(name)
     parser = _parser(f'engb {name}', module.__doc__ or COMMANDS[name][1])
     module.add_arguments(parser)
-    parsed = parser.parse_args(given)
+    parsed = parser.parse_intermixed_args(_one_by_one(given, parser))
     parsed.command_line = ('engb', name, *given)      # to be repeated in advice
     # Under this name only: `engb prove --effects` means names.
     if getattr(parsed, 'effects_folder', None):
@@ -136,6 +136,25 @@ def run_command(name: str, given: Sequence[str]) -> int | None:
         read_effects_of(parsed.effects_folder)
     status: int | None = module.run(parsed)
     return status
+
+
+def _one_by_one(given: Sequence[str], parser: argparse.ArgumentParser) -> list[str]:
+    """Return the words with each NAME=VALUE behind an option of its own: the recording that comes
+    behind several of them is none."""
+    options = {option for action in parser._actions
+               if action.nargs == '+' and '=' in str(action.metavar)
+               for option in action.option_strings}
+    made: list[str] = []
+    option = ''
+    for word in given:
+        if option and made[-1] == option and not word.startswith('-'):
+            made[-1] = f'{option}={word}'
+        elif option and '=' in word and not word.startswith('-') and not os.path.exists(word):
+            made.append(f'{option}={word}')
+        else:
+            option = word if word in options else ''
+            made.append(word)
+    return made
 
 
 def _available() -> list[str]:

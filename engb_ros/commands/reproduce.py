@@ -20,12 +20,19 @@ from collections.abc import Callable
 import json
 from pathlib import Path
 import time
+from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.text.printable import printable
 from engb_ros.commands.common import add_progress, folder_output, Progress
+
+if TYPE_CHECKING:
+    # Importing these takes longer than `engb --help`.
+    from engb_core.reproduce.opened_seals import SealedBrakes
+    from engb_core.reproduce.plan import Experiment
+    from engb_core.reproduce.results import Results
 
 __all__ = ['add_arguments', 'run']
 
@@ -95,14 +102,14 @@ def run(arguments: argparse.Namespace) -> None:
     print(printable(f'report: {Path(arguments.out) / "report.html"}'))
 
 
-def _opened(folder: Path):
+def _opened(folder: Path) -> SealedBrakes | None:
     from engb_ros.experiments.sealed_brakes import open_all
     return open_all(folder, 'They ran on live nodes, with observer and identifier, when the bags '
                     'kept with the package were made; what was found then is kept beside each '
                     'seal.')
 
 
-def _sealed(folder: Path, count: int, seed: int, progress: Progress):
+def _sealed(folder: Path, count: int, seed: int, progress: Progress) -> SealedBrakes | None:
     if not count:
         return None
     from engb_ros.experiments.sealed_brakes import identify_sealed, open_all
@@ -125,7 +132,7 @@ def _kept_bags(given: str | None) -> Path:
 def _from_bags(folder: Path) -> Callable[..., Recording]:
     from engb_ros.experiments.live_experiments import read_experiment
 
-    def record(brake: str, experiment, model: Model) -> Recording:
+    def record(brake: str, experiment: Experiment, model: Model) -> Recording:
         path = folder / brake / experiment.name
         if not path.exists():
             raise InputError(f'{path}: no bag of experiment {experiment.name!r}')
@@ -143,7 +150,7 @@ def _live(folder: Path, seed: int, every: int, progress: Progress) -> Callable[.
     from engb_ros.experiments.live_experiments import record_experiment
     from engb_ros.processes.runner import RunnerError
 
-    def record(brake: str, experiment, model: Model) -> Recording:
+    def record(brake: str, experiment: Experiment, model: Model) -> Recording:
         path = folder / brake / experiment.name
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -154,7 +161,7 @@ def _live(folder: Path, seed: int, every: int, progress: Progress) -> Callable[.
     return record
 
 
-def _tell(results, seconds: float) -> None:
+def _tell(results: Results, seconds: float) -> None:
     from engb_core.reproduce.published_numbers import published_numbers
     print(f'{"":<58} {"paper":>9} {"form":>10} {"":<8}{"true":>10} {"more":>10} {"":<8}'
           f'{"true":>10}')

@@ -20,6 +20,7 @@ which has to have this package, and the recordings under the same paths.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 import os
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
@@ -110,8 +111,10 @@ def _version() -> str:
         return 'source'
 
 
-def _diagnosed(todo: list[Found], model: dict, figures: str, store: Store,
-               arguments: argparse.Namespace):
+def _diagnosed(
+    todo: list[Found], model: dict[str, Any], figures: str, store: Store,
+    arguments: argparse.Namespace,
+) -> Iterator[tuple[Found, list[dict[str, Any]]]]:
     """Diagnose what is still to do; yield each recording with its results, already kept."""
     from engb_ros.fleet.task import diagnose_task, failed
     if not todo:

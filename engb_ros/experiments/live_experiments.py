@@ -9,7 +9,7 @@ from pathlib import Path
 import shutil
 import tempfile
 import time
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from engb_core.reproduce import chosen
 from engb_core.reproduce.plan import Experiment
 from engb_ros import interface
 from engb_ros.processes.runner import reserved_domain, Runner, RunnerError, RunnerTimeout
+
+if TYPE_CHECKING:
+    from engb_ros.processes.probe import Probe  # which needs rclpy
 
 __all__ = ['read_experiment', 'record_experiment']
 
@@ -198,7 +201,7 @@ def _driver(experiment: Experiment, model: Model, folder: Path) -> tuple[str, Ma
     return 'controller', parameters
 
 
-def _change(probe: Any, transition: int) -> None:
+def _change(probe: Probe, transition: int) -> None:
     from lifecycle_msgs.srv import ChangeState
     request = ChangeState.Request()
     request.transition.id = transition
@@ -207,7 +210,7 @@ def _change(probe: Any, transition: int) -> None:
         raise RunnerError(f'the plant refused transition {transition}')
 
 
-def _wait_for_model(runner: Runner, probe: Any) -> None:
+def _wait_for_model(runner: Runner, probe: Probe) -> None:
     """Ask the identifier for what it found, until it has it."""
     answer = probe.call('identifier', interface.IDENTIFY, PATIENCE)
     if not answer.success:
@@ -216,20 +219,20 @@ def _wait_for_model(runner: Runner, probe: Any) -> None:
                       'the identifier', PATIENCE, lambda: probe.spin(0.2))
 
 
-def _all_connected(probe: Any, listeners: int) -> bool:
+def _all_connected(probe: Probe, listeners: int) -> bool:
     return (probe.subscribers(interface.JOINT_STATES) >= listeners
             and probe.publishers(interface.JOINT_STATES) >= 1
             and probe.publishers(interface.EFFORT_COMMAND) >= 1
             and probe.subscribers(interface.EFFORT_COMMAND) >= 1)
 
 
-def _wait(probe: Any, duration: float) -> None:
+def _wait(probe: Probe, duration: float) -> None:
     end = time.monotonic() + duration
     while time.monotonic() < end:
         probe.spin(0.05)
 
 
-def _follow(runner: Runner, probe: Any, messages: list[Any], duration: float,
+def _follow(runner: Runner, probe: Probe, messages: list[Any], duration: float,
             tell: Callable[[float], None]) -> None:
     """Spin until the plant has sent its disc speed, a hundred a second, for `duration` [s]."""
     last, since, told = 0, time.monotonic(), 0.0

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import contextlib
 import csv
 import os
@@ -60,7 +60,7 @@ def _column(values: list[Any]) -> Any:
 
 
 @contextlib.contextmanager
-def _whole(target: Path):
+def _whole(target: Path) -> Iterator[str]:
     """Give a hidden file beside `target` that takes its place once it is written."""
     handle, name = tempfile.mkstemp(dir=target.parent, prefix='.', suffix='.part')
     os.close(handle)

@@ -56,7 +56,7 @@ class Store:
             same = (data['format'] == _FORMAT and data['key'] == recording.key
                     and data['settings'] == self._settings
                     and data['files'] == recording.fingerprint())
-            results = data['results']
+            results: list[dict[str, Any]] = data['results']
             if not same or not results or any(
                     result['status'] not in ('ok', 'refused') for result in results):
                 return None

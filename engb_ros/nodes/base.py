@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 import time
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TYPE_CHECKING
 
 from rcl_interfaces.msg import SetParametersResult
 import rclpy
@@ -37,6 +37,9 @@ from engb_ros.nodes.messages import message_class, publisher_qos, subscription_q
 from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
 from engb_ros.nodes.realtime import use_realtime
 from engb_ros.nodes.transport import share_no_memory, word_about
+
+if TYPE_CHECKING:
+    from rclpy.impl.rcutils_logger import RcutilsLogger
 
 __all__ = ['ManagedNode', 'make_executor', 'run', 'spin_once']
 
@@ -85,10 +88,13 @@ class ManagedNode(LifecycleNode):
         if not self.values['autostart']:
             return
         self._starting = True
-        for transition in (self.trigger_configure, self.trigger_activate):
-            if transition() != TransitionCallbackReturn.SUCCESS:
-                raise self.failure or InputError('could not be started; its log says why')
+        if (self.trigger_configure() != TransitionCallbackReturn.SUCCESS
+                or self.trigger_activate() != TransitionCallbackReturn.SUCCESS):
+            raise self.failure or InputError('could not be started; its log says why')
         self._starting = False
+
+    if TYPE_CHECKING:   # rclpy gives it no type
+        def get_logger(self) -> RcutilsLogger: ...
 
     # What a node fills in.
 
@@ -318,7 +324,7 @@ class ManagedNode(LifecycleNode):
             self._give_back()
             self.destroy_silenced(0.0)
         finally:
-            super().destroy_node()
+            LifecycleNode.destroy_node(self)
 
     def _give_back(self) -> None:
         self.close()

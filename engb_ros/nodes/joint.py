@@ -41,7 +41,7 @@ def with_joint(model: Model, values: dict[str, Any]) -> Model:
 def joint_effort(message: JointState, joint: str) -> float:
     """Return the effort of `joint` [N·m]; NaN where the message holds none."""
     try:
-        return message.effort[message.name.index(joint)]
+        return float(message.effort[message.name.index(joint)])
     except (ValueError, IndexError):
         return math.nan
 

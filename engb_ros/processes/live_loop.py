@@ -230,11 +230,11 @@ class LiveLoop:
     @property
     def position(self) -> float:
         """The brake's angle [rad]: the newest one that was told."""
-        return next(message.position[0] for message in reversed(self.states)
+        return next(float(message.position[0]) for message in reversed(self.states)
                     if len(message.position))
 
     @property
     def effort(self) -> float:
         """The drive's measured torque [N·m]: the newest one that was told."""
-        return next(message.effort[0] for message in reversed(self.states)
+        return next(float(message.effort[0]) for message in reversed(self.states)
                     if len(message.effort))

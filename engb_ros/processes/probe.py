@@ -114,7 +114,7 @@ class Probe:
 
     def ready(self, node: str, service: Service) -> bool:
         """Whether `node` offers `service`."""
-        return self._client(node, service).service_is_ready()
+        return bool(self._client(node, service).service_is_ready())
 
     def call(self, node: str, service: Service, timeout: float = 20.0, request: Any = None) -> Any:
         """Call a node's service and return the response.

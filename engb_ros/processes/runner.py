@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from typing import Any
+from typing import Any, Protocol
 
 from engb_ros.interface import DEFAULT_NAMESPACE
 from engb_ros.nodes.transport import stay_on_this_computer
@@ -94,7 +94,7 @@ def _yaml(value: Any) -> str:
 
 
 def spawn_process(command: list[str], environment: dict[str, str],
-                  output_path: Path) -> subprocess.Popen:
+                  output_path: Path) -> subprocess.Popen[bytes]:
     """Start a command in a session of its own, which prints into a file."""
     with output_path.open('wb') as output:
         return subprocess.Popen(
@@ -102,8 +102,29 @@ def spawn_process(command: list[str], environment: dict[str, str],
             env=environment, start_new_session=True)
 
 
-# As `spawn_process`: whoever starts processes in another way gives back what acts as a Popen.
-Spawn = Callable[[list[str], dict[str, str], Path], Any]
+class Started(Protocol):
+    """What a runner asks of a process: whoever starts them in another way gives back what acts so,
+    as subprocess.Popen does."""
+
+    @property
+    def pid(self) -> int:
+        """Its number."""
+
+    def poll(self) -> int | None:
+        """Return its exit status, None while it runs."""
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for its end; subprocess.TimeoutExpired after `timeout` [s]."""
+
+    def send_signal(self, sig: int, /) -> None:
+        """Send a signal, if it still runs."""
+
+    def kill(self) -> None:
+        """End it at once."""
+
+
+# As `spawn_process`.
+Spawn = Callable[[list[str], dict[str, str], Path], Started]
 
 
 class NodeProcess:

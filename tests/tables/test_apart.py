@@ -71,6 +71,22 @@ def test_a_reader_that_is_killed_later(tmp_path):
         table.read([0])
 
 
+def test_a_reader_that_does_not_end_when_it_is_asked_to_is_killed(tmp_path, monkeypatch):
+    """As where the program was started with SIGTERM ignored: what it starts ignores it, too."""
+    monkeypatch.setattr('engb_core.io.tables.apart._LET_END', 0.1)
+    path = tmp_path / 'a.mat'
+    from scipy.io import savemat
+    savemat(path, {'t': np.arange(9.0), 'q': np.arange(9.0)})
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        table = open_table(path)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    table._process.send_signal(signal.SIGSTOP)      # nor does it see that its pipe is closed
+    table._end()
+    assert table._process.returncode == -signal.SIGKILL
+
+
 def _runs(process):
     """Tell whether a process still runs; one that nobody waited for yet has ended as well."""
     try:

@@ -16,6 +16,7 @@ import pytest
 from engb_core.io.tables.measure import measured_of
 from engb_core.io.tables.request import Request
 from engb_core.model import Model
+from engb_ros.commands import diagnose
 from engb_ros.commands.main import main
 
 from .other_benches import OTHER_TABLES
@@ -63,6 +64,37 @@ def test_a_table_whose_name_is_no_utf_8(tmp_path, monkeypatch, capsys):
     assert {entry['recording'] for entry in found['fit']['held_out']} == {'b\\xffse'}
     told = capsys.readouterr().out
     assert 'b\\xffse.csv: time' in told and told.count('position: column') == 1
+
+
+def test_recordings_come_before_between_and_behind_what_is_said_of_them(monkeypatch):
+    """An option that takes several NAME=VALUE takes no recording that follows them."""
+    taken = []
+    monkeypatch.setattr(diagnose, 'run', taken.append)
+    said = ['--column', 'time=t', 'effort=M', '--unit', 'position=deg']
+    for words in (['a.csv', 'b.csv', *said], [*said, 'a.csv', 'b.csv'],
+                  ['a.csv', *said, 'b.csv'], ['--column', 'time=t', 'effort=M', 'a.csv', '--unit',
+                                              'position=deg', 'b.csv'],
+                  ['--column=time=t', '--column', 'effort=M', 'a.csv', '--unit=position=deg',
+                   'b.csv']):
+        assert main(['diagnose', *words, '--out', 'x']) == 0
+        found = taken.pop()
+        assert found.recordings == ['a.csv', 'b.csv']
+        assert (found.column, found.unit) == (['time=t', 'effort=M'], ['position=deg'])
+        assert found.command_line == ('engb', 'diagnose', *words, '--out', 'x')
+
+
+def test_a_recording_with_an_equals_sign_is_one(monkeypatch, tmp_path):
+    taken = []
+    monkeypatch.setattr(diagnose, 'run', taken.append)
+    monkeypatch.chdir(tmp_path)
+    Path('speed=3.csv').touch()
+    assert main(['diagnose', '--column', 'time=t', 'speed=3.csv', '--out', 'x']) == 0
+    assert (taken[0].recordings, taken[0].column) == (['speed=3.csv'], ['time=t'])
+
+
+def test_no_recording_at_all_is_told(capsys):
+    assert main(['diagnose', '--column', 'time=t', 'effort=M', '--out', 'x']) == 2
+    assert 'RECORDING' in capsys.readouterr().err
 
 
 def test_what_is_no_recording_of_a_machine_is_told_in_one_line(tmp_path, capsys):

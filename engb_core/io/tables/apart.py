@@ -36,6 +36,8 @@ _ROOM, _UNPACKED = 600 << 20, 8
 # Processor time [s], with what a large file takes more [bytes/s]; a reader that only waits is
 # given up after so many times that.
 _SECONDS, _SPEED, _PATIENCE = 40.0, 5 << 20, 3.0
+# From the signal that ends a reader until it is killed [s].
+_LET_END = 2.0
 
 _CODE = '''
 import json, sys
@@ -134,7 +136,11 @@ def start_process(there: socket.socket, scratch: str) -> subprocess.Popen[bytes]
 def _end(process: Any, pipe: Connection, scratch: tempfile.TemporaryDirectory[str]) -> None:
     pipe.close()
     if process.poll() is None:
-        process.kill()
+        process.terminate()
+        try:
+            process.wait(_LET_END)
+        except subprocess.TimeoutExpired:   # a parent that ignores SIGTERM passes that on
+            process.kill()
     process.wait()
     scratch.cleanup()
 

@@ -97,12 +97,12 @@ class Table(ABC):
             InputError: there is none of that name, or several; lists those there are.
         """
         bare = re.sub(r'\[:, *(\d+)\]$', r'.\1', wanted)
-        for told in (lambda entry: entry.name, lambda entry: entry.short,
-                     lambda entry: entry.name.casefold(), lambda entry: entry.short.casefold(),
-                     lambda entry: re.split(r'[/.]', entry.short.casefold())[-1]):
+        names = [(entry.name, entry.short, entry.name.casefold(), entry.short.casefold(),
+                  re.split(r'[/.]', entry.short.casefold())[-1]) for entry in self.channels]
+        for told in range(5):
             for text in (wanted, bare):
-                found = [place for place, entry in enumerate(self.channels)
-                         if told(entry) in (text, text.casefold())]
+                found = [place for place, known in enumerate(names)
+                         if known[told] in (text, text.casefold())]
                 if len(found) > 1:
                     raise InputError(f'{self.path}: several columns {wanted!r}; name it by its '
                                      f'number ({", ".join(map(str, found[:6]))})')
