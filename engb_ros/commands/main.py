@@ -128,7 +128,11 @@ def run_command(name: str, given: Sequence[str]) -> int | None:
     module = _load(name)
     parser = _parser(f'engb {name}', module.__doc__ or COMMANDS[name][1])
     module.add_arguments(parser)
-    parsed = parser.parse_intermixed_args(_one_by_one(given, parser))
+    words = _one_by_one(given, parser)
+    parsed, rest = parser.parse_known_args(words)
+    if rest:
+        # Recordings that stand between options, or what nobody knows.
+        parsed = parser.parse_intermixed_args(words)
     parsed.command_line = ('engb', name, *given)      # to be repeated in advice
     # Under this name only: `engb prove --effects` means names.
     if getattr(parsed, 'effects_folder', None):
