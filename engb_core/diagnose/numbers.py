@@ -117,8 +117,11 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     stand; none where more than two are off, or the load curve: then the file was refitted, or its
     load is the question."""
     hypothesis = explained.hypothesis
-    if fitter.held or was_refitted(fitter) or (
-            hypothesis.variants and (refitted(fitter) or hypothesis.has_unnamed)):
+    if fitter.held or was_refitted(fitter):
+        return []
+    # Beside effects a file that was refitted around them is to be told from one that stands, which
+    # a free load curve, or what has no name, leaves nothing of.
+    if hypothesis.variants and (fitter.load_shape or hypothesis.has_unnamed or refitted(fitter)):
         return []
     finished = explained if explained.jacobian is not None else fitter.finish(explained)
     kept = {number.name: float(probability) for number, probability in zip(
