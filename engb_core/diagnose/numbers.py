@@ -130,13 +130,9 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
            if probability < 0.5 and name not in (*SHAPE_NUMBERS, DELAY, CURVATURE)]
     if not 0 < len(off) <= MOST_OFF or not set(off) <= set(_BY_NUMBER):
         return []
-    floor = reduced_chi_square(explained, fitter)
     found = []
-    for name in off:
-        held = fitter.refit(explained, tuple(
-            number for number in hypothesis.numbers if number.name != name))
-        finding = _named(fitter, finished, name,
-                         max(reduced_chi_square(held, fitter) - floor, 1e-9))
+    for name, rise in _rises(fitter, explained, off).items():
+        finding = _named(fitter, finished, name, max(rise, 1e-9))
         if finding is None:
             return []
         found.append(replace(finding, moved=1.0 - kept[name]))
@@ -152,18 +148,14 @@ def number_place(numbers: tuple[NominalNumber, ...], effect: str) -> int:
 def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[NumberFinding]:
     """Return the numbers that the data insist on changing, the weightiest first; with less that
     they matter where it is `told` otherwise which of them is wrong."""
-    numbers = explained.hypothesis.numbers
     variants = explained.hypothesis.variants
     if any(variant.number_only for variant in variants) and not all(
             variant.number_only for variant in variants):
         return []
     floor = reduced_chi_square(explained, fitter)
-    asked = [number for number in numbers if number.name in _BY_NUMBER]
-    held = parallel_map(lambda number: fitter.refit(
-        explained, tuple(other for other in numbers if other is not number)),
-        asked, fitter.threads)
-    rises = {number.name: reduced_chi_square(fit, fitter) - floor
-             for number, fit in zip(asked, held, strict=True)}
+    rises = _rises(fitter, explained,
+                   [number.name for number in explained.hypothesis.numbers
+                    if number.name in _BY_NUMBER])
     whole = _whole(fitter, explained)
     least = {name: max(INSISTED, min(INSISTED_PART * whole, HELD_LEFT * max(floor - 1.0, 0.0))
                        if told or name in fitter.held else INSISTED_PART * whole)
@@ -171,6 +163,17 @@ def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[Number
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least[name]
             and (finding := _named(fitter, explained, name, rises[name])) is not None]
+
+
+def _rises(fitter: Fitter, explained: Fit, names: list[str]) -> dict[str, float]:
+    """Return by how much the reduced chi-square rises with each of these numbers as the file has
+    it, all others refitted."""
+    floor = reduced_chi_square(explained, fitter)
+    held = parallel_map(lambda name: fitter.refit(explained, tuple(
+        number for number in explained.hypothesis.numbers if number.name != name)),
+        names, fitter.threads)
+    return {name: reduced_chi_square(fit, fitter) - floor
+            for name, fit in zip(names, held, strict=True)}
 
 
 def _named_only(fitter: Fitter, explained: Fit) -> Fit:

@@ -425,20 +425,21 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
         # A command's noise is what counts make of it, which a standing one does not show.
         resolution = (motion.commanded.law.gain * motion.quantum / np.sqrt(12.0)
                       * comparison.noise_gain_whole)
+
+    def left() -> Array:
+        return motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
+
     if motion.fresh is not None:
         # Each window holds one value that was taken, as it is.
-        left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
-        told = noise_of_polled(motion, comparison, bandwidth, left,
+        told = noise_of_polled(motion, comparison, bandwidth, left(),
                                recording.signals[EFFORT_TAKEN].value)
         noise = np.full(time.size, max(told, resolution))
     else:
         # Above the corner of the low-pass second differences are blind to what the motion needs.
-        stride = max(1, round(0.8 / bandwidth / motion.step))
         standing = None if mostly_white(recording) else low_passed_noise(
-            motion, comparison, stride)
+            motion, comparison, max(1, round(0.8 / bandwidth / motion.step)))
         if standing is None:
-            left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics)
-            standing = noise_in_motion(motion, comparison, bandwidth, left)
+            standing = noise_in_motion(motion, comparison, bandwidth, left())
         noise = max(standing, resolution) / np.sqrt(comparison.scale)
     noise = np.hypot(noise, counts)
     smooth = filtered(motion.effort, comparison.taps)

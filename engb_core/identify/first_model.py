@@ -166,6 +166,7 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
     joint = joint or Joint(name=recordings[0].joint)
     refuse_unmeasured(recordings, joint)
     tell('reading the motion')
+    recordings = [effort_as_taken(recording) for recording in recordings]
     data = _data(recordings, joint)
     _refuse_reversed(data, recordings[0].name)
     tell('weighing forms of the load')
@@ -203,7 +204,6 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
 
 
 def _data(recordings: Sequence[Recording], joint: Joint) -> FilteredColumns:
-    recordings = [effort_as_taken(recording) for recording in recordings]
     motions = [motion_of(recording) for recording in recordings]
     speed = max(motion.speed for motion in motions)
     # At which speed friction turns is for a diagnosis to find: here it is below what is judged.

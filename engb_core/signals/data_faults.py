@@ -20,7 +20,7 @@ from engb_core.physics.command_law import command_law
 from engb_core.recording import Recording, Signal
 from engb_core.signals.count_edges import quantum_of
 from engb_core.signals.filtering import mostly_white
-from engb_core.signals.held_effort import effort_as_taken, EFFORT_TAKEN
+from engb_core.signals.held_effort import effort_as_taken, EFFORT_TAKEN, time_between_polls
 from engb_core.signals.motion import CUT_OFF
 from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
 from engb_core.signals.spread import robust_deviation
@@ -230,8 +230,7 @@ def _repeated(recording: Recording) -> list[DataFault]:
 
 
 def _held(recording: Recording) -> list[DataFault]:
-    taken = recording.signals[EFFORT_TAKEN].time
-    every = float(np.median(np.diff(taken)))
+    taken, every = recording.signals[EFFORT_TAKEN].time, time_between_polls(recording)
     return [DataFault(
         'held_effort', recording.name, float(taken[0]), float(taken[-1]),
         f'Effort is taken every {every * 1e3:.3g} ms only and stands in between, while the '

@@ -145,12 +145,15 @@ def comparison_of(motion: Motion, bandwidth: float, slowest: float, before_stop:
     return Comparison(taps, grid, weight, scale, float(whole))
 
 
-def noise_of(effort: Array) -> float:
-    """Return the standard deviation of the white part of the effort's noise [N·m].
+def noise_of(effort: Array, judged: NDArray[np.bool_] | None = None) -> float:
+    """Return the standard deviation of the white part of the effort's noise [N·m], at those
+    samples (n,) alone that are `judged`.
 
     From third differences, robustly: motion is smooth on the scale of three samples.
     """
     difference = np.diff(effort, n=3)
+    if judged is not None:
+        difference = difference[judged[1:-2]]
     return float(robust_deviation(difference) / np.sqrt(20.0))
 
 
@@ -160,11 +163,10 @@ def mostly_white(recording: Recording) -> bool:
     shaft at rest shows says nothing of it."""
     speed = np.abs(np.gradient(recording.position, recording.time))
     moving = speed > MOVES * np.quantile(speed, 0.995)
-    whole = float(np.var(recording.effort[moving])) if moving.any() else 0.0
-    difference = np.diff(recording.effort, n=3)[moving[1:-2]]
-    if difference.size < LEAST_DIFFERENCES:
+    if np.count_nonzero(moving[1:-2]) < LEAST_DIFFERENCES:
         return False
-    return 0.05 * robust_deviation(difference) ** 2 > 0.5 * whole
+    whole = float(np.var(recording.effort[moving]))
+    return noise_of(recording.effort, moving) ** 2 > 0.5 * whole
 
 
 def noise_in_motion(motion: Motion, comparison: Comparison, bandwidth: float, left: Array,

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from engb_core.recording import Recording, Signal
 from engb_core.signals.count_edges import quantum_of
 
-__all__ = ['EFFORT_TAKEN', 'between_polls', 'effort_as_taken', 'effort_taken']
+__all__ = ['EFFORT_TAKEN', 'between_polls', 'effort_as_taken', 'effort_taken',
+           'time_between_polls']
 
 # The side signal whose times are those at which effort was taken.
 EFFORT_TAKEN = 'effort_taken'
@@ -56,7 +57,7 @@ def effort_taken(recording: Recording) -> NDArray[np.int64] | None:
 
 def effort_as_taken(recording: Recording) -> Recording:
     """Return the recording with straight lines between the efforts that were taken, and a side
-    signal of when that was; the recording itself where every sample was."""
+    signal of when that was; the recording itself where every sample was taken."""
     places = effort_taken(recording)
     if places is None:
         return recording
@@ -68,13 +69,14 @@ def effort_as_taken(recording: Recording) -> Recording:
                    signals={**recording.signals, EFFORT_TAKEN: Signal(when, values)})
 
 
+def time_between_polls(recording: Recording) -> float:
+    """Return how long [s] a value usually stands in a recording with effort as it was taken."""
+    return float(np.median(np.diff(recording.signals[EFFORT_TAKEN].time)))
+
+
 def between_polls(recordings: Sequence[Recording]) -> list[str]:
-    """Return what recordings cannot tell because their effort is polled, in a sentence each."""
-    found = []
-    for recording in recordings:
-        places = effort_taken(recording)
-        if places is not None:
-            every = float(np.median(np.diff(recording.time[places])))
-            found.append(f'what happens between two values of effort: in {recording.name} it is '
-                         f'taken every {every * 1e3:.3g} ms only and stands in between')
-    return found
+    """Return what recordings with effort as it was taken cannot tell because it was polled, in a
+    sentence each."""
+    return [f'what happens between two values of effort: in {recording.name} it is taken every '
+            f'{time_between_polls(recording) * 1e3:.3g} ms only and stands in between'
+            for recording in recordings if EFFORT_TAKEN in recording.signals]

@@ -97,12 +97,12 @@ class Table(ABC):
             InputError: there is none of that name, or several; lists those there are.
         """
         bare = re.sub(r'\[:, *(\d+)\]$', r'.\1', wanted)
-        names = [(entry.name, entry.short, entry.name.casefold(), entry.short.casefold(),
-                  re.split(r'[/.]', entry.short.casefold())[-1]) for entry in self.channels]
-        for told in range(5):
+        called = [(entry.name, entry.short, entry.name.casefold(), entry.short.casefold(),
+                   re.split(r'[/.]', entry.short.casefold())[-1]) for entry in self.channels]
+        for names in zip(*called, strict=True):
             for text in (wanted, bare):
-                found = [place for place, known in enumerate(names)
-                         if known[told] in (text, text.casefold())]
+                found = [place for place, name in enumerate(names)
+                         if name in (text, text.casefold())]
                 if len(found) > 1:
                     raise InputError(f'{self.path}: several columns {wanted!r}; name it by its '
                                      f'number ({", ".join(map(str, found[:6]))})')
