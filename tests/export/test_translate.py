@@ -87,7 +87,8 @@ def test_two_ways_to_write_it_become_the_same_c(tmp_path, body, same):
 
 @pytest.mark.parametrize(('body', 'words'), [
     ('return a if a < math.inf else math.nan', ('INFINITY', 'NAN')),
-    ('state[1], state[0] = state[0], a\n    return a', ('state[1] = engb_v0', 'state[0] = engb_v1')),
+    ('state[1], state[0] = state[0], a\n    return a',
+     ('state[1] = engb_v0', 'state[0] = engb_v1')),
     ('while a > 0.0:\n        a -= 1.0\n        if a < 3.0:\n            continue\n'
      '        state[0] = a\n    return a', ('while (', 'continue;')),
 ])

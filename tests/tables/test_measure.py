@@ -99,7 +99,8 @@ def test_an_optional_column_in_counts_is_left_out(tmp_path):
     assert set(measured.columns) == {'position', 'effort'}
 
 
-@pytest.mark.parametrize(('factor', 'spelt'), [(1.0, 'rad'), (57.29578, 'deg'), (0.1591549, 'rev')])
+@pytest.mark.parametrize(('factor', 'spelt'), [
+    (1.0, 'rad'), (57.29578, 'deg'), (0.1591549, 'rev')])
 def test_a_position_without_unit_gets_it_from_the_velocity(tmp_path, factor, spelt):
     path = csv(tmp_path, t__s=TIME, position=factor * ANGLE, n__rpm=SPEED * 30.0 / np.pi,
                M__Nm=TORQUE)
