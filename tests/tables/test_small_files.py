@@ -253,7 +253,8 @@ def test_messages_in_messages_are_looked_into_and_a_topic_without_any_is_not(tmp
     ('t;q\n0;1.234,5\n1;-12.345,75\n2;0,5\n', [1234.5, -12345.75, 0.5]),
     ('t,q,\n0,1,\n1,2,\n2,3,\n', [1.0, 2.0, 3.0]),              # a comma behind the last column
     ('t,q,\n0,1\n1,2\n2,3\n', [1.0, 2.0, 3.0]),                 # … of the titles only
-    ('t,q\n# stopped here\n0,1\n1,2\n# and here\n2,3\n', [1.0, 2.0, 3.0]),
+    ('t,q\n0,1\n1,2\n# stopped here\n2,3\n', [1.0, 2.0, 3.0]),
+    ('t,q\n# bench 7, day 3, run 1\n0,1\n1,2\n2,3\n', [1.0, 2.0, 3.0]),
 ])
 def test_texts_of_other_habits(tmp_path, text, expected):
     path = tmp_path / 'a.csv'
