@@ -163,7 +163,8 @@ def test_a_load_curve_is_shown_with_and_without_the_disc_turning(disc, names):
 
 def test_a_fade_is_shown_over_what_changes_more():
     warm = np.linspace(20.0, 300.0, 4000)
-    over = [_pictures('pad_friction_fade', _uniform(disc_speed=speed, pad_temperature=warm), Model())
+    over = [_pictures('pad_friction_fade', _uniform(disc_speed=speed, pad_temperature=warm),
+                      Model())
             for speed in (np.full(4000, 5.0), np.linspace(-9.0, 9.0, 4000))]
     assert [figures[0].title.split(' over ')[-1] for figures in over] == [
         'pad temperature', 'disc speed']
