@@ -251,7 +251,7 @@ def test_cogging_counts_as_known_where_a_force_is_estimated():
     from engb_core.control.clamp_force import ClampForceEstimator
     waves = replace(BRAKE, cogging=(Cogging(7.0, 2e-3, 0.3),))
     estimates = []
-    for model in (BRAKE, waves):
+    for model in (replace(BRAKE, cogging=()), waves):
         table = ClampForceMap(model, MECHANISM, 0.249)
         estimator = ClampForceEstimator(table)
         angle, torque = 18.0, BrakeController(model, ControllerSettings(
@@ -262,3 +262,40 @@ def test_cogging_counts_as_known_where_a_force_is_estimated():
             estimator.step(0.001 * index, angle, 20.0, -load, 0.0)
         estimates.append(estimator.force)
     assert estimates[1] == pytest.approx(estimates[0], rel=1e-3)
+
+
+def forced(action='hold'):
+    """Return a controller that was asked for a force, and when it heard of that last [s]."""
+    made = controller(force=ForceSettings(MECHANISM, 0.249), supervisor=replace(
+        SupervisorSettings(), stale_action=action), stale_value=500.0)
+    for index in range(1, 200):
+        made.on_state(0.001 * index, 0.001 * index, 0.0, 0.0, 0.0)
+        if index % 20 == 0:
+            made.on_force_command(0.001 * index, 3000.0)
+    return made, 0.199
+
+
+def test_who_takes_over_aims_at_the_same_force():
+    made, now = forced()
+    assert made._force.command == 3000.0
+    made.take_over(now, 0.1)
+    assert made._force.command == 3000.0
+
+
+@pytest.mark.parametrize(('action', 'force'), [
+    ('hold', None), ('ramp_to_zero', 0.0), ('ramp_to_value', 500.0)])
+def test_a_force_that_nobody_asks_for_any_more_does_what_stale_action_says(action, force):
+    made, now = forced(action)
+    for index in range(1500):
+        made.on_state(now + 0.001 * index, now + 0.001 * index, 0.0, 0.0, 0.0)
+    assert made._force.command == force
+
+
+def test_a_model_without_finite_torque_does_not_reach_the_integral():
+    loop = PositionLoop(BRAKE, LoopSettings(GAINS))
+    for index in range(20):
+        loop.step(0.001 * index, 20.0, 0.0, 0.1, Setpoint(20.2))
+    kept = loop.pid.i_term
+    assert kept != 0.0
+    loop.set_model(replace(BRAKE, load_torque=LoadTorque(coefficients=(math.inf,))))
+    assert loop.pid.i_term == kept
