@@ -84,7 +84,7 @@ def _learnt(parts: EvenOdd) -> _Curve:
 
     def curve(contact: float) -> tuple[float, _Curve]:
         design = np.maximum(parts.position - contact, 0.0)[:, None] ** np.arange(1, DEGREE + 1)
-        found = np.linalg.lstsq(design, -parts.even, rcond=None)[0]
+        found = np.asarray(np.linalg.lstsq(design, -parts.even, rcond=None)[0], np.float64)
         return float(np.sum((parts.even + design @ found)**2)), _Curve(contact, found)
 
     return min((curve(contact) for contact in np.linspace(low, high, CONTACTS)[:-1].tolist()),
