@@ -10,15 +10,20 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose import (
+    absent_load,
     effort_scale,
     evidence,
     experiment,
+    experiment_room,
+    fit_steps,
     numbers,
     openset,
+    orders,
     probability,
     ranking,
     selection,
     uncertainty,
+    verdict,
     wide_band,
 )
 from engb_core.diagnose.diagnosis import EffectFinding, LawFinding, ParameterEstimate, Unexplained
@@ -28,7 +33,7 @@ from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
-from engb_core.model import Model
+from engb_core.model import LoadTorque, Model
 
 
 @dataclass(frozen=True)
@@ -385,6 +390,86 @@ def test_an_experiment_needs_rivals_and_a_segment_that_does_no_harm(monkeypatch)
 def test_a_small_difference_is_told_as_one(apart, little):
     text = experiment._reason([('backlash', 'pad_creep', None)], [apart])
     assert ('which is little' in text) == little and text.endswith('.')
+
+
+@pytest.mark.parametrize(('change', 'loaded'), [
+    ({}, True), ({'largest_effort': 1e6}, False), ({'speed': 0.0}, None),
+    ({'position_range': (3.0, 3.0)}, None)])
+def test_a_room_is_of_the_motion_that_was_recorded(monkeypatch, change, loaded):
+    time = np.linspace(0.0, 2.0, 400)
+    motion = SimpleNamespace(quantum=1e-3, position=20.0 + 20.0 * np.sin(3.0 * time), time=time,
+                             velocity=60.0 * np.cos(3.0 * time),
+                             acceleration=-180.0 * np.sin(3.0 * time), step=5e-3)
+    run = SimpleNamespace(motion=motion, recording=SimpleNamespace(reference=None))
+    scene = {'position_range': (0.0, 40.0), 'largest_effort': 0.3, 'speed': 60.0, **change}
+    problem = SimpleNamespace(runs=(run,), held_out=(), scene=SimpleNamespace(**scene),
+                              model=Model(load_torque=LoadTorque(coefficients=(0.0, 0.0, 2e-4))))
+    if loaded is None:
+        with pytest.raises(InputError, match='no motion that a reference could keep within'):
+            experiment_room.room_of(problem, problem.model, 0.1)
+        return
+    made = experiment_room.room_of(problem, problem.model, 0.1)
+    assert made.loaded == loaded
+    assert 0.0 < made.low < made.high < 40.0 and made.angle[-1] == pytest.approx(made.high)
+    assert made.speed <= 60.0 and 0.0 < made.acceleration <= 360.0
+
+
+# ---- what is left
+
+def test_what_a_table_describes_is_told_with_what_it_depends_on_and_what_was_dropped(monkeypatch):
+    zone = SimpleNamespace(variable='position', begin=2.0, end=5.0, unit='rad')
+    run = SimpleNamespace(motion=SimpleNamespace(velocity=np.array([1.0, -1.0])),
+                          comparison=SimpleNamespace(grid=np.arange(2)))
+    fitter = SimpleNamespace(problem=SimpleNamespace(
+        runs=(run,), model=None, split=lambda values: [values]))
+    table = SimpleNamespace(predicted=np.array([1.0, -1.0]),
+                            table=SimpleNamespace(names=('position', 'load')))
+    fit = SimpleNamespace(residual=np.array([0.5, 0.5]), hypothesis=SimpleNamespace(variants=()))
+    for where, made, carried in (((zone,), table, True), ((), None, False)):
+        monkeypatch.setattr(verdict, 'zones', lambda *_, where=where: list(where))
+        left = verdict._unexplained(fitter, SimpleNamespace(
+            fit=fit, table=made, dropped=('backlash',), carried_over=carried), 0.4)
+        assert left.statement.startswith('40 % of the mismatch is not explained')
+        assert ('it depends on position and load' in left.statement) == (made is not None)
+        assert ('from 2 to 5 rad' in left.statement) == bool(where)
+        assert ('clearly more can be explained' in left.statement) == carried
+        assert left.parity_in_velocity == ('odd' if made else 'even')
+        assert left.depends_on == (('position', 'load') if made else ())
+
+
+def test_a_load_is_of_as_many_values_as_were_fitted():
+    for load, count in ((LoadTorque('sinusoid', amplitude=0.1), 2), (LoadTorque(), 0),
+                        (LoadTorque(coefficients=(0.0, 1e-3, 2e-4), contact_angle=2.0), 3)):
+        plain = Model(load_torque=load, friction=replace(Model().friction, load_gain=0.0))
+        rubbing = replace(plain, friction=replace(plain.friction, load_gain=0.1))
+        assert (absent_load._values(plain), absent_load._values(rubbing)) == (count, count + 1)
+
+
+def test_a_shaft_at_one_angle_shows_no_order():
+    values = np.ones(4000)
+    none = orders.leading_orders(2.0 * values, values, values, 50.0 * values, 1.0, 20.0, 3)
+    assert none == []
+    angle = np.linspace(0.0, 60.0, 4000)
+    wave = np.sin(7.0 * angle)
+    found = orders.leading_orders(angle, wave, values, 50.0 * values, 1.0, 20.0, 1)
+    assert found == [pytest.approx(7.0, rel=0.01)]
+
+
+@pytest.mark.parametrize(('least', 'most', 'expected'), [
+    ([-9.0, -9.0], [9.0, 9.0], [1.0, 2.0]), ([-9.0, -9.0], [0.5, 9.0], [0.5, 2.25]),
+    ([-9.0, -9.0], [0.5, 0.5], [0.5, 0.5])])
+def test_a_step_that_meets_a_bound_is_solved_anew_beside_it(least, most, expected):
+    gram, right = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([4.0, 5.0])
+    step = fit_steps.bounded_step(gram, right, np.array(least), np.array(most))
+    assert step == pytest.approx(expected)
+
+
+def test_a_number_of_the_file_is_found_by_its_name():
+    model = Model()
+    assert fit_steps.nominal_value(model, 'inertia') == model.motor.inertia
+    assert fit_steps.nominal_value(model, 'coulomb') == model.friction.coulomb
+    with pytest.raises(KeyError):
+        fit_steps.nominal_value(model, 'colour')
 
 
 # ---- figures

@@ -12,6 +12,7 @@ from engb_core.io.tables.formats import kind_of, open_here
 from engb_core.io.tables.mat_file import check_mat
 from engb_core.io.tables.measure import measured_of
 from engb_core.io.tables.measurement import Ros1Table
+from engb_core.io.tables.open import open_table
 from engb_core.io.tables.request import Request
 from engb_core.io.tables.table import Channel, MOST_BYTES, numbers_of, Samples, Table
 
@@ -245,6 +246,41 @@ def test_messages_in_messages_are_looked_into_and_a_topic_without_any_is_not(tmp
     read = table.read([0, 5])
     assert read[0].value.tolist() == [1.0, 1.0] and read[5].value.tolist() == [6.0, 6.0]
     assert read[5].time.tolist() == [0.0, 0.5]
+
+
+def test_numbers_of_a_message_that_stand_in_a_row_are_told_by_their_place(tmp_path):
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import get_typestore, Stores
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kinds, path, name = store.types, tmp_path / 'a.bag', 'sensor_msgs/msg/MagneticField'
+    field = kinds[name](
+        kinds['std_msgs/msg/Header'](0, kinds['builtin_interfaces/msg/Time'](5, 0), ''),
+        kinds['geometry_msgs/msg/Vector3'](1.0, 2.0, 3.0), np.arange(9.0))
+    with Writer(path) as writer:
+        connection = writer.add_connection('/field', name, typestore=store)
+        writer.write(connection, 5_000_000_000, store.serialize_ros1(field, name))
+    table = Ros1Table(path)
+    names = [entry.name for entry in table.channels]
+    place = names.index('/field/magnetic_field_covariance/7')
+    assert len(names) == 12 and table.read([place])[place].value.tolist() == [7.0]
+
+
+def test_objects_of_matlab_are_told_with_the_remedy(tmp_path, monkeypatch):
+    path = tmp_path / 'a.mat'
+    path.write_bytes(bytes(200))
+    opaque = type('MatlabOpaque', (), {})()
+    for found in ({'tt': opaque, '__function_workspace__': 1}, {'tt': opaque}):
+        monkeypatch.setattr('scipy.io.loadmat', lambda *_, found=found, **__: dict(found))
+        with pytest.raises(InputError, match='MATLAB objects .* save plain arrays'):
+            opened(path)
+
+
+def test_a_table_of_more_than_a_machine_holds_is_to_be_split(tmp_path):
+    path = tmp_path / 'a.csv'
+    with path.open('wb') as file:
+        file.truncate(9 << 30)
+    with pytest.raises(InputError, match='is larger than 8 GiB; split it'):
+        open_table(path)
 
 
 # ---- text

@@ -50,3 +50,11 @@ def test_two_that_fit_alike_are_not_guessed(tmp_path):
     found = roles_of(open_table(path), {})
     assert 'position' not in found.chosen
     assert found.unclear['position'] == (1, 2)
+
+
+def test_a_capital_t_is_no_time_and_what_is_there_twice_is_not_chosen(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('T,t [s],phi [deg],T [Nm],omega1 [rpm],omega2 [rpm]\n' + '0,1,2,3,4,5\n' * 5)
+    found = roles_of(open_table(path), {})
+    assert found.chosen['time'] == 1 and found.chosen['effort'] == 3
+    assert 'velocity' not in found.chosen and 'velocity' not in found.unclear
