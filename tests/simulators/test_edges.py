@@ -97,18 +97,13 @@ def described(*names, unit=None, declared=None):
         valueReference=number) for number, name in enumerate(names)])
 
 
-def test_a_single_variable_is_the_one_and_its_unit_counts():
-    found = _variable('a.fmu', described('odd', unit='mN.m'), 'effort', 'input', {}) if _knows(
-        'mN.m') else _variable('a.fmu', described('odd'), 'effort', 'input', {})
-    assert found.name == 'odd' and found.reference == 0
+@pytest.mark.parametrize(('unit', 'scale'), [(None, 1.0), ('N.m', 1.0), ('mN.m', 1e-3)])
+def test_a_single_variable_is_the_one_and_its_unit_counts(unit, scale):
+    found = _variable('a.fmu', described('odd', unit=unit), 'effort', 'input', {})
+    assert (found.name, found.reference, found.scale) == ('odd', 0, scale)
     declared = SimpleNamespace(unit='furlong')
     with pytest.raises(InputError, match='odd is in furlong; what is understood is'):
         _variable('a.fmu', described('odd', declared=declared), 'effort', 'input', {})
-
-
-def _knows(unit):
-    from engb_core.simulated.fmu_drive import _UNITS
-    return unit in _UNITS['effort']
 
 
 def test_of_several_variables_one_is_asked_for():
