@@ -200,7 +200,7 @@ class ReferenceSource:
             self._limiter.reset(position)
         dt = time - self._time
         if not math.isfinite(dt):
-            dt = 0.0
+            dt, time = 0.0, self._time
         else:
             self._time = time
         if self._trajectory is None or not self._requested:

@@ -81,16 +81,14 @@ class _Curve:
 def _learnt(parts: EvenOdd) -> _Curve:
     """Return the curve of the even part, at the contact that leaves least over."""
     low, high = float(parts.position.min()), float(parts.position.max())
-    best, least = None, np.inf
-    for contact in np.linspace(low, high, CONTACTS)[:-1].tolist():
+
+    def curve(contact: float) -> tuple[float, _Curve]:
         design = np.maximum(parts.position - contact, 0.0)[:, None] ** np.arange(1, DEGREE + 1)
-        found = np.linalg.lstsq(design, -parts.even, rcond=None)[0]
-        left = float(np.sum((parts.even + design @ found)**2))
-        if left < least:
-            best, least = _Curve(contact, found), left
-    if best is None:
-        raise InputError('the strokes cover no range of positions')
-    return best
+        found = np.asarray(np.linalg.lstsq(design, -parts.even, rcond=None)[0], np.float64)
+        return float(np.sum((parts.even + design @ found)**2)), _Curve(contact, found)
+
+    return min((curve(contact) for contact in np.linspace(low, high, CONTACTS)[:-1].tolist()),
+               key=lambda entry: entry[0])[1]
 
 
 class StrokeTracker:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-import sys
 from time import monotonic
 from typing import Any
 
@@ -260,7 +259,3 @@ class CanBridgeNode(ManagedNode):
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
     return run(CanBridgeNode, args)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

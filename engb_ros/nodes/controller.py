@@ -6,7 +6,6 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 from math import inf, isfinite
-import sys
 from time import monotonic, time_ns
 from typing import Any
 
@@ -480,7 +479,3 @@ def _watch_period(values: dict[str, Any]) -> float:
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
     return run(ControllerNode, args)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

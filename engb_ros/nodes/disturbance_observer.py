@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-import sys
 from typing import Any
 
 from engb_core.bench.sensors import VelocityFromPosition
@@ -70,7 +69,3 @@ class DisturbanceObserverNode(ManagedNode):
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
     return run(DisturbanceObserverNode, args)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

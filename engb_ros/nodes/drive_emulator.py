@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-import sys
 from time import monotonic
 from typing import Any
 
@@ -138,7 +137,3 @@ class DriveEmulatorNode(ManagedNode):
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
     return run(DriveEmulatorNode, args)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

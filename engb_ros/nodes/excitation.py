@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 import math
-import sys
 from typing import Any
 
 from sensor_msgs.msg import JointState
@@ -80,7 +79,3 @@ class ExcitationNode(ManagedNode):
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
     return run(ExcitationNode, args)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -7,7 +7,6 @@ from array import array
 from collections.abc import Sequence
 import math
 from pathlib import Path
-import sys
 import threading
 from typing import Any
 
@@ -150,7 +149,3 @@ class IdentifierNode(ManagedNode):
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
     return run(IdentifierNode, args)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

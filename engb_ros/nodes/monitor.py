@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-import sys
 from typing import Any
 
 from sensor_msgs.msg import JointState
@@ -86,7 +85,3 @@ class MonitorNode(ManagedNode):
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
     return run(MonitorNode, args)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-import sys
 import time as steady
 from typing import Any
 
@@ -143,7 +142,3 @@ class PlantNode(ManagedNode):
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
     return run(PlantNode, args)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
-import sys
 import time
 from typing import Any
 
@@ -193,7 +192,3 @@ class RecorderNode(ManagedNode):
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
     return run(RecorderNode, args)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

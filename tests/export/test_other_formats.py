@@ -15,7 +15,7 @@ from engb_core.effect_check import MODEL
 from engb_core.export.json_text import json_text
 from engb_core.export.modelica import modelica
 from engb_core.export.robot_formats import mjcf, urdf
-from engb_core.model import EffectSetting, Friction, LoadTorque, Model
+from engb_core.model import Cogging, EffectSetting, Friction, LoadTorque, Model
 from engb_core.physics.simulation import BrakePlant
 
 from .machines import EFFORT, machines, STEP, with_law
@@ -95,6 +95,32 @@ def test_each_effect_is_in_the_file_or_on_the_list():
             changed = text not in (mjcf(MODEL)[0], urdf(MODEL)[0], modelica(MODEL)[0])
             assert listed or changed, f'{effect} is lost'
             assert all(line in text for line in lacks)
+
+
+@pytest.mark.parametrize(('load', 'line'), [
+    (LoadTorque(coefficients=(0.1, 0.0, 0.02)), 'load_torque.coefficients[0] = 0.1: a load that'),
+    (LoadTorque(coefficients=(0.0, 1e-3, 0.0, 0.0, 1e-6)), 'terms of the load curve above the'),
+])
+def test_what_no_spring_is_stands_on_the_list(load, line):
+    text, lacks = mjcf(replace(PLAIN, load_torque=load))
+    assert [entry for entry in lacks if entry.startswith(line)]
+    assert ElementTree.fromstring(text).find('worldbody/body/joint').get('stiffness')
+
+
+def test_a_free_slide_has_its_mass_and_nothing_on_the_list_but_the_gains():
+    slide = replace(PLAIN, friction=Friction(0.0, 0.0, 0.02), joint=replace(
+        PLAIN.joint, type='prismatic'), load_torque=LoadTorque('sinusoid'))
+    text, lacks = mjcf(slide)
+    body = ElementTree.fromstring(text).find('worldbody/body')
+    assert body.find('joint').get('type') == 'slide'
+    moved = float(body.find('joint').get('armature')) + float(body.find('inertial').get('mass'))
+    assert moved == pytest.approx(slide.motor.inertia, rel=1e-8)
+    assert lacks == ('the gains of the controller',)
+
+
+def test_cogging_stands_on_the_list():
+    _, lacks = mjcf(replace(PLAIN, cogging=(Cogging(7.0, 1e-3, 0.3),)))
+    assert 'cogging: 1 waves over the motor angle' in lacks
 
 
 @pytest.mark.parametrize('curve', CURVES)

@@ -31,6 +31,13 @@ REFUSED = {
     'for over an array': ('for value in state:\n        a += value\n    return a',
                           'only for … in range'),
     'a pair of one': ('first, second = a\n    return first', 'is no tuple'),
+    'bits turned round': ('return ~int(a)', 'Invert is not translated to C'),
+    'a size that is not there': ('return state.shape[1]', 'this size is not known in C'),
+    'a function without name': ('return (lambda: a)()', 'cannot be called in C'),
+    'a number that math has not': ('return math.nothing', 'math.nothing is not translated to C'),
+    'a place of a number': ('return a[0]', 'a is no array'),
+    'a place of a sum': ('return (a + 1.0)[0]', r'a \+ 1.0 is no array'),
+    'every other place': ('state[::2] = a\n    return a', 'this slice has no end in C'),
     'an attribute is set': ('state.place = a\n    return a', 'cannot be assigned to in C'),
 }
 
@@ -59,6 +66,48 @@ def test_a_function_that_calls_itself_is_refused(tmp_path):
     with pytest.raises(InputError, match='calls itself; C for a controller must not'):
         Translator({}).function(function_of(tmp_path, 'return theirs(a, state)'),
                                 (REAL, Array(8)))
+
+
+@pytest.mark.parametrize(('body', 'same'), [
+    ('return +a * state[0]', 'return a * state[0]'),
+    ('return state[0] + float(2)', 'return state[0] + 2.0'),
+    ('return 1.0 if bool(a) else state[0]', 'return 1.0 if a else state[0]'),
+    ('for place in range(0, len_, 1):\n        state[place] = a\n    return a',
+     'for place in range(len_):\n        state[place] = a\n    return a'),
+])
+def test_two_ways_to_write_it_become_the_same_c(tmp_path, body, same):
+    texts = []
+    for form in (body, same):
+        translator = Translator({})
+        translator.function(function_of(tmp_path, form.replace('len_', 'state.shape[0]')),
+                            (REAL, Array(8)))
+        texts.append(translator.functions['engb_theirs_theirs'])
+    assert texts[0] == texts[1]
+
+
+@pytest.mark.parametrize(('body', 'words'), [
+    ('return a if a < math.inf else math.nan', ('INFINITY', 'NAN')),
+    ('state[1], state[0] = state[0], a\n    return a',
+     ('state[1] = engb_v0', 'state[0] = engb_v1')),
+    ('while a > 0.0:\n        a -= 1.0\n        if a < 3.0:\n            continue\n'
+     '        state[0] = a\n    return a', ('while (', 'continue;')),
+])
+def test_what_stands_in_c(tmp_path, body, words):
+    translator = Translator({})
+    translator.function(function_of(tmp_path, body), (REAL, Array(8)))
+    text = translator.functions['engb_theirs_theirs']
+    for word in words:
+        assert word in text
+
+
+def test_two_functions_of_one_name_stay_two(tmp_path):
+    translator = Translator({})
+    made = []
+    for body in ('return a * state[0]', 'return a - state[0]'):
+        made.append(translator.function(function_of(tmp_path, body), (REAL, Array(8))).name)
+    assert made == ['engb_theirs_theirs', 'engb_theirs_theirs_2']
+    assert 'return a * state[0];' in translator.functions[made[0]]
+    assert 'return a - state[0];' in translator.functions[made[1]]
 
 
 def test_a_variable_with_a_type_becomes_the_same_c(tmp_path):

@@ -129,3 +129,76 @@ def test_what_another_effect_adds_is_taken_off_friction():
                 factor * 0.01 * (1.0 + np.exp(-x)), rel=0.03)
         else:
             assert np.asarray(series.y) == pytest.approx(factor * 0.01)
+
+
+def _uniform(size=4000, **channels):
+    """Return a trace of both directions over all positions, with what a picture needs."""
+    rng = np.random.default_rng(3)
+    position = rng.uniform(0.0, 40.0, size)
+    velocity = rng.choice([-1.0, 1.0], size) * rng.uniform(0.5, 5.0, size)
+    load = 1e-3 * position
+    effort = load + 0.01 * np.sign(velocity)
+    given = {'acceleration': np.zeros(size), 'model_load': load, 'load': load,
+             'motor_angle': position % 6.28, 'model_shift': 1e-3 * np.sign(velocity),
+             'since_reversal': position % 3.0, 'time': np.arange(size) * 0.01, **channels}
+    return Trace('a', False, np.arange(size) * 0.01, position, velocity, effort, 0.9 * effort,
+                 effort, np.ones(size, bool), 0.001, given)
+
+
+@pytest.mark.parametrize(('disc', 'names'), [
+    (np.arange(4000) * 0.0 + 20.0, {'measured'}),                       # always turning
+    (np.where(np.arange(4000) < 2000, 20.0, 0.0),
+     {'measured, disc turning', 'measured, disc standing'}),
+    (np.zeros(4000), {'measured'}), (None, {'measured'})])
+def test_a_load_curve_is_shown_with_and_without_the_disc_turning(disc, names):
+    trace = _uniform(**({} if disc is None else {'disc_speed': disc}))
+    figure = next(figure for figure in _pictures('self_energizing', trace, Model())
+                  if 'over position' in figure.title)
+    found = {series.name: np.asarray(series.y) for series in figure.panels[0].series}
+    assert {name for name in found if name.startswith('measured')} == names
+    factor = 1e3 if figure.panels[0].y.unit == 'mN·m' else 1.0
+    for name in names:
+        assert np.max(found[name]) == pytest.approx(factor * 0.0395, rel=0.05)
+
+
+def test_a_fade_is_shown_over_what_changes_more():
+    warm = np.linspace(20.0, 300.0, 4000)
+    over = [_pictures('pad_friction_fade', _uniform(disc_speed=speed, pad_temperature=warm),
+                      Model())
+            for speed in (np.full(4000, 5.0), np.linspace(-9.0, 9.0, 4000))]
+    assert [figures[0].title.split(' over ')[-1] for figures in over] == [
+        'pad temperature', 'disc speed']
+    assert np.asarray(over[0][0].panels[0].series[0].y) == pytest.approx(0.9, rel=0.3)
+
+
+@pytest.mark.parametrize('lacking', ['disc_speed', 'load'])
+def test_a_picture_without_what_it_is_over_is_left_out(lacking):
+    size = 4000
+    channels = {'disc_speed': np.linspace(0.0, 9.0, size), 'pad_temperature': np.zeros(size)}
+    if lacking == 'disc_speed':
+        channels = {}
+    else:
+        channels['load'] = np.zeros(size)
+    assert _pictures('pad_friction_fade', _uniform(**channels), Model()) == []
+
+
+def test_no_picture_of_a_recording_of_a_few_samples_fails():
+    """Means of fewer samples than a bin needs would be noise."""
+    for effect in catalogue().values():
+        for figure in _pictures(effect.id, _uniform(30), Model()):
+            for panel in figure.panels:
+                assert panel.series, effect.id
+
+
+def test_every_picture_of_a_linear_axis_is_of_numbers_and_none_fails():
+    bare = _uniform()
+    bare.channels.pop('motor_angle')
+    for effect in catalogue().values():
+        for figure in _pictures(effect.id, bare, Model()):
+            assert all(np.isfinite(series.y).all() for panel in figure.panels
+                       for series in panel.series), effect.id
+
+
+def test_a_shaft_at_one_place_gives_no_curve_over_it():
+    trace = _uniform(acceleration=np.full(4000, 2.0))
+    assert _pictures('inertia_error', trace, Model()) == []

@@ -142,8 +142,8 @@ def test_a_node_that_cannot_be_secured_does_not_start_and_says_so_in_one_line(tm
     """Without its keys, or with a DDS that was built without security."""
     (tmp_path / 'enclaves').mkdir()
     ran = subprocess.run(
-        [sys.executable, '-m', 'engb_ros.nodes.controller'], capture_output=True, text=True,
-        check=False, timeout=60.0, env={
+        [sys.executable, '-m', 'engb_ros.start', 'controller'], capture_output=True,
+        text=True, check=False, timeout=60.0, env={
             **os.environ, 'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce',
             'ROS_SECURITY_KEYSTORE': str(tmp_path)})
     told = [line for line in ran.stderr.splitlines() if 'could not be created' in line]

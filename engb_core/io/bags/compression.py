@@ -8,10 +8,10 @@ import contextlib
 import functools
 import os
 from pathlib import Path
-import sys
 import tempfile
-from types import ModuleType
 from typing import IO
+
+from backports import zstd
 
 from engb_core.errors import InputError
 
@@ -31,14 +31,6 @@ _BLOCK = 1 << 20
 
 class Damaged(Exception):
     """A stretch of a file that can't be decoded; the reader goes on behind it or stops."""
-
-
-def _zstd() -> ModuleType:
-    if sys.version_info >= (3, 14):
-        from compression import zstd
-    else:
-        from backports import zstd
-    return zstd
 
 
 def decompress(data: bytes | memoryview, method: str, size: int) -> bytes | memoryview:
@@ -115,7 +107,6 @@ def _message_plainly(data: bytes | memoryview, limit: int) -> bytes:
 
 
 def _zstd_bounded(data: bytes | memoryview, size: int) -> bytes:
-    zstd = _zstd()
     try:
         # One byte more than expected tells a frame that is too long from one that fits.
         unpacked: bytes = zstd.ZstdDecompressor().decompress(data, max_length=size + 1)
@@ -149,7 +140,6 @@ def unpacked(path: Path, notes: list[str]) -> Iterator[Path]:
 
 
 def _unpack(path: Path, target: IO[bytes], notes: list[str]) -> None:
-    zstd = _zstd()
     limit = path.stat().st_size * FILE_GROWTH_LIMIT + (1 << 24)
     written = 0
     try:

@@ -81,8 +81,7 @@ class McapFile:
     def channels(self) -> list[Channel]:
         """Return the file's topics; scans the file where it has no summary."""
         if not self._complete:
-            for _ in self._stretches(set()):
-                pass
+            list(self._stretches(set()))    # of no topic: what it passes are schemas and channels
             self._complete = True
         return [Channel(*entry) for entry in self._directory.channels.values()]
 

@@ -313,6 +313,8 @@ def _titles(above: list[list[str]], width: int) -> tuple[list[str], list[str]]:
         if len(cells) == width + 1 and not cells[-1]:
             cells = cells[:-1]
         if len(cells) != width:
+            if not rows and row[0].lstrip().startswith('#'):
+                continue        # a remark between the titles and the numbers
             break
         if not all(map(_RULE.match, cells)):
             rows.insert(0, cells)

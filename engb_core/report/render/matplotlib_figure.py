@@ -107,7 +107,8 @@ def _draw(axis: Any, series: Series, points: int) -> None:
         step = max(-(-x.size // points), 1)
         axis.plot(x[::step], y[::step], MARKERS[series.marker], color=colour,
                   markersize=0.7 * series.size)
-    elif isinstance(series, Line):
+    else:
+        assert isinstance(series, Line), 'bars have a drawing of their own'
         x, y = decimate(series.x, series.y, points)
         axis.plot(x, y, color=colour, linestyle=DASHES[series.dash], linewidth=series.width,
                   marker=MARKERS.get(series.marker), markersize=5.5,
