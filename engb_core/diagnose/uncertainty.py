@@ -181,6 +181,7 @@ def stands_out(fit: Fit, fitter: Fitter, variant: int, name: str = '') -> bool:
 
 def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEstimate]:
     """Return an effect's parameters with deviation and unit, as the contract names them."""
+    assert fit.jacobian is not None, 'the fit is finished'
     deviations = vector_deviations(fit, fitter)
     offset = len(fit.hypothesis.numbers)
     found: dict[str, ParameterEstimate] = {}
@@ -203,6 +204,8 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
         # What the data can't determine gets no deviation rather than a huge one.
         undetermined = std > 3.0 * max(abs(value), 1e-12) and (
             parameter.none is None or parameter.logarithmic)
+        # Nor what acts on nothing in this variant, or in these recordings.
+        undetermined |= not fit.jacobian[:, offset + entry].any()
         found[parameter.name] = ParameterEstimate(value, None if undetermined else std,
                                                   parameter.unit)
     return found

@@ -100,6 +100,18 @@ def test_a_delay_that_is_held_takes_nothing_from_a_lag():
     assert found.std < 0.0015
 
 
+def test_what_acts_on_nothing_has_no_deviation():
+    """Of drag that differs by direction nothing goes with load, nor grows beside speed."""
+    recording = lively(brake_with('asymmetric_friction', asymmetry=0.3, of_drag=1.0), seed=4)
+    fitter = Fitter(problem_of([recording], NOMINAL))
+    drag = next(variant for variant in variants_of(
+        get_effect('asymmetric_friction'), fitter.problem.scene)
+        if variant.constants[0] == 1.0)   # `of_drag`
+    told = estimates(fitter.finish(fitter.fit(drag)), fitter, 0)
+    assert told['of_load_friction'].std is told['growth'].std is None
+    assert told['asymmetry'].std is not None
+
+
 def test_slow_samples_are_judged_in_a_lower_band_and_not_sharpened():
     recording = lively(brake_with('torque_offset', offset=0.004))
     slow = Recording.from_samples('slow', recording.time[::10], recording.position[::10],

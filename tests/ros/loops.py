@@ -40,7 +40,7 @@ class ShippedLoop(LiveLoop):
     """
 
     def __init__(self, *arguments, **parameters):
-        self._watch, self._begin = Watch(), 0
+        self._watch, self._begin, self._told = Watch(), 0, 0
         super().__init__(*arguments, **parameters)
 
     def go(self, angle):
@@ -52,9 +52,9 @@ class ShippedLoop(LiveLoop):
                 super().go(angle)
                 return
             except RunnerError:
-                if not self.is_in('fault') or not self.was_late():
+                if not self.is_in('fault') or not self.began_late():
                     raise
-            self.until(lambda: self.clear().success, 'the fault to be cleared')
+            self.healthy()
         super().go(angle)
 
     def reach(self, condition, what):
@@ -100,11 +100,19 @@ class ShippedLoop(LiveLoop):
             self._wait_for_samples()
         self.until(lambda: self.clear().success, 'the fault to be cleared')
 
+    def began_late(self):
+        """Return whether the first fault was one of lateness: the torque goes, and the brake may
+        be thrown out of its range, which is its consequence."""
+        first = next((message.data for message in self.causes[self._told:]
+                      if message.data & FAULTS), 0)
+        return not first & OTHERS and self._lateness_is_seen()
+
     def was_late(self):
         """Return whether what is latched comes of a drive, commands, or a machine that was
         late."""
-        if self.causes[-1].data & OTHERS:
-            return False
+        return not self.causes[-1].data & OTHERS and self._lateness_is_seen()
+
+    def _lateness_is_seen(self):
         gap, _ = self._gaps()
         return (gap > STATE_TIMEOUT or self.pause > COMMAND_TIMEOUT
                 or self._watch.may_be_late())
@@ -121,6 +129,7 @@ class ShippedLoop(LiveLoop):
     def _mark(self):
         """What `was_late` and `words` say is of the time from here on."""
         self._begin, self._watch, self.pause = max(len(self.states) - 1, 0), Watch(), 0.0
+        self._told = len(self.causes)
 
     def _wait_for_samples(self):
         count = len(self.states)

@@ -56,7 +56,7 @@ def test_the_loop_over_can_and_every_fault_of_the_bus(runner, probe, bus):
     act('corrupted')
     loop.until(lambda: count('frames_wrong_crc') > 20, 'corrupted frames to be counted')
     act('none')
-    loop.until(lambda: loop.clear().success, 'a clear state')
+    loop.healthy()
     loop.go(12.0)
 
     # Repeated, silent, late, faulty sensor: no sample is believed, the torque goes.
