@@ -13,12 +13,15 @@ from .catalogue import known
 from .nominal import low_pass
 from .signals import RATE, Signals
 
-__all__ = ['COMMAND_EFFECTS', 'hidden_by_refit', 'Term', 'terms_of', 'without_descriptions']
+__all__ = ['COMMAND_EFFECTS', 'hidden_by_refit', 'on_the_command', 'Term',
+           'terms_of', 'without_descriptions']
 
 # Names of the contract's additions that no generated case holds: a drive that is told positions.
 COMMAND_EFFECTS = ('command_delay', 'command_rate_limit', 'effort_scale_error', 'back_emf',
                    'effort_measurement_lag')
 
+# Of these, what acts on the set-point: the drive then acts on another effort than was recorded.
+_ON_THE_COMMAND = ('command_delay', 'command_rate_limit')
 _LEAST_SPEED = 0.02     # of the largest: below it the axis counts as standing
 
 
@@ -41,6 +44,12 @@ def without_descriptions(model: dict) -> dict:
     """The model with only those effects that have a name."""
     kept = [one for one in model['effects'] if not one['effect'].startswith('unexplained')]
     return {**model, 'effects': kept}
+
+
+def on_the_command(model: dict) -> bool:
+    """Whether a model says that the recorded effort is a command, on which the drive acted
+    otherwise than it was recorded."""
+    return any(one['effect'] in _ON_THE_COMMAND for one in model['effects'])
 
 
 def _changed(section: str, name: str, factor: float) -> Callable[[dict], dict]:
