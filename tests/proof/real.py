@@ -40,11 +40,11 @@ from .real_ladder import (
     position_error,
     Prediction,
 )
-from .real_numbers import acting, driven, numbers_of, position_left, refit
+from .real_numbers import acting, driven, numbers_of, position_left, refit, UNEVEN
 from .real_page import real_page
 from .real_sets import Expected, RealSet, sets_in, with_loop
 from .real_spread import spread
-from .real_terms import hidden_by_refit, on_the_command, Term, terms_of, without_descriptions
+from .real_terms import has_load, hidden_by_refit, on_the_command, Term, terms_of, without_descriptions
 from .real_transfer import transfer
 from .run import call, commit, commits_in
 from .signals import read_signals
@@ -52,8 +52,6 @@ from .signals import read_signals
 __all__ = ['judged', 'met', 'prove_real']
 
 _FEW = 3        # recordings on which a refit hides what was taken out
-# Steps of a fit to a driven position, which takes up what is wrong from the first sample on.
-_DRIVEN_ROUNDS = 40
 # From here on a claim says that a cause is likelier there than not.
 _LIKELY = 0.5
 Say = Callable[[str], None]
@@ -279,11 +277,12 @@ def _ladder(one: RealSet, first: _Diagnosis, jobs: int) -> list[dict]:
     named = without_descriptions(first.model)
     free = not on_the_command(first.model)
     models = [('nominal', one.nominal), ('named effects only', named), (CORRECTED, first.model)]
-    if free:
+    # A pendulum that swings over its top goes its own way from the smallest difference.
+    if free and not has_load(named):
         left = position_left(one.train)
         numbers = acting(named, numbers_of(named, one.nominal, first.claims), left)
         label = f'named effects only, {len(numbers)} numbers fitted driven'
-        models.insert(2, (label, refit(named, numbers, left, rounds=_DRIVEN_ROUNDS).model))
+        models.insert(2, (label, refit(named, numbers, left, descent=UNEVEN).model))
     tool = [_rung(label, parts, {part: _predicted(one, model, parts[part], jobs)
                                  for part in parts}, one.band, model if free else None)
             for label, model in models]

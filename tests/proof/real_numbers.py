@@ -23,21 +23,14 @@ from .nominal import low_pass
 from .real_ladder import moving_rows, Prediction
 from .signals import RATE, read_signals
 
-__all__ = ['acting', 'changed', 'driven', 'effort_left', 'Fitted', 'Number', 'numbers_of', 'Piece',
-           'position_left', 'refit']
+__all__ = ['acting', 'changed', 'Descent', 'driven', 'effort_left', 'Fitted', 'Number',
+           'numbers_of', 'Piece', 'PLAIN', 'position_left', 'refit', 'UNEVEN']
 
 Left = Callable[[dict], np.ndarray]
 # A number may become so many times what it was, or this part of it.
 _RANGE = (1e-2, 1e2)
 # Sizes beyond which docs/contract.md knows no such number.
 _LARGEST = {'load_curvature': 1.0, 'asymmetry': 0.95}
-# A fit begins this part of the way to the end of a range at most.
-_INSIDE = 0.98
-_ROUNDS = 12
-# A fit ends where a step changes numbers or the sum of squares by less than this part.
-_TOLERANCE = 1e-5
-# Relative step of a derivative: dry friction makes less than that uneven.
-_STEP = 5e-3
 # Samples per period of the band's upper end that a fit takes.
 _SAMPLES = 2.5
 # A derivative below this part of the largest one is none: the number says nothing here.
@@ -73,6 +66,28 @@ class Piece:
     path: Path
     begin: float = -np.inf
     end: float = np.inf
+
+
+@dataclass(frozen=True)
+class Descent:
+    """How a fit looks for the least, each number on a logarithmic scale.
+
+    Attributes:
+        step: of a derivative.
+        both_sides: whether a derivative is taken to both sides.
+        rounds: at most.
+        ends: part of the numbers or of the sum of squares by which the last step changes them.
+    """
+
+    step: float
+    both_sides: bool
+    rounds: int
+    ends: float
+
+
+PLAIN = Descent(5e-3, False, 12, 1e-5)
+# A shaft that sticks makes the driven position uneven, in a valley of what goes for each other.
+UNEVEN = Descent(1e-2, True, 30, 1e-6)
 
 
 @dataclass(frozen=True)
@@ -156,11 +171,11 @@ def acting(model: dict, numbers: Sequence[Number], left: Left) -> list[Number]:
     """Those of the numbers that change what is left."""
     first = left(model)
     return [number for number in numbers if not np.array_equal(
-        left(changed(model, [number], [(1.0 - _STEP) * number.value])), first)]
+        left(changed(model, [number], [(1.0 - PLAIN.step) * number.value])), first)]
 
 
 def refit(model: dict, numbers: Sequence[Number], left: Left, held: float | None = None,
-          rounds: int = _ROUNDS) -> Fitted:
+          descent: Descent = PLAIN) -> Fitted:
     """Fit numbers of a model so that little is left.
 
     Args:
@@ -168,28 +183,39 @@ def refit(model: dict, numbers: Sequence[Number], left: Left, held: float | None
         numbers: that are free.
         left: what a model leaves, (m,), the smaller the better.
         held: how far they are believed beforehand, as a part of their value (None: not at all).
-        rounds: of steps at most.
+        descent: how it is looked for.
     """
     start = np.array([number.value for number in numbers])
-
-    def at(factors: np.ndarray) -> np.ndarray:
-        return left(changed(model, numbers, factors * start))
-
-    first = at(np.ones(start.size))
-    # What is believed counts as much as a value that is off by what is left at the start.
-    weight = 0.0 if held is None else float(np.sqrt(np.mean(first ** 2))) / held
     most = np.array([min(_RANGE[1], _LARGEST.get(number.name, np.inf) / abs(number.value))
                      for number in numbers])
 
-    def beside_belief(factors: np.ndarray) -> np.ndarray:
-        return np.concatenate([at(factors), weight * (factors - 1.0)])
+    def at(powers: np.ndarray) -> np.ndarray:
+        return left(changed(model, numbers, np.clip(np.exp(powers), _RANGE[0], most) * start))
 
-    begin = np.minimum(1.0, _INSIDE * most)
-    found = least_squares(beside_belief, begin, bounds=(_RANGE[0], most),
-                          x_scale='jac', diff_step=_STEP, max_nfev=rounds,
-                          ftol=_TOLERANCE, xtol=_TOLERANCE)
-    rest, jacobian = found.fun[:first.size], found.jac[:first.size]
+    first = at(np.zeros(start.size))
+    # What is believed counts as much as a value that is off by what is left at the start.
+    weight = 0.0 if held is None else float(np.sqrt(np.mean(first ** 2))) / held
+
+    def beside_belief(powers: np.ndarray) -> np.ndarray:
+        return np.concatenate([at(powers), weight * powers])
+
+    def derivatives(powers: np.ndarray) -> np.ndarray:
+        columns = []
+        here = None if descent.both_sides else beside_belief(powers)
+        for step in descent.step * np.eye(start.size):
+            below = beside_belief(powers - step) if here is None else here
+            columns.append((beside_belief(powers + step) - below)
+                           / (descent.step * (2.0 if here is None else 1.0)))
+        return np.stack(columns, axis=1)
+
+    found = least_squares(beside_belief, np.zeros(start.size), jac=derivatives,
+                          max_nfev=descent.rounds, ftol=descent.ends, xtol=descent.ends)
+    # At the end of a range nothing moves: taken a step before it, so that others seem no surer.
+    room = 2.0 * descent.step
+    inside = np.clip(found.x, np.log(_RANGE[0]) + room, np.log(most) - room)
+    rest, jacobian = found.fun[:first.size], derivatives(inside)[:first.size]
     size = np.sqrt(np.sum(jacobian ** 2, axis=0))
+    factors = np.clip(np.exp(found.x), _RANGE[0], most)
     tells = size > _IDLE * max(float(size.max()), 1e-300)
     deviations = np.full(start.size, np.inf)
     if tells.any() and rest.size > start.size:
@@ -197,11 +223,10 @@ def refit(model: dict, numbers: Sequence[Number], left: Left, held: float | None
         inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-10, hermitian=True)
         variance = float(rest @ rest) / (rest.size - start.size) * _colour(rest)
         deviations[tells] = np.sqrt(variance * np.diag(inverse)) / size[tells] \
-            * np.abs(start[tells])
-    # What lies at the end of its range is not found, though others are no surer for that.
-    deviations[found.active_mask != 0] = np.inf
-    values = found.x * start
-    return Fitted(values, deviations, changed(model, numbers, values))
+            * np.abs(factors * start)[tells]
+    # What lies at the end of its range is not found.
+    deviations[(factors <= _RANGE[0]) | (factors >= most)] = np.inf
+    return Fitted(factors * start, deviations, changed(model, numbers, factors * start))
 
 
 def _colour(residual: np.ndarray) -> float:

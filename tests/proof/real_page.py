@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from engb_core.report.layout import Column, Page
 from engb_core.report.text import escape, Html
-from engb_core.report.wording import effect_name, parameter_name, percent
+from engb_core.report.wording import capital, effect_name, parameter_name, percent
+
+from .real_text import sums_of
 
 __all__ = ['real_page']
 
@@ -166,7 +168,8 @@ def _rows(page: Page, one: dict) -> None:
                if row['taken'] and row['verdict'] != 'cannot tell']
     just = sum(verdict in _JUST for verdict in counted)
     page.text(f'Just what was taken out: {percent(just / max(len(counted), 1))} of '
-              f'{len(counted)} models.')
+              f'{len(counted)} models. ' + ' '.join(
+                  f'{capital(line)}.' for line in sums_of(one['rows'])))
 
 
 def _expected(page: Page, one: dict) -> None:

@@ -2,7 +2,9 @@
 """What `engb prove --real` found, as a page of text."""
 from __future__ import annotations
 
-__all__ = ['as_text']
+from collections import Counter
+
+__all__ = ['as_text', 'sums_of']
 
 # From here on a claim says that a cause is likelier there than not.
 _LIKELY = 0.5
@@ -54,6 +56,17 @@ def _spread(found: dict) -> list[str]:
     return lines
 
 
+def sums_of(rows: list[dict]) -> list[str]:
+    """How often each verdict was given, a line for one term taken out and one for two."""
+    lines = []
+    for count, words in ((1, 'one term'), (2, 'two terms')):
+        given = Counter(row['verdict'] for row in rows if len(row['taken']) == count)
+        if given:
+            lines.append(f'{words} taken out, {given.total()} models: '
+                         + ', '.join(f'{verdict} {n}' for verdict, n in given.most_common()))
+    return lines
+
+
 def _number(value: float | None, width: int) -> str:
     return f'{"–":>{width}s}' if value is None else f'{value:{width}.3g}'
 
@@ -85,13 +98,15 @@ def as_text(result: dict) -> str:
             lines.append(f'  published, {entry["who"]}: {" ".join(told)}')
         lines += [*_spread(one['spread']), *_transfer(one), *_as_expected(one['expected'])]
         lines.append('taken out, and what was named:')
+        wide = max((len(row['text']) for row in one['rows']), default=0) + len(', refitted')
         for row in one['rows']:
             names = ', '.join(f'{name} {p:.2f}' for name, p in row['claims']) or 'nothing'
             kind = ', refitted' if row['refitted'] else ''
             found = '' if row['said'] is None or row['value'] is None else \
                 f'; {row["parameter"]} {row["said"]:.4g} (taken: {row["value"]:.4g})'
             held = f'{row["times_best"]:.2f} → {row["after_times_best"]:.2f} times the best'
-            lines.append(f'  {row["text"] + kind:44s}{row["verdict"] or "":12s}{names}{found}; '
-                         f'held out {held}')
+            lines.append(f'  {row["text"] + kind:{wide}s}  {row["verdict"] or "":12s}{names}'
+                         f'{found}; held out {held}')
+        lines += sums_of(one['rows'])
     return '\n'.join(lines)
 

@@ -21,7 +21,7 @@ from tests.proof.real_numbers import driven, effort_left, numbers_of, Piece, pos
 from tests.proof.real_page import real_page
 from tests.proof.real_sets import RealSet, sets_in
 from tests.proof.real_spread import folds_of, spread
-from tests.proof.real_text import as_text
+from tests.proof.real_text import as_text, sums_of
 from tests.proof.real_transfer import transfer
 from tests.proof.recorded_unit import recorded
 from tests.proof.signals import RATE, Signals
@@ -172,7 +172,7 @@ def test_recorded_effort_drives_the_right_model_along_the_recorded_motion(units:
     wrong = deepcopy(BEST)
     wrong['friction']['coulomb'] = 0.0125
     numbers = numbers_of(wrong, FILE, CLAIMS)
-    fitted = refit(wrong, numbers, position_left(first.train), rounds=6).model
+    fitted = refit(wrong, numbers, position_left(first.train)).model
     again = position_error([path], [driven(path, fitted)])
     assert again < 0.5 * position_error([path], [driven(path, wrong)])
 
@@ -213,6 +213,14 @@ def test_page_and_text_say_what_was_found(units: Path, apart: dict) -> None:
     sets[1]['spread'] |= {'rows': []}
     assert 'one recording has no spread' in as_text(result)
     assert 'the tool changed none' in as_text(result)
+
+
+def test_verdicts_are_summed_for_one_term_and_for_two() -> None:
+    rows = [{'taken': taken, 'verdict': verdict} for taken, verdict in (
+        ([], None), (['a'], 'just it'), (['b'], 'just it'), (['c'], 'nothing'),
+        (['a', 'b'], 'just both'))]
+    assert sums_of(rows) == ['one term taken out, 3 models: just it 2, nothing 1',
+                             'two terms taken out, 1 models: just both 1']
 
 
 @pytest.mark.skipif(not (SHARED / 'emps').is_dir(),
