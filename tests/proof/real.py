@@ -44,7 +44,14 @@ from .real_numbers import acting, driven, numbers_of, position_left, refit, UNEV
 from .real_page import real_page
 from .real_sets import Expected, RealSet, sets_in, with_loop
 from .real_spread import spread
-from .real_terms import has_load, hidden_by_refit, on_the_command, Term, terms_of, without_descriptions
+from .real_terms import (
+    has_load,
+    hidden_by_refit,
+    on_the_command,
+    Term,
+    terms_of,
+    without_descriptions,
+)
 from .real_transfer import transfer
 from .run import call, commit, commits_in
 from .signals import read_signals
