@@ -202,31 +202,58 @@ def refit(model: dict, numbers: Sequence[Number], left: Left, held: float | None
     def derivatives(powers: np.ndarray) -> np.ndarray:
         columns = []
         here = None if descent.both_sides else beside_belief(powers)
-        for step in descent.step * np.eye(start.size):
+        for size, step in _steps(powers, descent):
             below = beside_belief(powers - step) if here is None else here
             columns.append((beside_belief(powers + step) - below)
-                           / (descent.step * (2.0 if here is None else 1.0)))
+                           / (size * (2.0 if here is None else 1.0)))
         return np.stack(columns, axis=1)
 
     found = least_squares(beside_belief, np.zeros(start.size), jac=derivatives,
                           max_nfev=descent.rounds, ftol=descent.ends, xtol=descent.ends)
+    ends = np.log(_RANGE[0]), np.log(most)
     # At the end of a range nothing moves: taken a step before it, so that others seem no surer.
-    room = 2.0 * descent.step
-    inside = np.clip(found.x, np.log(_RANGE[0]) + room, np.log(most) - room)
-    rest, jacobian = found.fun[:first.size], derivatives(inside)[:first.size]
-    size = np.sqrt(np.sum(jacobian ** 2, axis=0))
+    inside = np.clip(found.x, ends[0] + 2.0 * descent.step, ends[1] - 2.0 * descent.step)
+    parts = _deviations(found.fun[:first.size], _least_derivatives(at, inside, descent, ends))
     factors = np.clip(np.exp(found.x), _RANGE[0], most)
+    # What lies at the end of its range is not found.
+    parts[(factors <= _RANGE[0]) | (factors >= most)] = np.inf
+    return Fitted(factors * start, parts * np.abs(np.exp(inside) * start),
+                  changed(model, numbers, factors * start))
+
+
+def _steps(powers: np.ndarray, descent: Descent) -> list[tuple[float, np.ndarray]]:
+    """Size and vector (k,) of a derivative's step for each number: one that has become small makes
+    a step as large as it would have made at the start."""
+    sizes = descent.step * np.clip(np.exp(-powers), 1.0, 1.0 / descent.step)
+    return list(zip(sizes.tolist(), np.diag(sizes), strict=True))
+
+
+def _least_derivatives(at: Callable[[np.ndarray], np.ndarray], powers: np.ndarray,
+                       descent: Descent, ends: tuple[float, np.ndarray]) -> np.ndarray:
+    """Derivatives (m, k) for deviations, each the least of four to both sides: how a motion is
+    smoothed hangs on the numbers by jumps, and a step across one seems to say too much."""
+    here, columns = at(powers), []
+    for size, step in _steps(powers, descent):
+        around = [((at(moved) - here) / (times * size)) for times in (1.0, 2.0, -1.0, -2.0)
+                  if (ends[0] <= (moved := powers + times * step)).all()
+                  and (moved <= ends[1]).all()]
+        columns.append(min(around, key=lambda column: float(column @ column),
+                           default=np.zeros(here.size)))
+    return np.stack(columns, axis=1)
+
+
+def _deviations(rest: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+    """The numbers' standard deviations (k,), as the logarithms', by what is left (m,) and its
+    derivatives (m, k); infinite where these are none."""
+    size = np.sqrt(np.sum(jacobian ** 2, axis=0))
     tells = size > _IDLE * max(float(size.max()), 1e-300)
-    deviations = np.full(start.size, np.inf)
-    if tells.any() and rest.size > start.size:
+    deviations = np.full(size.size, np.inf)
+    if tells.any() and rest.size > size.size:
         columns = jacobian[:, tells] / size[tells]
         inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-10, hermitian=True)
-        variance = float(rest @ rest) / (rest.size - start.size) * _colour(rest)
-        deviations[tells] = np.sqrt(variance * np.diag(inverse)) / size[tells] \
-            * np.abs(factors * start)[tells]
-    # What lies at the end of its range is not found.
-    deviations[(factors <= _RANGE[0]) | (factors >= most)] = np.inf
-    return Fitted(factors * start, deviations, changed(model, numbers, factors * start))
+        variance = float(rest @ rest) / (rest.size - size.size) * _colour(rest)
+        deviations[tells] = np.sqrt(variance * np.diag(inverse)) / size[tells]
+    return deviations
 
 
 def _colour(residual: np.ndarray) -> float:
