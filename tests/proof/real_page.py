@@ -63,10 +63,12 @@ def _number(value: float | None) -> str:
     return '–' if value is None else f'{value:.3g}'
 
 
-_RUNG = (Column('model'), Column('force error, fit', number=True),
-         Column('held out', number=True), Column('moving, held out', number=True),
-         Column('position rms in the loop, fit', number=True), Column('held out', number=True),
-         Column('driven by the effort, fit', number=True), Column('held out', number=True))
+# What a fit may see, and what is held out, of force and position.
+_RUNG = (Column('model'), Column('force, fit', number=True), Column('held out', number=True),
+         Column('moving', number=True), Column('in the loop, fit', number=True),
+         Column('held out', number=True), Column('driven, fit', number=True),
+         Column('held out', number=True))
+_MOVED = (_RUNG[0], Column('force', number=True), _RUNG[3], Column('in the loop', number=True))
 
 
 def _rung(rung: dict) -> list[str]:
@@ -87,13 +89,14 @@ def _ladder(page: Page, one: dict) -> None:
                  'driven': [*blank, '–', *blank, *(_number(n) for n in numbers)]}
         rows.append([f'published, {entry["who"]}', *cells[entry['measure']]])
     page.table(list(_RUNG), rows, kind='compact',
-               caption='Force error: |recorded − predicted| / |recorded| at 100 Hz (the EMPS '
-               'benchmark\'s measure). Moving: the same while the shaft moves, up to '
-               f'{one["band"]:.0f} Hz. Position: recorded minus simulated, m or rad; in the '
-               'closed loop, or with no loop, driven by the recorded effort from the first '
-               'position to the end of the recording (– where that effort is a command). Fitted '
-               'driven: so that the driven position is right where it may be fitted. '
-               f'{one["train"]} recordings to fit, {one["holdout"]} held out.')
+               caption='Force: |recorded − predicted| / |recorded| at 100 Hz (the EMPS '
+               'benchmark\'s measure). Moving: the same held out while the shaft moves, up to '
+               f'{one["band"]:.0f} Hz. In the loop, driven: rms of position, m or rad, recorded '
+               'minus simulated in the closed loop, or with no loop, driven by the recorded '
+               'effort from the first position to the end of the recording (– where that effort '
+               'is a command). Fitted driven: so that the driven position is right where it may '
+               'be fitted. '
+               f'Recordings: {one["train"]} to fit, {one["holdout"]} held out.')
 
 
 def _spread(page: Page, one: dict) -> None:
@@ -113,17 +116,18 @@ def _spread(page: Page, one: dict) -> None:
                      f'{row["telling"]} of {found["folds"]}', _number(row['spread']),
                      _number(row['own']), _ratio(row['ratio']), _number(row['mean']),
                      _number(row['scatter'])])
-    page.table([Column('number'), Column('in the model', number=True),
-                Column('deviation told', number=True), Column('tell it', number=True),
-                Column('apart by', number=True), Column('a fold\'s own deviation', number=True),
-                Column('ratio', number=True), Column('weighted mean', number=True),
-                Column('its deviation by scatter', number=True)], rows, kind='compact',
+    page.table([Column('number'), Column('model', number=True), Column('told ±', number=True),
+                Column('tell it', number=True), Column('apart', number=True),
+                Column('own ±', number=True), Column('ratio', number=True),
+                Column('mean', number=True), Column('scatter ±', number=True)], rows,
+               kind='compact',
                caption='The best model\'s numbers, the same causes all the time, fitted anew to '
-               f'each of {found["folds"]} {found["kind"]}. Counted are those whose own deviation '
-               '(residual and its colour) tells the number from nothing. Apart by: their standard '
-               'deviation; a ratio of 1 says that they lie apart as they say themselves. The '
-               'deviation that the tool told, of all recordings together, should be no smaller '
-               'than that of the mean by scatter.')
+               f'each of {found["folds"]} {found["kind"]}. Tell it: those whose own deviation '
+               '(residual and its colour) tells the number from nothing; only they count. Apart: '
+               'their standard deviation, beside the root mean square of their own ones; a ratio '
+               'of 1 says that they lie apart as they say themselves. Scatter: the deviation that '
+               'this gives to their weighted mean; the one that the tool told of all recordings '
+               'together should be no smaller.')
     if found['idle']:
         page.text('Told, but without influence on these recordings: ' + ', '.join(
             parameter_name(name) for name in found['idle']) + '.')
@@ -138,10 +142,10 @@ def _transfer(page: Page, one: dict) -> None:
     if found is None:
         return
     page.subsection(f'The model of another unit, {found["of"]}, on this one')
-    page.table([_RUNG[0], _RUNG[2], _RUNG[3], _RUNG[5]],
+    page.table(list(_MOVED),
                [[cell for place, cell in enumerate(_rung(rung)) if place in (0, 2, 3, 5)]
                 for rung in found['rungs']], kind='compact',
-               caption='Held-out recordings of this unit.')
+               caption='Held-out recordings of this unit; force, moving and position as above.')
     page.table([Column('number'), Column(found['of'], number=True),
                 Column('refitted here', number=True)],
                [[parameter_name(entry['number']), _number(entry['first']), _number(entry['here'])]

@@ -85,7 +85,7 @@ def as_text(result: dict) -> str:
     """A page of text."""
     lines = []
     for one in result['sets']:
-        lines += [f'{one["name"]}: {one["train"]} recordings to fit, {one["holdout"]} held out',
+        lines += [f'{one["name"]}, recordings: {one["train"]} to fit, {one["holdout"]} held out',
                   f'{"relative force error":46s}{"fit":>9s}{"held out":>10s}{"moving":>10s}'
                   '   position, held out: in the loop, driven by the recorded effort '
                   f'(moving: held out, up to {one["band"]:.0f} Hz)']
