@@ -22,7 +22,9 @@ nominal.yaml, truth.json and truth.npz; they are scored by the same tables.
 
 With --real no case is drawn: of the best model of each machine one term at a time is taken out,
 with --pairs two as well, to see whether the tool names just that; index.html also holds the
-held-out ladder, and what an expert expects of the machines that are listed.
+held-out ladder, how the model's numbers lie apart over the recordings, how the model of one unit
+does on another (a set whose file set.yaml says machine_of: FOLDER), and what an expert expects of
+the machines that are listed.
 
 With --table nothing is run: what earlier proofs left in these folders is printed side by side as
 Markdown, a column per folder (column.md in each holds its own).
@@ -208,7 +210,7 @@ def _real(arguments: argparse.Namespace) -> None:
         result = real.prove_real(Path(arguments.real), out, arguments.jobs, arguments.again,
                                  shlex.join(['engb', *sys.argv[1:]]), progress,
                                  arguments.pairs)
-    print(real.as_text(result))
+    print(_proof('real_text').as_text(result))
     print(f'{result["wall_seconds"]:.0f} s in all')
     print(printable(f'scores: {out / "index.html"}'))
 

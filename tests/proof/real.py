@@ -7,10 +7,14 @@ term at a time is taken out of it, and the tool is handed what is left, with the
 they were, and refitted to hide the gap; with `--pairs` two at a time as well. What it says of the
 best model itself, nothing taken out, is what it would say anyway: a real machine holds more than
 any model. What it says of the nominal model is held against what an expert expects.
+
+Beside that stands how the numbers of the best model lie apart over the recordings
+(real_spread.py), and, where a set holds another unit of a machine, how the first unit's model does
+on it (real_transfer.py).
 """
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import datetime, UTC
@@ -36,13 +40,23 @@ from .real_ladder import (
     position_error,
     Prediction,
 )
+from .real_numbers import acting, driven, numbers_of, position_left, refit, UNEVEN
 from .real_page import real_page
 from .real_sets import Expected, RealSet, sets_in, with_loop
-from .real_terms import hidden_by_refit, Term, terms_of, without_descriptions
+from .real_spread import spread
+from .real_terms import (
+    has_load,
+    hidden_by_refit,
+    on_the_command,
+    Term,
+    terms_of,
+    without_descriptions,
+)
+from .real_transfer import transfer
 from .run import call, commit, commits_in
 from .signals import read_signals
 
-__all__ = ['as_text', 'judged', 'met', 'prove_real']
+__all__ = ['judged', 'met', 'prove_real']
 
 _FEW = 3        # recordings on which a refit hides what was taken out
 # From here on a claim says that a cause is likelier there than not.
@@ -79,7 +93,7 @@ def prove_real(folder: Path, out: Path, jobs: int, again: bool, command: str, pr
         shutil.rmtree(out / 'real', ignore_errors=True)
     out.mkdir(parents=True, exist_ok=True)
     result = {'date': datetime.now(UTC).isoformat(timespec='seconds'), 'command': command,
-              'sets': [_prove_set(one, out / 'real' / one.name, jobs, progress, pairs)
+              'sets': [_prove_set(one, found, out / 'real', jobs, progress, pairs)
                        for one in found]}
     result['wall_seconds'] = time.monotonic() - begin
     result['commits'] = commits_in(out / 'real')
@@ -89,7 +103,9 @@ def prove_real(folder: Path, out: Path, jobs: int, again: bool, command: str, pr
     return result
 
 
-def _prove_set(one: RealSet, at: Path, jobs: int, progress: Say, pairs: bool) -> dict:
+def _prove_set(one: RealSet, among: list[RealSet], out: Path, jobs: int, progress: Say,
+               pairs: bool) -> dict:
+    at = out / one.name
     progress(f'{one.name}: the best model')
     first = _diagnosed(one, one.nominal, at / 'best')
     best = first.model
@@ -121,10 +137,18 @@ def _prove_set(one: RealSet, at: Path, jobs: int, progress: Say, pairs: bool) ->
     least = _rms(control.held_out, 'rms_before')
     rows = [_row(task, said, control, least) for task, said in zip(tasks, answers, strict=True)]
     progress(f'{one.name}: the held-out ladder')
+    ladder = _ladder(one, first, jobs)
+    progress(f'{one.name}: its numbers on each recording')
+    apart = spread(best, one.nominal, first.claims, one.train, one.band)
+    moved = None
+    if one.machine_of:
+        progress(f'{one.name}: the model of {one.machine_of}')
+        moved = _transfer(one, next(other for other in among if other.name == one.machine_of),
+                          best, out, jobs)
     return {'name': one.name, 'train': len(one.train), 'holdout': len(one.holdout),
             'nominal_claims': first.claims, 'best_effects': best['effects'],
             'expected': met(one.expected, first.claims),
-            'ladder': _ladder(one, first, jobs), 'rows': rows,
+            'ladder': ladder, 'rows': rows, 'spread': apart, 'transfer': moved,
             'band': one.band, 'published': [vars(entry) for entry in one.published]}
 
 
@@ -257,74 +281,53 @@ def _ladder(one: RealSet, first: _Diagnosis, jobs: int) -> list[dict]:
     parts = {'holdout': one.holdout}
     if len(one.train) <= _FEW:
         parts['train'] = one.train
-    models = [('nominal', one.nominal),
-              ('named effects only', without_descriptions(first.model)),
-              (CORRECTED, first.model)]
+    named = without_descriptions(first.model)
+    free = not on_the_command(first.model)
+    models = [('nominal', one.nominal), ('named effects only', named), (CORRECTED, first.model)]
+    # A pendulum that swings over its top goes its own way from the smallest difference.
+    if free and not has_load(named):
+        left = position_left(one.train)
+        numbers = acting(named, numbers_of(named, one.nominal, first.claims), left)
+        label = f'named effects only, {len(numbers)} numbers fitted driven'
+        models.insert(2, (label, refit(named, numbers, left, descent=UNEVEN).model))
     tool = [_rung(label, parts, {part: _predicted(one, model, parts[part], jobs)
-                                 for part in parts}, one.band) for label, model in models]
+                                 for part in parts}, one.band, model if free else None)
+            for label, model in models]
     parts['train'] = one.train
     fitted = plain_rungs(one.nominal, one.train)
-    plain = {name: _rung(label, parts, {part: [fitted[name](path) for path in parts[part]]
-                                        for part in parts}, one.band)
+    plain = {name: _rung(label, parts, {part: [fitted[name].predicted(path)
+                                               for path in parts[part]] for part in parts},
+                         one.band, fitted[name].model if free else None)
              for name, label in (('refitted', 'nominal refitted'),
                                  ('offset', 'nominal refitted, with an offset'),
                                  ('flexible', 'flexible regressor'))}
     return [tool[0], plain['refitted'], plain['offset'], *tool[1:], plain['flexible']]
 
 
+def _transfer(unit: RealSet, first: RealSet, own: dict, out: Path, jobs: int) -> dict:
+    said = _diagnosed(first, first.nominal, out / first.name / 'best')
+    parts = {'holdout': unit.holdout}
+
+    def rung(label: str, model: dict) -> dict:
+        return _rung(label, parts, {'holdout': _predicted(unit, model, unit.holdout, jobs)},
+                     unit.band, None)
+
+    return transfer(unit, first, said.model, said.claims, own, rung)
+
+
 def _rung(label: str, parts: dict[str, tuple[Path, ...]], said: dict[str, list[Prediction]],
-          band: float) -> dict:
+          band: float, model: dict | None) -> dict:
+    """The errors of what was `said` of the recordings, and of `model` (None: of none) driven by
+    their effort."""
     def over(measure: Callable) -> dict[str, float | None]:
         return {part: measure(parts[part], said[part]) if part in said else None
                 for part in ('train', 'holdout')}
+
+    def alone(paths: Sequence[Path]) -> float | None:
+        runs = [None if model is None else driven(path, model) for path in paths]
+        return None if None in runs else position_error(paths, runs)
+
     return {'rung': label, 'force': over(force_error), 'position': over(position_error),
-            'moving': over(partial(moving_error, band=band))}
-
-
-def _as_expected(expected: list[dict]) -> list[str]:
-    lines = ['expected, and what was said of the nominal model:'] if expected else []
-    for entry in expected:
-        if 'beside' in entry:
-            beside = ', '.join(f'{name} {p:.2f}' for name, p in entry['beside']) or 'nothing'
-            lines.append(f'  beside it, at {_LIKELY:g} and more: {beside}')
-            continue
-        said = 'not named' if entry['said'] is None else \
-            f'{entry["said"]} {entry["probability"]:.2f}'
-        if entry['value'] is not None:
-            said += (f'; {entry["parameter"]} {entry["value"]:.3g}, expected '
-                     f'{entry["low"]:.3g} to {entry["high"]:.3g}')
-        sure = 'sure' if entry['sure'] else 'likely'
-        lines.append(f'  {" or ".join(entry["names"])} ({sure}): {said}')
-    return lines
-
-
-def as_text(result: dict) -> str:
-    """A page of text."""
-    lines = []
-    for one in result['sets']:
-        lines += [f'{one["name"]}: {one["train"]} recordings to fit, {one["holdout"]} held out',
-                  f'{"relative force error":46s}{"fit":>9s}{"held out":>10s}{"moving":>10s}'
-                  f'   position, held out (moving: held out, up to {one["band"]:.0f} Hz)']
-        for rung in one['ladder']:
-            force, place = rung['force'], rung['position']['holdout']
-            fit = f'{"–":>9s}' if force['train'] is None else f'{100 * force["train"]:7.2f} %'
-            lines.append(f'  {rung["rung"]:44s}{fit}{100 * force["holdout"]:8.2f} %'
-                         f'{100 * rung["moving"]["holdout"]:8.2f} %'
-                         + ('' if place is None else f'   {place:.3g} rms'))
-        for entry in one['published']:
-            numbers = [entry['train'], entry['holdout']]
-            told = [f'{"–":>9s}' if n is None else f'{100 * n:7.2f} %'
-                    if entry['measure'] == 'force' else f'   {n:.3g} rms' for n in numbers]
-            lines.append(f'  published, {entry["who"]}: {" ".join(told)}')
-        lines += _as_expected(one['expected'])
-        lines.append('taken out, and what was named:')
-        for row in one['rows']:
-            names = ', '.join(f'{name} {p:.2f}' for name, p in row['claims']) or 'nothing'
-            kind = ', refitted' if row['refitted'] else ''
-            found = '' if row['said'] is None or row['value'] is None else \
-                f'; {row["parameter"]} {row["said"]:.4g} (taken: {row["value"]:.4g})'
-            held = f'{row["times_best"]:.2f} → {row["after_times_best"]:.2f} times the best'
-            lines.append(f'  {row["text"] + kind:44s}{row["verdict"] or "":12s}{names}{found}; '
-                         f'held out {held}')
-    return '\n'.join(lines)
-
+            'moving': over(partial(moving_error, band=band)),
+            'driven': {part: alone(parts[part]) if part in parts else None
+                       for part in ('train', 'holdout')}}

@@ -5,7 +5,7 @@ Force error: |recorded - predicted| / |recorded|, both decimated to 100 Hz, 50 s
 end (as the EMPS benchmark does); recordings below 200 Hz are brought to 100 Hz and low-passed at
 10 Hz. Moving error: the same ratio while the shaft moves, both low-passed to the band of the
 machine, without the first and last 0.3 s. Position error: rms of recorded minus simulated closed
-loop.
+loop, or of a model that the recorded effort drives.
 """
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from .flexible import random_features
 from .nominal import low_pass
 from .signals import RATE, read_samples, read_signals, Signals
 
-__all__ = ['CORRECTED', 'force_error', 'moving_error', 'Prediction', 'plain_rungs',
-           'position_error']
+__all__ = ['CORRECTED', 'force_error', 'moving_error', 'moving_rows', 'plain_rungs',
+           'PlainRung', 'position_error', 'Prediction']
 
 CORRECTED = 'the tool\'s corrected model'
 _CUT = 50
@@ -61,11 +61,20 @@ def moving_error(recordings: Sequence[Path], predictions: Sequence[Prediction], 
         run = read_signals(path)
         effort, other, velocity = (low_pass(signal, RATE, band) for signal in (
             run.effort, np.interp(run.time, said.time, said.effort), run.velocity))
-        rows = ((np.abs(velocity) > _MOVES * np.abs(velocity).max()) & (run.time > _SETTLES)
-                & (run.time < run.time[-1] - _SETTLES))
+        rows = _moving(run, velocity)
         wrong += float(np.sum((effort - other)[rows] ** 2))
         whole += float(np.sum(effort[rows] ** 2))
     return float(np.sqrt(wrong / whole))
+
+
+def moving_rows(run: Signals, band: float) -> np.ndarray:
+    """Where the shaft moves and filters up to `band` [Hz] have settled, (n,)."""
+    return _moving(run, low_pass(run.velocity, RATE, band))
+
+
+def _moving(run: Signals, velocity: np.ndarray) -> np.ndarray:
+    return ((np.abs(velocity) > _MOVES * np.abs(velocity).max()) & (run.time > _SETTLES)
+            & (run.time < run.time[-1] - _SETTLES))
 
 
 def position_error(recordings: Sequence[Path], predictions: Sequence[Prediction]) -> float | None:
@@ -92,8 +101,17 @@ def _at_100_hertz(time: np.ndarray, *signals: np.ndarray) -> list[np.ndarray]:
     return [signal[_CUT:-_CUT] for signal in even]
 
 
-def plain_rungs(nominal: dict, train: Sequence[Path]) -> dict[str, Callable[[Path], Prediction]]:
-    """Fit plain models to the effort of `train`: name → recording → prediction.
+@dataclass(frozen=True)
+class PlainRung:
+    """A plain model: what it says of a recording, and, where it is one, as a model file's mapping.
+    """
+
+    predicted: Callable[[Path], Prediction]
+    model: dict | None
+
+
+def plain_rungs(nominal: dict, train: Sequence[Path]) -> dict[str, PlainRung]:
+    """Fit plain models to the effort of `train`, by name.
 
     `refitted`: the nominal's numbers; `offset`: and a constant; `flexible`: and random features.
     """
@@ -124,12 +142,32 @@ def plain_rungs(nominal: dict, train: Sequence[Path]) -> dict[str, Callable[[Pat
     for name, columns, free in (('refitted', numbers_of, None), ('offset', with_offset, None),
                                 ('flexible', all_of, with_offset(runs[0]).shape[1])):
         matrix = np.concatenate([fitted(columns(run)) for run in runs])
-        rungs[name] = _rung(columns, _solved(matrix, target, free), slow)
+        solution = _solved(matrix, target, free)
+        rungs[name] = PlainRung(_predicting(columns, solution, slow),
+                                _as_model(nominal, solution) if free is None else None)
     return rungs
 
 
-def _rung(columns: Callable[[Signals], np.ndarray], numbers: np.ndarray, slow: bool
-          ) -> Callable[[Path], Prediction]:
+def _as_model(nominal: dict, numbers: np.ndarray) -> dict | None:
+    """The file with the numbers of a plain fit; None where they are none that a model may have."""
+    inertia, viscous, coulomb, *others = (float(number) for number in numbers)
+    if inertia <= 0.0 or viscous < 0.0 or coulomb < 0.0:
+        return None
+    load = nominal['load_torque']
+    if load['form'] == 'sinusoid':
+        sine, cosine, *others = others
+        load = {**load, 'amplitude': float(np.hypot(sine, cosine)),
+                'phase': float(np.arctan2(cosine, sine))}
+    elif any(load['coefficients']):
+        return None     # the plain fit has no such load
+    offset = [{'effect': 'torque_offset', 'parameters': {'offset': one}} for one in others]
+    return {**nominal, 'load_torque': load, 'effects': offset,
+            'motor': {**nominal['motor'], 'inertia': inertia, 'viscous_friction': viscous},
+            'friction': {**nominal['friction'], 'coulomb': coulomb, 'load_gain': 0.0}}
+
+
+def _predicting(columns: Callable[[Signals], np.ndarray], numbers: np.ndarray, slow: bool
+                ) -> Callable[[Path], Prediction]:
     def predicted(path: Path) -> Prediction:
         run = read_signals(path)
         effort = columns(run) @ numbers

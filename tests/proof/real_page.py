@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from engb_core.report.layout import Column, Page
 from engb_core.report.text import escape, Html
-from engb_core.report.wording import effect_name, parameter_name, percent
+from engb_core.report.wording import capital, effect_name, parameter_name, percent
+
+from .real_text import sums_of
 
 __all__ = ['real_page']
 
@@ -36,6 +38,8 @@ def real_page(result: dict, *, backend: str | None = None) -> Page:
               'a diagnosis, on average')])
     for one in result['sets']:
         _ladder(page, one)
+        _spread(page, one)
+        _transfer(page, one)
         _expected(page, one)
         _rows(page, one)
     page.section('How this was measured')
@@ -59,25 +63,93 @@ def _number(value: float | None) -> str:
     return '–' if value is None else f'{value:.3g}'
 
 
+# What a fit may see, and what is held out, of force and position.
+_RUNG = (Column('model'), Column('force, fit', number=True), Column('held out', number=True),
+         Column('moving', number=True), Column('in the loop, fit', number=True),
+         Column('held out', number=True), Column('driven, fit', number=True),
+         Column('held out', number=True))
+_MOVED = (_RUNG[0], Column('force', number=True), _RUNG[3], Column('in the loop', number=True))
+
+
+def _rung(rung: dict) -> list[str]:
+    return [rung['rung'], _percent(rung['force']['train']), _percent(rung['force']['holdout']),
+            _percent(rung['moving']['holdout']), *(
+                _number(rung[kind][part]) for kind in ('position', 'driven')
+                for part in ('train', 'holdout'))]
+
+
 def _ladder(page: Page, one: dict) -> None:
     page.section(f'{one["name"]}: how well each kind of model predicts it')
-    rows = [[rung['rung'], _percent(rung['force']['train']), _percent(rung['force']['holdout']),
-             _percent(rung['moving']['holdout']), _number(rung['position']['train']),
-             _number(rung['position']['holdout'])]
-            for rung in one['ladder']]
+    rows = [_rung(rung) for rung in one['ladder']]
     for entry in one['published']:
         numbers = [entry['train'], entry['holdout']]
-        cells = ([_percent(n) for n in numbers] + ['–'] * 3 if entry['measure'] == 'force'
-                 else ['–'] * 3 + [_number(n) for n in numbers])
-        rows.append([f'published, {entry["who"]}', *cells])
-    page.table([Column('model'), Column('force error, fit', number=True),
-                Column('held out', number=True), Column('moving, held out', number=True),
-                Column('position rms, fit', number=True),
-                Column('held out', number=True)], rows, kind='compact',
-               caption='Force error: |recorded − predicted| / |recorded| at 100 Hz (the EMPS '
-               'benchmark\'s measure). Moving: the same while the shaft moves, up to '
-               f'{one["band"]:.0f} Hz. Position: recorded minus simulated closed loop, m or rad. '
-               f'{one["train"]} recordings to fit, {one["holdout"]} held out.')
+        blank = ['–', '–']
+        cells = {'force': [*(_percent(n) for n in numbers), '–', *blank, *blank],
+                 'position': [*blank, '–', *(_number(n) for n in numbers), *blank],
+                 'driven': [*blank, '–', *blank, *(_number(n) for n in numbers)]}
+        rows.append([f'published, {entry["who"]}', *cells[entry['measure']]])
+    page.table(list(_RUNG), rows, kind='compact',
+               caption='Force: |recorded − predicted| / |recorded| at 100 Hz (the EMPS '
+               'benchmark\'s measure). Moving: the same held out while the shaft moves, up to '
+               f'{one["band"]:.0f} Hz. In the loop, driven: rms of position, m or rad, recorded '
+               'minus simulated in the closed loop, or with no loop, driven by the recorded '
+               'effort from the first position to the end of the recording (– where that effort '
+               'is a command). Fitted driven: so that the driven position is right where it may '
+               'be fitted. '
+               f'Recordings: {one["train"]} to fit, {one["holdout"]} held out.')
+
+
+def _spread(page: Page, one: dict) -> None:
+    found = one['spread']
+    page.subsection('Its numbers on each recording')
+    if not found['rows']:
+        page.text('The tool named and changed no number.')
+        return
+    if found['folds'] < 2:
+        page.text('One recording that cannot be cut has no spread.')
+        return
+    rows = []
+    for row in found['rows']:
+        label = parameter_name(row['number'])
+        rows.append([f'{label} ({effect_name(row["effect"])})' if row['effect'] else label,
+                     _number(row['value']), _number(row['told']),
+                     f'{row["telling"]} of {found["folds"]}', _number(row['spread']),
+                     _number(row['own']), _ratio(row['ratio']), _number(row['mean']),
+                     _number(row['scatter'])])
+    page.table([Column('number'), Column('model', number=True), Column('told ±', number=True),
+                Column('tell it', number=True), Column('apart', number=True),
+                Column('own ±', number=True), Column('ratio', number=True),
+                Column('mean', number=True), Column('scatter ±', number=True)], rows,
+               kind='compact',
+               caption='The best model\'s numbers, the same causes all the time, fitted anew to '
+               f'each of {found["folds"]} {found["kind"]}. Tell it: those whose own deviation '
+               '(residual and its colour) tells the number from nothing; only they count. Apart: '
+               'their standard deviation, beside the root mean square of their own ones; a ratio '
+               'of 1 says that they lie apart as they say themselves. Scatter: the deviation that '
+               'this gives to their weighted mean; the one that the tool told of all recordings '
+               'together should be no smaller.')
+    if found['idle']:
+        page.text('Told, but without influence on these recordings: ' + ', '.join(
+            parameter_name(name) for name in found['idle']) + '.')
+
+
+def _ratio(value: float | None) -> str:
+    return '–' if value is None else f'{value:.2f}'
+
+
+def _transfer(page: Page, one: dict) -> None:
+    found = one['transfer']
+    if found is None:
+        return
+    page.subsection(f'The model of another unit, {found["of"]}, on this one')
+    page.table(list(_MOVED),
+               [[cell for place, cell in enumerate(_rung(rung)) if place in (0, 2, 3, 5)]
+                for rung in found['rungs']], kind='compact',
+               caption='Held-out recordings of this unit; force, moving and position as above.')
+    page.table([Column('number'), Column(found['of'], number=True),
+                Column('refitted here', number=True)],
+               [[parameter_name(entry['number']), _number(entry['first']), _number(entry['here'])]
+                for entry in found['numbers']], kind='compact')
 
 
 def _rows(page: Page, one: dict) -> None:
@@ -100,7 +172,8 @@ def _rows(page: Page, one: dict) -> None:
                if row['taken'] and row['verdict'] != 'cannot tell']
     just = sum(verdict in _JUST for verdict in counted)
     page.text(f'Just what was taken out: {percent(just / max(len(counted), 1))} of '
-              f'{len(counted)} models.')
+              f'{len(counted)} models. ' + ' '.join(
+                  f'{capital(line)}.' for line in sums_of(one['rows'])))
 
 
 def _expected(page: Page, one: dict) -> None:

@@ -1,7 +1,10 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Recordings of real machines: what a folder holds, and what others reached on it.
 
-A set is a folder with `nominal.yaml` and bags whose names begin with `train` and `holdout`.
+A set is a folder with `nominal.yaml` and bags whose names begin with `train` and `holdout`. Where
+its machine is another unit of one that stands in a folder beside it, a file `set.yaml` says so:
+
+    machine_of: FOLDER
 """
 from __future__ import annotations
 
@@ -18,7 +21,8 @@ __all__ = ['Expected', 'Published', 'RealSet', 'sets_in', 'with_loop']
 
 @dataclass(frozen=True)
 class Published:
-    """A number from elsewhere; `measure` is 'force' (relative error) or 'position' (m or rad)."""
+    """A number from elsewhere; `measure` is 'force' (relative error), 'position' (m or rad), or
+    'driven': that of a model driven by the recorded effort."""
 
     who: str
     measure: str
@@ -46,7 +50,8 @@ class Expected:
 @dataclass(frozen=True)
 class RealSet:
     """Recordings of one machine; `nominal` is the mapping of its model file, `band` [Hz] that up
-    to which its position tells the torque that its motion needs."""
+    to which its position tells the torque that its motion needs; `machine_of` names the set of
+    another unit of the same machine, '' where there is none."""
 
     name: str
     nominal: dict
@@ -55,12 +60,15 @@ class RealSet:
     published: tuple[Published, ...]
     band: float
     expected: tuple[Expected, ...] = ()
+    machine_of: str = ''
 
 
 # Janot, Gautier and Brunot (2019), as told on nonlinearbenchmark.org; the folder's README.
 _EMPS = (
     Published('authors: mass, viscous, Coulomb, offset', 'force', 0.0408, 0.0598),
     Published('others, further models: about', 'force', None, 0.033),
+    Published('others, physical models (not checked): from', 'driven', None, 0.0040),
+    Published('others, black boxes (not checked): from', 'driven', None, 0.0026),
 )
 # Cleaned subset of all masses and arms there, one mass and arm here: not the same recordings.
 _SERVO = (
@@ -93,7 +101,8 @@ def sets_in(folder: Path) -> list[RealSet]:
     """All sets below `folder`, or the one that it is.
 
     Raises:
-        InputError: there is no such folder, or no set in it.
+        InputError: there is no such folder, no set in it, or a set names another one as that of
+            its machine which is not there.
     """
     if not folder.is_dir():
         raise InputError(f'--real {folder}: no such folder; nothing to do without the recordings '
@@ -104,6 +113,11 @@ def sets_in(folder: Path) -> list[RealSet]:
     if not found:
         raise InputError(f'--real {folder}: no nominal.yaml in it or one folder below; name a '
                          'folder of sets, each with nominal.yaml, train* and holdout*')
+    names = {one.name for one in found}
+    for one in found:
+        if one.machine_of and (one.machine_of == one.name or one.machine_of not in names):
+            raise InputError(f'{one.name}/set.yaml: machine_of is {one.machine_of}, which is no '
+                             'other set here; give --real the folder that holds both')
     return found
 
 
@@ -115,7 +129,22 @@ def _set(home: Path) -> RealSet:
         raise InputError(f'{home}: needs recordings named train… and holdout…')
     nominal = yaml.safe_load((home / 'nominal.yaml').read_text('utf8'))
     return RealSet(home.name, nominal, train, holdout, _PUBLISHED.get(home.name, ()),
-                   _BANDS.get(home.name, _USUAL_BAND), _EXPECTED.get(home.name, ()))
+                   _BANDS.get(home.name, _USUAL_BAND), _EXPECTED.get(home.name, ()),
+                   _machine_of(home / 'set.yaml'))
+
+
+def _machine_of(path: Path) -> str:
+    """What a set's description names as the set of its machine; '' where there is none."""
+    if not path.exists():
+        return ''
+    try:
+        content = yaml.safe_load(path.read_text('utf8')) or {}
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(f'{path}: cannot be read as YAML; write machine_of: FOLDER') from error
+    if not isinstance(content, dict) or set(content) - {'machine_of'} or not isinstance(
+            content.get('machine_of', ''), str):
+        raise InputError(f'{path}: may hold only machine_of: FOLDER')
+    return str(content.get('machine_of', ''))
 
 
 def with_loop(one: RealSet, model: dict, recording: Path) -> dict:

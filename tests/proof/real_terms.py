@@ -13,12 +13,15 @@ from .catalogue import known
 from .nominal import low_pass
 from .signals import RATE, Signals
 
-__all__ = ['COMMAND_EFFECTS', 'hidden_by_refit', 'Term', 'terms_of', 'without_descriptions']
+__all__ = ['COMMAND_EFFECTS', 'has_load', 'hidden_by_refit', 'on_the_command',
+           'Term', 'terms_of', 'without_descriptions']
 
 # Names of the contract's additions that no generated case holds: a drive that is told positions.
 COMMAND_EFFECTS = ('command_delay', 'command_rate_limit', 'effort_scale_error', 'back_emf',
                    'effort_measurement_lag')
 
+# Of these, what acts on the set-point: the drive then acts on another effort than was recorded.
+_ON_THE_COMMAND = ('command_delay', 'command_rate_limit')
 _LEAST_SPEED = 0.02     # of the largest: below it the axis counts as standing
 
 
@@ -43,6 +46,12 @@ def without_descriptions(model: dict) -> dict:
     return {**model, 'effects': kept}
 
 
+def on_the_command(model: dict) -> bool:
+    """Whether a model says that the recorded effort is a command, on which the drive acted
+    otherwise than it was recorded."""
+    return any(one['effect'] in _ON_THE_COMMAND for one in model['effects'])
+
+
 def _changed(section: str, name: str, factor: float) -> Callable[[dict], dict]:
     def removed(model: dict) -> dict:
         model = deepcopy(model)
@@ -61,9 +70,15 @@ def _half_load(model: dict) -> dict:
     return model
 
 
+def has_load(model: dict) -> bool:
+    """Whether a model has a load torque."""
+    load = model['load_torque']
+    return any(load.get('coefficients', [load.get('amplitude', 0.0)]))
+
+
 def terms_of(model: dict) -> list[Term]:
     """Every term of a model that holds one: friction goes whole; inertia and load, by half."""
-    motor, friction, load = model['motor'], model['friction'], model['load_torque']
+    motor, friction = model['motor'], model['friction']
     found = [Term('inertia_error', 'half of the inertia', 'inertia', motor['inertia'],
                   _changed('motor', 'inertia', 0.5))]
     if motor['viscous_friction'] > 0.0:
@@ -75,7 +90,7 @@ def terms_of(model: dict) -> list[Term]:
     if friction['load_gain'] > 0.0:
         found.append(Term('load_dependent_friction', 'friction that grows with load', 'load_gain',
                           friction['load_gain'], _changed('friction', 'load_gain', 0.0)))
-    if any(load.get('coefficients', [load.get('amplitude', 0.0)])):
+    if has_load(model):
         found.append(Term('load_stiffness_error', 'half of the load torque', 'scale', 2.0,
                           _half_load))
     found += [_effect(one) for one in model['effects'] if _is_named(one['effect'])]

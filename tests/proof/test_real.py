@@ -10,17 +10,12 @@ import yaml
 
 from engb_core.errors import InputError
 from engb_ros.commands.main import main
-from tests.proof.bagfile import Bench, write_recording
-from tests.proof.nominal import Nominal
-from tests.proof.plant_record import blank_plant
 from tests.proof.real import judged, met
 from tests.proof.real_ladder import force_error, moving_error, plain_rungs, Prediction
 from tests.proof.real_sets import Expected, sets_in, with_loop
 from tests.proof.real_terms import hidden_by_refit, terms_of
-from tests.proof.references import short_test
-from tests.proof.sensors import record, Sensors
+from tests.proof.recorded_unit import recorded
 from tests.proof.signals import read_samples, Signals
-from tests.proof.truth_plant import simulate
 
 MODEL = {
     'motor': {'torque_constant': 1.0, 'inertia': 7e-5, 'viscous_friction': 1e-3},
@@ -98,26 +93,13 @@ def test_a_refit_hides_what_the_other_numbers_can_take_over() -> None:
     assert added * 20.0 == pytest.approx(0.012 * 4.0 / np.pi, rel=0.1)
 
 
-def _recorded(folder: Path, name: str, seed: int) -> Path:
-    rng = np.random.default_rng(seed)
-    reference = short_test(rng, plain=False)
-    plant = blank_plant()
-    for key, value in {'inertia': 7e-5, 'viscous': 1e-3, 'coulomb': 0.012, 'kp': 0.4, 'ki': 1.5,
-                       'kd': 0.0055, 'limit': 0.75, 'ff_inertia': 7e-5, 'offset': -0.01}.items():
-        plant[key] = value
-    run = simulate(plant, reference)
-    sensors = Sensors(1000.0, 8192.0, 0.002, 0.0, 1e-7, 0.0, 0, 0.0, 0.0)
-    feed = Nominal(7e-5, 0.0, (0.0, 0.0, 0.0, 0.0), None, 0.0, 0.0, 1.0)
-    return write_recording(folder, name, Bench('/engb', 'file', 10**18),
-                           record(run, sensors, rng), run, reference, feed, None, rng)
-
-
 def test_ladder_of_plain_models_finds_the_offset(tmp_path: Path) -> None:
-    train, holdout = (_recorded(tmp_path, name, seed) for name, seed in (('train', 1),
-                                                                         ('holdout', 2)))
+    train, holdout = (recorded(tmp_path, name, seed) for name, seed in (('train', 1),
+                                                                        ('holdout', 2)))
     nominal = {**MODEL, 'load_torque': {'form': 'polynomial', 'coefficients': [0.0]}}
     rungs = plain_rungs(nominal, [train])
-    error = {name: force_error([holdout], [rung(holdout)]) for name, rung in rungs.items()}
+    error = {name: force_error([holdout], [rung.predicted(holdout)])
+             for name, rung in rungs.items()}
     samples = read_samples(holdout)
     perfect = Prediction(samples.time, samples.effort, None)
     assert force_error([holdout], [perfect]) == 0.0
