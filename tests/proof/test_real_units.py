@@ -16,7 +16,7 @@ import yaml
 
 from engb_core.errors import InputError
 from tests.proof import real_spread
-from tests.proof.real_ladder import force_error, plain_rungs, position_error, Prediction
+from tests.proof.real_ladder import plain_rungs, position_error, Prediction
 from tests.proof.real_numbers import driven, effort_left, numbers_of, Piece, position_left, refit
 from tests.proof.real_page import real_page
 from tests.proof.real_sets import RealSet, sets_in
@@ -232,4 +232,3 @@ def test_the_recorded_force_drives_a_ball_screw_s_file_far_off() -> None:
     assert isinstance(said, Prediction)
     # The file has no offset: over 25 s that is 0.18 m, of 0.25 m of stroke.
     assert position_error([path], [said]) == pytest.approx(0.184, abs=0.005)
-    assert force_error([path], [Prediction(said.time, said.effort, None)]) == 0.0
