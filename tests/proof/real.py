@@ -59,6 +59,8 @@ from .signals import read_signals
 __all__ = ['judged', 'met', 'prove_real']
 
 _FEW = 3        # recordings on which a refit hides what was taken out
+# Many recordings on a busy machine take long [s]; one that ends too early ends the whole test.
+_PATIENCE = 3600.0
 # From here on a claim says that a cause is likelier there than not.
 _LIKELY = 0.5
 Say = Callable[[str], None]
@@ -242,7 +244,7 @@ def _diagnosed(one: RealSet, model: dict, at: Path) -> _Diagnosis:
         start = time.monotonic()
         failure = call(['diagnose', *map(_absolute, one.train), '--model',
                         _absolute(at / 'nominal.yaml'), '--holdout', *map(_absolute, one.holdout),
-                        '--out', _absolute(at)])
+                        '--out', _absolute(at)], patience=_PATIENCE)
         if failure is not None:
             raise InputError(f'{one.name}: {failure}')
         (at / 'run.json').write_text(json.dumps(

@@ -20,13 +20,15 @@ _NUMBERS = {'inertia': 7e-5, 'viscous': 1e-3, 'coulomb': 0.012, 'kp': 0.4, 'ki':
 
 
 def recorded(folder: Path, name: str, seed: int, length: float | None = None,
-             **numbers: float) -> Path:
-    """Write a recording of `length` [s] (None: about 25 s) into a folder.
+             rate: float = 1000.0, **numbers: float) -> Path:
+    """Write a recording into a folder.
 
     Args:
         folder: where.
         name: of the recording.
         seed: of reference and noise.
+        length: [s] (None: about 25).
+        rate: of the samples [Hz].
         numbers: of the plant, where they differ from the usual ones.
     """
     rng = np.random.default_rng(seed)
@@ -35,7 +37,7 @@ def recorded(folder: Path, name: str, seed: int, length: float | None = None,
     for key, value in (_NUMBERS | numbers).items():
         plant[key] = value
     run = simulate(plant, reference)
-    sensors = Sensors(1000.0, 8192.0, 0.002, 0.0, 1e-7, 0.0, 0, 0.0, 0.0)
+    sensors = Sensors(rate, 8192.0, 0.002, 0.0, 1e-7, 0.0, 0, 0.0, 0.0)
     feed = Nominal(7e-5, 0.0, (0.0, 0.0, 0.0, 0.0), None, 0.0, 0.0, 1.0)
     return write_recording(folder, name, Bench('/engb', 'file', 10**18),
                            record(run, sensors, rng), run, reference, feed, None, rng)

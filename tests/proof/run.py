@@ -106,14 +106,16 @@ def run_tool(case: Path, results: Path, tool: list[str] = TOOL) -> str | None:
     return failure
 
 
-def call(arguments: list[str], tool: list[str] = TOOL, folder: Path | None = None) -> str | None:
-    """Run the tool as a process of its own, in `folder`; returns what failed, or None."""
+def call(arguments: list[str], tool: list[str] = TOOL, folder: Path | None = None,
+         patience: float = _TIMEOUT) -> str | None:
+    """Run the tool as a process of its own, in `folder`, for `patience` [s] at most; returns what
+    failed, or None."""
     path = os.pathsep.join([str(_ROOT), os.environ.get('PYTHONPATH', '')]).rstrip(os.pathsep)
     try:
         done = subprocess.run([*tool, *arguments], capture_output=True, text=True, cwd=folder,
-                              timeout=_TIMEOUT, env={**os.environ, 'PYTHONPATH': path})
+                              timeout=patience, env={**os.environ, 'PYTHONPATH': path})
     except subprocess.TimeoutExpired:
-        return f'{arguments[0]}: over {_TIMEOUT:.0f} s'
+        return f'{arguments[0]}: over {patience:.0f} s'
     if done.returncode == 0:
         return None
     last = (done.stderr.strip() or 'no message').splitlines()[-1]

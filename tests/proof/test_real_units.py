@@ -16,7 +16,7 @@ import yaml
 
 from engb_core.errors import InputError
 from tests.proof import real_spread
-from tests.proof.real_ladder import force_error, plain_rungs, position_error, Prediction
+from tests.proof.real_ladder import plain_rungs, position_error, Prediction
 from tests.proof.real_numbers import driven, effort_left, numbers_of, Piece, position_left, refit
 from tests.proof.real_page import real_page
 from tests.proof.real_sets import RealSet, sets_in
@@ -50,7 +50,7 @@ def units(tmp_path_factory: pytest.TempPathFactory) -> Path:
         folder.mkdir()
         (folder / 'nominal.yaml').write_text(yaml.safe_dump(FILE), 'utf8')
         for seed, name in enumerate(('train', 'holdout')):
-            recorded(folder, name, 10 * number + seed, 5.0, coulomb=coulomb)
+            recorded(folder, name, 10 * number + seed, 5.0, rate=250.0, coulomb=coulomb)
     (home / 'unit_b' / 'set.yaml').write_text('machine_of: unit_a\n', 'utf8')
     return home
 
@@ -170,8 +170,9 @@ def test_recorded_effort_drives_the_right_model_along_the_recorded_motion(units:
     errors = [position_error([path], [driven(path, model)]) for model in (BEST, FILE)]
     assert errors[0] < 0.1 * errors[1]
     wrong = deepcopy(BEST)
-    wrong['friction']['coulomb'] = 0.0125
+    wrong['friction']['coulomb'] = 0.013
     numbers = numbers_of(wrong, FILE, CLAIMS)
+    # Friction that is off by 8 % is found by a fit to where the effort drives the model.
     fitted = refit(wrong, numbers, position_left(first.train)).model
     again = position_error([path], [driven(path, fitted)])
     assert again < 0.5 * position_error([path], [driven(path, wrong)])
@@ -232,4 +233,3 @@ def test_the_recorded_force_drives_a_ball_screw_s_file_far_off() -> None:
     assert isinstance(said, Prediction)
     # The file has no offset: over 25 s that is 0.18 m, of 0.25 m of stroke.
     assert position_error([path], [said]) == pytest.approx(0.184, abs=0.005)
-    assert force_error([path], [Prediction(said.time, said.effort, None)]) == 0.0
