@@ -53,6 +53,8 @@ Array = NDArray[np.float64]
 # not beat it: the law is the plainer thing.
 CLEARLY = 0.9
 BINS = 30
+# Coordinates that are another one, or follow from it: whoever tells of one speaks of both.
+SAME_AS = {'motor_angle': 'position', 'direction': 'velocity'}
 
 
 @dataclass(frozen=True)
@@ -270,10 +272,10 @@ def _on(fitter: Fitter, fit: Fit) -> Fit:
 def _speaks_of_else(law: Found, named: Fit) -> bool:
     """Whether a law leaves out the coordinates that reveal the names: else it may be theirs, in
     another form."""
-    told = depends_on(law.candidate)
-    names = {variant.effect.reveals.replace('motor_angle', 'position')
+    told = {SAME_AS.get(name, name) for name in depends_on(law.candidate)}
+    names = {SAME_AS.get(variant.effect.reveals, variant.effect.reveals)
              for variant in named.hypothesis.variants}
-    return not names & set(told)
+    return not names & told
 
 
 def _beside(law: Found, named: Fit) -> Found:

@@ -76,6 +76,19 @@ def test_a_law_beats_names_by_what_they_leave(monkeypatch, named, law, likely, e
     assert competition._beats(FITTER, found(law), Fit(('backlash',), named), likely) == beats
 
 
+@pytest.mark.parametrize(('coordinate', 'name', 'else_'), [
+    ('direction', 'asymmetric_friction', False),   # an offset without load is that, too
+    ('velocity', 'asymmetric_friction', False),
+    ('position', 'asymmetric_friction', True),
+    ('position', 'cogging_torque', False),         # which the motor's angle reveals
+])
+def test_who_speaks_of_the_direction_speaks_of_the_velocity(coordinate, name, else_):
+    law = found(1.0)
+    form = Form('torque', (Atom(coordinate, coordinate),), 1.0)
+    law = replace(law, candidate=replace(law.candidate, form=form))
+    assert competition._speaks_of_else(law, Fit((name,), 1.0)) == else_
+
+
 def test_a_plainer_law_needs_to_be_about_as_good_as_a_free_load_curve():
     law, curve = found(1.0, size=5), Fit((), 1.0, 12)
     assert competition._beats(FITTER, law, curve, False)
