@@ -28,11 +28,11 @@ mutants: $(VENV)/.mutants
 	$(BIN)/python -m tests.mutants.run --jobs $(WORKERS) $(MODULES)
 
 # Statements and branches that tests reach, in the processes that they start as well, nodes among
-# them, and with other people's simulators, which some of the tests need. All of the last line of defence (the modules of tests/mutants, and the bus) has to be
-# reached, of all together what was reached before (FLOOR, per cent of statements and branches
-# together). CHOSEN='not slow' is what CI does: quick tests, then those in real time, an hour on two
-# processors; CHOSEN='slow or not slow' is all. COVERED='tests/control tests/can_bus' FLOOR=0 is
-# enough for the last line of defence.
+# them, and with other people's simulators, which some of the tests need. All of the last line of
+# defence (the modules of tests/mutants, and the bus) has to be reached, of all together what was
+# reached before (FLOOR, per cent of statements and branches together). CHOSEN='not slow' is what CI
+# does: quick tests, then those in real time, an hour on two processors; CHOSEN='slow or not slow' is
+# all. COVERED='tests/control tests/can_bus' FLOOR=0 is enough for the last line of defence.
 LAST_LINE := engb_core/control/final_clamp.py,engb_core/control/pid.py,engb_core/control/torque_watch.py,engb_core/control/state_watch.py,engb_core/control/supervisor.py,engb_ros/can/*
 COVERED ?= $(addprefix tests/,bags bench can_bus commands control core diagnose docs export fleet identify kinematics laws \
 	proof report reproduce ros simulators tables)

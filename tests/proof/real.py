@@ -52,6 +52,7 @@ from .real_terms import (
     terms_of,
     without_descriptions,
 )
+from .real_text import LIKELY
 from .real_transfer import transfer
 from .run import call, commit, commits_in
 from .signals import read_signals
@@ -61,8 +62,6 @@ __all__ = ['judged', 'met', 'prove_real']
 _FEW = 3        # recordings on which a refit hides what was taken out
 # Many recordings on a busy machine take long [s]; one that ends too early ends the whole test.
 _PATIENCE = 3600.0
-# From here on a claim says that a cause is likelier there than not.
-_LIKELY = 0.5
 Say = Callable[[str], None]
 
 
@@ -202,7 +201,7 @@ def met(expected: tuple[Expected, ...], claims: list[dict]) -> list[dict]:
             'inside': None if number is None else one.low <= number['value'] <= one.high})
     names = {name for one in expected for name in one.names}
     beside = [(claim['effect'], claim['probability']) for claim in claims
-              if claim['effect'] not in names and claim['probability'] >= _LIKELY]
+              if claim['effect'] not in names and claim['probability'] >= LIKELY]
     return [*found, {'beside': beside}] if expected else []
 
 

@@ -269,6 +269,11 @@ def _colour(residual: np.ndarray) -> float:
     return colour
 
 
+def _recording_for(model: dict, path: Path) -> engb.Recording:
+    """What was recorded of the joint that a model is of."""
+    return _recording(path, model.get('joint', {}).get('name', 'motor'))
+
+
 @lru_cache(maxsize=64)
 def _recording(path: Path, joint: str) -> engb.Recording:
     return engb.read(path, engb.Model.from_mapping({
@@ -292,7 +297,7 @@ def effort_left(pieces: Sequence[Piece], band: float) -> Left:
         made = engb.Model.from_mapping(model)
         rest = []
         for path, time, effort, rows in parts:
-            recording = _recording(path, made.joint.name)
+            recording = _recording_for(model, path)
             said = np.interp(time, recording.time, engb.predict(recording, made))
             rest.append(low_pass(effort - said, RATE, band)[rows])
         return np.concatenate(rest)
@@ -303,7 +308,7 @@ def effort_left(pieces: Sequence[Piece], band: float) -> Left:
 def driven(path: Path, model: dict) -> Prediction | None:
     """The recorded effort drives the model, with no loop around it, from the recording's first
     position on, at rest; None where the run leaves all bounds."""
-    recording = _recording(path, model.get('joint', {}).get('name', 'motor'))
+    recording = _recording_for(model, path)
     rate = max(_DRIVEN_RATE, 1.0 / recording.interval)
     alone = engb.Model.from_mapping({**model, 'controller': {
         'proportional': 0.0, 'integral': 0.0, 'derivative': 0.0, 'rate': rate}})
@@ -321,7 +326,7 @@ def position_left(paths: Sequence[Path]) -> Left:
     def left(model: dict) -> np.ndarray:
         rest = []
         for path in paths:
-            recording = _recording(path, model.get('joint', {}).get('name', 'motor'))
+            recording = _recording_for(model, path)
             every = max(1, round(0.01 / recording.interval))
             said = driven(path, model)
             off = np.full(recording.time.size, 10.0 * np.ptp(recording.position)) \

@@ -8,7 +8,7 @@ one direction alone tells neither an offset nor an asymmetry.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -86,7 +86,7 @@ def spread(model: dict, nominal: dict, claims: list[dict], recordings: Sequence[
 
 
 def _begun(numbers: Sequence[Number], whole: Fitted) -> list[Number]:
-    return [Number(**{**asdict(number), 'value': float(value)})
+    return [replace(number, value=float(value))
             for number, value in zip(numbers, whole.values, strict=True)]
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 
-__all__ = ['as_text', 'sums_of']
+__all__ = ['LIKELY', 'as_text', 'sums_of']
 
 # From here on a claim says that a cause is likelier there than not.
-_LIKELY = 0.5
+LIKELY = 0.5
 
 
 def _as_expected(expected: list[dict]) -> list[str]:
@@ -15,7 +15,7 @@ def _as_expected(expected: list[dict]) -> list[str]:
     for entry in expected:
         if 'beside' in entry:
             beside = ', '.join(f'{name} {p:.2f}' for name, p in entry['beside']) or 'nothing'
-            lines.append(f'  beside it, at {_LIKELY:g} and more: {beside}')
+            lines.append(f'  beside it, at {LIKELY:g} and more: {beside}')
             continue
         said = 'not named' if entry['said'] is None else \
             f'{entry["said"]} {entry["probability"]:.2f}'
