@@ -24,7 +24,7 @@ from engb_core.diagnose.evidence import (
     unseen_errors,
 )
 from engb_core.diagnose.experiment import next_experiment
-from engb_core.diagnose.findings import findings_of, in_order
+from engb_core.diagnose.findings import findings_of, in_order, number_findings
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.full_bandwidth import (
     at_full_bandwidth,
@@ -318,8 +318,7 @@ def _unless_law_is_likelier(outcome: _Outcome, tell: Callable[[str], None]) -> _
 
 def _told_with(outcome: _Outcome, law: Won) -> _Outcome:
     """Return the outcome with a law that won."""
-    # A wrong number was told from a fit without the law.
-    findings = [] if law.alone else [
+    findings = _numbers_beside(outcome, law) if law.alone else [
         finding for finding in outcome.findings if finding.effect not in law.fallen]
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))
     return replace(
@@ -327,6 +326,16 @@ def _told_with(outcome: _Outcome, law: Won) -> _Outcome:
         mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
         verdict='partly_explained' if findings else 'unexplained',
         unexplained=law.told(outcome.unexplained, left), corrected=law.model)
+
+
+def _numbers_beside(outcome: _Outcome, law: Won) -> list[EffectFinding]:
+    """Return the wrong numbers that are told beside a law as they were without it: one that is
+    told on one side alone may have stood for the law, or makes up for its form."""
+    names = {finding.effect for finding in outcome.findings}
+    fit = law.explanation.fit
+    again = [finding for finding in wrong_numbers(law.fitter, fit) if finding.effect in names]
+    return in_order([finding for finding, _ in number_findings(
+        law.fitter, law.fitter.nominal(), law.explanation, fit, again)])
 
 
 def _explains_as_much(outcome: _Outcome, other: _Outcome) -> bool:

@@ -28,7 +28,7 @@ from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviati
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 
-__all__ = ['findings_of', 'in_order']
+__all__ = ['findings_of', 'in_order', 'number_findings']
 
 Array = NDArray[np.float64]
 # A rival is worth telling from here on.
@@ -57,7 +57,7 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
     """
     chosen = explanation.fit
     physics = _physics(fitter, explanation, judged, selection, told)
-    changed = _numbers(fitter, nominal, explanation, judged, numbers)
+    changed = number_findings(fitter, nominal, explanation, judged, numbers)
     findings = [finding for finding, _ in (*physics, *changed)]
     if physics and changed:
         # What effects and numbers explain together, each by what is lost without it.
@@ -192,8 +192,8 @@ def _other(rival: Fit, chosen: Fit) -> str:
     return next(entry for entry in rival.hypothesis.ids if entry not in chosen.hypothesis.ids)
 
 
-def _numbers(fitter: Fitter, nominal: Fit, explanation: Explanation, chosen: Fit,
-             numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
+def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chosen: Fit,
+                    numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
     """Return the wrong numbers, and by how much the reduced chi-square rises with each as the
     file has it."""
     before = max(reduced_chi_square(nominal, fitter) - 1.0, 1e-9)

@@ -195,7 +195,8 @@ def _whole(fitter: Fitter, explained: Fit) -> float:
 
 def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
             ) -> list[NumberFinding]:
-    """Return the fewest of the numbers that make the file fit; beside effects at most one."""
+    """Return the fewest of the numbers that make the file fit; beside effects one, or two beside
+    which all others of the file stand."""
     floor = reduced_chi_square(explained, fitter)
     whole = excess(fitter.nominal(), fitter)
     if explained.hypothesis.variants:
@@ -207,9 +208,13 @@ def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
         apart = [finding for finding in insisted if finding.effect in alone
                  or not _moved_along(fitter, explained, finding)]
         least = SECOND * max((finding.matters for finding in apart), default=0.0)
-        return [finding for finding in apart
-                if finding.matters >= least and (finding.matters > BESIDE * (whole - before)
-                                                 or finding.effect in alone)][:1]
+        one = [finding for finding in apart
+               if finding.matters >= least and (finding.matters > BESIDE * (whole - before)
+                                                or finding.effect in alone)][:1]
+        if one and one[0].effect in alone:
+            return one
+        return next((list(pair) for pair in itertools.combinations(insisted, 2)
+                     if _all_but(fitter, explained, *pair)), one)
     for finding in insisted:
         if _with_only(fitter, explained, (finding,)) < floor + max(INSISTED,
                                                                    0.1 * finding.matters):
@@ -274,10 +279,12 @@ def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool
     return bool(abs(file - moved) < 0.5 * abs(file - explained.vector[place]))
 
 
-def _all_but(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:
-    """Whether the file's other numbers fit as they stand beside the effects."""
-    return _with_only(fitter, explained, (finding,)) < reduced_chi_square(explained, fitter) + max(
-        INSISTED, BESIDE_LEAVES * finding.matters)
+def _all_but(fitter: Fitter, explained: Fit, *wrong: NumberFinding) -> bool:
+    """Whether the file's other numbers fit as they stand beside the effects, as far as the least
+    of the wrong ones matters."""
+    least = min(finding.matters for finding in wrong)
+    return _with_only(fitter, explained, wrong) < reduced_chi_square(explained, fitter) + max(
+        INSISTED, BESIDE_LEAVES * least)
 
 
 def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:
