@@ -13,7 +13,7 @@ from __future__ import annotations
 __all__ = ['ALL_BUT', 'AT_MOST', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'BESIDE_LOAD',
            'BETTER', 'CLEAN_EXCESS', 'COLOURED', 'CONTAINING', 'CONTAINING_PART', 'FORMULA_ERROR',
            'FORMULA_MISSES', 'FORMULA_TAILS', 'HELD_LEFT', 'HELD_LOSS', 'HELD_RISE', 'INSISTED',
-           'INSISTED_PART', 'KNOWN_ODDS', 'LINE_LEVEL', 'MOST_NOISE', 'MOST_OFF', 'NAMED_PART',
+           'INSISTED_PART', 'KNOWN_ODDS', 'LINE_LEVEL', 'MOST_NOISE', 'NAMED_PART',
            'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN', 'NUMBERS_SUFFICE', 'NUMBER_BONUS',
            'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REFITTED',
            'SECOND', 'SHARPNESS', 'STANDING_PART', 'STANDS_BETTER', 'STANDS_BETTER_PART',
@@ -80,10 +80,6 @@ NAMED_PART = 0.62
 TABLE_WORTH = 0.1
 
 # -- which number is wrong? -----------------------------------------------------------------------
-
-# Numbers that are off at once where all others of the file stand: with more of them the file is of
-# another machine, or was refitted. Prior: files are right more often than not.
-MOST_OFF = 2
 
 # Rise of the level at which a held number counts as insisted upon (as CLEAN_EXCESS), and the part
 # of the file's whole excess that it must be. Loss.

@@ -13,7 +13,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
-from engb_core.diagnose.numbers import number_place, NumberFinding
+from engb_core.diagnose.numbers import file_stands, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import (
     own_part_left,
@@ -65,7 +65,7 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
         total = sum(matters for _, matters in (*physics, *changed))
         findings = [replace(finding, share=max(1.0 - left, 0.0) * matters / total)
                     for finding, matters in (*physics, *changed)]
-    findings = in_order(findings)
+    findings = in_order(findings, stands=file_stands(fitter, judged))
     if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):
         return findings, nominal.residual
     hypothesis, vector = without_effects(chosen, set(range(len(chosen.hypothesis.variants))))
@@ -78,12 +78,13 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
     return findings, chosen.predicted - fitter.predict(hypothesis, vector)
 
 
-def in_order(findings: list[EffectFinding]) -> list[EffectFinding]:
+def in_order(findings: list[EffectFinding], stands: bool = False) -> list[EffectFinding]:
     """Return the findings in order of share. What is doubtful may well be a makeshift for details
-    of what is sure, and a number that is off may have moved with the file's refit to make up for
-    physics that is missing: they get no more than half of the least of that."""
+    of what is sure, and a number that is off, unless the file `stands` but for those that are
+    told, may have moved with the file's refit to make up for physics that is missing: they get no
+    more than half of the least of that."""
     sure = [finding for finding in findings if finding.probability >= SURE]
-    physics = [finding for finding in sure if not _is_number(finding)]
+    physics = [] if stands else [finding for finding in sure if not _is_number(finding)]
     most = 0.5 * min((finding.share for finding in physics or sure), default=2.0)
 
     def leads(finding: EffectFinding) -> bool:

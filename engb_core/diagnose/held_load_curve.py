@@ -15,12 +15,12 @@ from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.search import Search, with_variant
 from engb_core.effects.catalogue import get_effect
 
-__all__ = ['MOVE_THE_LOAD', 'best_of_each', 'both_moved', 'load_held', 'load_moved',
-           'numbers_without_load']
+__all__ = ['BY_ONE_NUMBER', 'MOVE_THE_LOAD', 'best_of_each', 'both_moved', 'load_held',
+           'load_moved', 'numbers_without_load']
 
 # Effects that move the whole load curve: by one number, and each way by another.
-_BY_ONE_NUMBER = ('load_stiffness_error', 'contact_shift', 'torque_offset')
-MOVE_THE_LOAD = (*_BY_ONE_NUMBER, 'asymmetric_friction')
+BY_ONE_NUMBER = ('load_stiffness_error', 'contact_shift', 'torque_offset')
+MOVE_THE_LOAD = (*BY_ONE_NUMBER, 'asymmetric_friction')
 
 
 def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
@@ -82,7 +82,7 @@ def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
     fitter = result.fitter
     numbers = numbers_without_load(fitter)
     start = fitter.base(numbers) if fit is None else fitter.refit(fit, numbers)
-    movers = _BY_ONE_NUMBER if fit is None else MOVE_THE_LOAD
+    movers = BY_ONE_NUMBER if fit is None else MOVE_THE_LOAD
     effects = [effect for effect in map(get_effect, movers)
                if effect.id not in start.hypothesis.ids
                and (effect.applies is None or effect.applies(fitter.problem.scene))]

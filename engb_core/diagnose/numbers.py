@@ -20,7 +20,6 @@ from engb_core.diagnose.constants import (
     HELD_LEFT,
     INSISTED,
     INSISTED_PART,
-    MOST_OFF,
     NO_SIGN,
     NUMBERS_SUFFICE,
     REFITTED,
@@ -31,13 +30,14 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
+from engb_core.diagnose.held_load_curve import BY_ONE_NUMBER
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber, SHAPE_NUMBERS
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.spike_and_slab import average
 
-__all__ = ['NumberFinding', 'number_place', 'refitted', 'was_refitted',
+__all__ = ['NumberFinding', 'file_stands', 'number_place', 'refitted', 'was_refitted',
            'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
@@ -45,6 +45,9 @@ _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_
               'coulomb': 'coulomb_friction_error', 'load_gain': 'load_dependent_friction'}
 
 
+# Numbers that no name stands for: when samples of effort and position were taken, how friction
+# bends with load, and how it turns with the direction. That they are off says nothing of others.
+NAMELESS = (DELAY, CURVATURE, 'saturation_velocity')
 # What acts just like the one number, where effort is a command.
 BRAKES_LIKE, BACK_EMF = 'viscous_friction', 'back_emf'
 
@@ -112,31 +115,53 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     return (insisted and _fewest(fitter, explained, insisted)) or held
 
 
-def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
-    """Return the numbers that are likelier off than as in the file, where all others of the file
-    stand; none where more than two are off, or the load curve: then the file was refitted, or its
-    load is the question."""
-    hypothesis = explained.hypothesis
-    if fitter.held or was_refitted(fitter):
-        return []
+def file_stands(fitter: Fitter, explained: Fit) -> bool:
+    """Whether numbers of the file are as they should be, given the effects in `explained`: no
+    refit has moved them to make up for what is missing."""
+    kept = _kept(fitter, explained)
+    return any(probability >= 0.5 for probability in kept.values())
+
+
+def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
+    """Return how likely each number is as in the file; nothing where the file was refitted, which
+    moves all of them."""
+    variants = explained.hypothesis.variants
+    if was_refitted(fitter) or (fitter.held and not _by_one_number_of_load(fitter, explained)):
+        return {}
     # Beside effects a file that was refitted around them is to be told from one that stands, which
     # a free load curve, or what has no name, leaves nothing of.
-    if hypothesis.variants and (fitter.load_shape or hypothesis.has_unnamed or refitted(fitter)):
-        return []
+    if variants and (fitter.load_shape or explained.hypothesis.has_unnamed or refitted(fitter)):
+        return {}
     finished = explained if explained.jacobian is not None else fitter.finish(explained)
-    kept = {number.name: float(probability) for number, probability in zip(
-        hypothesis.numbers, average(fitter, finished).kept, strict=True)}
-    off = [name for name, probability in kept.items()
-           if probability < 0.5 and name not in (*SHAPE_NUMBERS, DELAY, CURVATURE)]
-    if not 0 < len(off) <= MOST_OFF or not set(off) <= set(_BY_NUMBER):
+    return {number.name: float(probability) for number, probability in zip(
+        explained.hypothesis.numbers, average(fitter, finished).kept, strict=True)
+        if number.name not in (*SHAPE_NUMBERS, *NAMELESS)}
+
+
+def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
+    """Return the numbers that are likelier off than as in the file, where others of the file
+    stand; none where the load curve is off: its load is the question."""
+    kept = _kept(fitter, explained)
+    off = [name for name in kept if kept[name] < 0.5]
+    if not 0 < len(off) < len(kept) or not set(off) <= set(_BY_NUMBER):
         return []
-    found = []
-    for name, rise in _rises(fitter, explained, off).items():
-        finding = _named(fitter, finished, name, max(rise, 1e-9))
-        if finding is None:
-            return []
-        found.append(replace(finding, moved=1.0 - kept[name]))
-    return sorted(found, key=lambda finding: -finding.matters)
+    found = [_named(fitter, explained, name, rise)
+             for name, rise in _rises_beside_file(fitter, explained, off).items()]
+    if any(finding is None for finding in found):
+        return []
+    # What the fit leaves is the noise that a number has to stand out of.
+    least = INSISTED * max(1.0, reduced_chi_square(explained, fitter))
+    return sorted((replace(finding, moved=1.0 - kept[name])
+                   for finding, name in zip(found, off, strict=True)
+                   if finding is not None and finding.matters >= least),
+                  key=lambda finding: -finding.matters)
+
+
+def _by_one_number_of_load(fitter: Fitter, explained: Fit) -> bool:
+    """Whether it is the load curve that a refit seems to have held, and one number of it that is
+    told to be wrong: a file that stands but for that looks alike."""
+    return fitter.held == (LOAD,) and any(
+        variant.effect.id in BY_ONE_NUMBER for variant in explained.hypothesis.variants)
 
 
 def number_place(numbers: tuple[NominalNumber, ...], effect: str) -> int:
@@ -174,6 +199,17 @@ def _rises(fitter: Fitter, explained: Fit, names: list[str]) -> dict[str, float]
         names, fitter.threads)
     return {name: reduced_chi_square(fit, fitter) - floor
             for name, fit in zip(names, held, strict=True)}
+
+
+def _rises_beside_file(fitter: Fitter, explained: Fit, names: list[str]) -> dict[str, float]:
+    """Return by how much the reduced chi-square rises with each of these numbers as the file has
+    it and the others of them refitted, where all the rest stands."""
+    wrong = set(names)
+    free = [wrong, *(wrong - {name} for name in names)]
+    least, *levels = parallel_map(
+        lambda chosen: reduced_chi_square(_refitted_only(fitter, explained, chosen), fitter),
+        free, fitter.threads)
+    return {name: level - least for name, level in zip(names, levels, strict=True)}
 
 
 def _named_only(fitter: Fitter, explained: Fit) -> Fit:
@@ -289,12 +325,17 @@ def _all_but(fitter: Fitter, explained: Fit, *wrong: NumberFinding) -> bool:
 
 def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:
     """Return the reduced chi-square of the file with only these numbers refitted."""
-    free = {DELAY, *(number for number, effect in _BY_NUMBER.items()
-                     if effect in [finding.effect for finding in wrong])}
-    if 'load_gain' in free:
-        free.add(CURVATURE)
-    numbers = tuple(number for number in explained.hypothesis.numbers if number.name in free)
-    return reduced_chi_square(fitter.refit(explained, numbers), fitter)
+    names = {number for number, effect in _BY_NUMBER.items()
+             if effect in [finding.effect for finding in wrong]}
+    return reduced_chi_square(_refitted_only(fitter, explained, names), fitter)
+
+
+def _refitted_only(fitter: Fitter, explained: Fit, names: set[str]) -> Fit:
+    """Return the fit with only these numbers of the file refitted, and how friction that grows
+    with load bends; when samples were taken no file tells."""
+    free = {DELAY, *names, *({CURVATURE} if 'load_gain' in names else ())}
+    return fitter.refit(explained, tuple(
+        number for number in explained.hypothesis.numbers if number.name in free))
 
 
 def _named(fitter: Fitter, explained: Fit, name: str, rise: float) -> NumberFinding | None:
