@@ -59,7 +59,8 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
         names = [zone.variable for zone in where[:2]]
     text = ' '.join(_described(fit, index) for index in unnamed)
     if not text:
-        text = f'{left * 100:.0f} % of the mismatch is not explained by any known effect'
+        part = 'Less than 1 %' if left < 0.005 else f'{left * 100:.0f} %'
+        text = f'{part} of the mismatch is not explained by any known effect'
         if table:
             text += f'; it depends on {" and ".join(table.table.names)}'
         if where:

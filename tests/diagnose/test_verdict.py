@@ -51,3 +51,13 @@ def test_a_description_tells_all_that_it_depends_on(effect, values, depends_on, 
     _, told = verdict_of(fitter, nominal, Explanation(fit, None, 1.0, 2.0), [], fit.residual)
     assert told.depends_on == depends_on
     assert told.memory == memory
+
+
+@pytest.mark.parametrize(('share', 'said'), [(0.998, 'Less than 1 %'), (0.7, '30 %')])
+def test_a_remainder_that_rounds_to_nothing_is_not_called_nothing(share, said):
+    fitter = Fitter(problem_of([recorded()], MODEL))
+    nominal = fitter.nominal()
+    left = replace(nominal, residual=nominal.residual + 1.0)
+    _, told = verdict_of(fitter, left, Explanation(left, None, 1.0, 2.0),
+                         [replace(FINDING, share=share)], left.residual)
+    assert told.statement.startswith(f'{said} of the mismatch is not explained')
