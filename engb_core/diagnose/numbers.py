@@ -133,9 +133,12 @@ def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
     if variants and (fitter.load_shape or explained.hypothesis.has_unnamed or refitted(fitter)):
         return {}
     finished = explained if explained.jacobian is not None else fitter.finish(explained)
-    return {number.name: float(probability) for number, probability in zip(
+    kept = {number.name: float(probability) for number, probability in zip(
         explained.hypothesis.numbers, average(fitter, finished).kept, strict=True)
         if number.name not in (*SHAPE_NUMBERS, *NAMELESS)}
+    off = sum(probability < 0.5 for probability in kept.values())
+    # A refit that held the load curve has moved most of the others.
+    return kept if not fitter.held or 2 * off <= len(kept) else {}
 
 
 def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:

@@ -4,9 +4,13 @@
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS, with_numbers
+from engb_core.diagnose.problem import problem_of
 
 from .simulated_brake import lively, NOMINAL
 
@@ -57,3 +61,19 @@ def test_a_number_that_stands_is_not_told_beside_one_that_is_off():
     moves says nothing that the file's others would have to be told for."""
     said = diagnose([recording()], file_with('viscous', 'inertia'))
     assert 'coulomb_friction_error' not in {finding.effect for finding in said.effects}
+
+
+def refitted(file):
+    """Return a file refitted on the recording with its load curve held."""
+    fitter = Fitter(problem_of([recording()], file))
+    fit = fitter.refine(fitter.base(tuple(
+        number for number in fitter.numbers
+        if number.name not in {*LOAD_NUMBERS, CURVATURE, DELAY})))
+    return with_numbers(file, {
+        number.name: float(np.exp(value) if number.logarithmic else value)
+        for number, value in zip(fit.hypothesis.numbers, fit.vector, strict=True)})
+
+
+def test_numbers_that_a_refit_moved_to_make_up_for_the_load_are_not_told():
+    said = diagnose([recording()], refitted(file_with('load')))
+    assert [finding.effect for finding in said.effects] == ['load_stiffness_error']
