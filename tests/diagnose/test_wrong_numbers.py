@@ -51,7 +51,7 @@ def test_each_wrong_number_is_told(wrong):
     said = diagnose([recording()], file_with(*wrong))
     assert {finding.effect for finding in said.effects if finding.probability >= 0.5} \
         == {NAMES[entry] for entry in wrong}
-    # Most of the mismatch is the load's where that is wrong: in this brake it is the largest torque.
+    # In this brake the load is the largest torque, and most of the mismatch where it is wrong.
     assert 'load' not in wrong or said.effects[0].effect == NAMES['load']
     assert sum(finding.share for finding in said.effects) == pytest.approx(1.0, abs=0.05)
 
