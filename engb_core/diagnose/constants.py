@@ -4,7 +4,8 @@
 Levels and excesses are of the mean squared residual in units of the noise's (noise = 1); an
 excess is what a level has above 1. Origin is one of: a *test* (level of significance), a *loss*
 (what one error costs against the other), a *prior* (how common something is), *counted* (set by
-how often it was right on generated cases; to be replaced by a score on what was left out).
+how often it was right on generated cases; to be replaced by a score on what was left out), a
+*level* (of a statement; any other may be asked for).
 Constants of a search (starts, rounds, companions) only cost time, and stand where they are used.
 """
 
@@ -16,7 +17,7 @@ __all__ = ['ALL_BUT', 'AT_MOST', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'B
            'INSISTED_PART', 'KNOWN_ODDS', 'LINE_LEVEL', 'MOST_NOISE', 'MOST_OFF', 'NAMED_PART',
            'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN', 'NUMBERS_SUFFICE', 'NUMBER_BONUS',
            'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REFITTED',
-           'SECOND', 'SHARPNESS', 'STANDING_PART', 'STANDS_BETTER', 'STANDS_BETTER_PART',
+           'SECOND', 'SET_LEVEL', 'SHARPNESS', 'STANDING_PART', 'STANDS_BETTER', 'STANDS_BETTER_PART',
            'STANDS_OUT', 'TABLE_WORTH', 'TAKEN_LEAST', 'TAKEN_MUCH', 'TAKEN_PART', 'TEMPER',
            'TWO_LEAVE', 'TWO_LEAVE_PART', 'UNNAMED', 'WITHOUT_TWO']
 
@@ -69,6 +70,10 @@ KNOWN_ODDS = 3.0
 # that it makes up: scale of a Student distribution of so many degrees of freedom (heavy tails: now
 # and then a formula is far off). Prior.
 FORMULA_MISSES, FORMULA_TAILS = 0.2, 4.0
+
+# Part of the cases whose true causes lie in the sets of causes (cause_sets.py), unless another one
+# is asked for. Level.
+SET_LEVEL = 0.9
 
 # -- is it named at all? --------------------------------------------------------------------------
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from engb_core.diagnose.absent_load import absent_load
+from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
@@ -95,11 +96,12 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         threads: that fit side by side (None: one for each processor); the result is the same.
 
     Raises:
-        InputError: too little motion to judge a model by, units that cannot be right, or neither
-            effort nor a reference from which a position loop tells it.
+        InputError: too little motion to judge a model by, units that cannot be right, neither
+            effort nor a reference from which a position loop tells it, or a damaged installation.
     """
     started = time.perf_counter()
     tell = progress or (lambda text: None)
+    shipped_calibration()   # Damaged, it is told before all the work.
     threads = processors() if threads is None else threads
     recordings, holdout = with_effort(recordings, model), with_effort(holdout, model)
     refuse_implausible((*recordings, *holdout), model)
@@ -141,7 +143,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         findings = [finding_of_slider(finding) for finding in findings]
         unexplained = unexplained_of_slider(unexplained)
     return Diagnosis(
-        verdict=outcome.verdict, effects=tuple(findings), time=tuple(located),
+        verdict=outcome.verdict, effects=with_cause_sets(findings), time=tuple(located),
         where=tuple(where), unexplained=unexplained,
         held_out=quality_of_fit(problem, outcome.corrected, loops),
         next_experiment=proposal, model=outcome.corrected,
