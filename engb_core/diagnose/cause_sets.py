@@ -27,8 +27,8 @@ from engb_core.effects.catalogue import catalogue
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_SHAPE
 from engb_core.errors import InputError
 
-__all__ = ['ANOTHER', 'Calibration', 'cause_set', 'checked_level', 'FILE', 'FORMAT', 'names_a_cause',
-           'nonconformity', 'ranked', 'shipped_calibration', 'with_cause_sets']
+__all__ = ['ANOTHER', 'Calibration', 'cause_set', 'checked_level', 'FILE', 'FORMAT',
+           'names_a_cause', 'nonconformity', 'ranked', 'shipped_calibration', 'with_cause_sets']
 
 FORMAT = 'engb-cause-sets/1'
 FILE = Path(__file__).with_name('cause_sets.json')

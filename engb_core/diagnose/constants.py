@@ -12,14 +12,15 @@ Constants of a search (starts, rounds, companions) only cost time, and stand whe
 from __future__ import annotations
 
 __all__ = ['ALL_BUT', 'AT_MOST', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'BESIDE_LOAD',
-           'BETTER', 'CLEAN_EXCESS', 'COLOURED', 'CONTAINING', 'CONTAINING_PART', 'FORMULA_ERROR',
-           'FORMULA_MISSES', 'FORMULA_TAILS', 'HELD_LEFT', 'HELD_LOSS', 'HELD_RISE', 'INSISTED',
-           'INSISTED_PART', 'KNOWN_ODDS', 'LINE_LEVEL', 'MOST_NOISE', 'MOST_OFF', 'NAMED_PART',
-           'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN', 'NUMBERS_SUFFICE', 'NUMBER_BONUS',
-           'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REFITTED',
-           'SECOND', 'SET_LEVEL', 'SHARPNESS', 'STANDING_PART', 'STANDS_BETTER', 'STANDS_BETTER_PART',
-           'STANDS_OUT', 'TABLE_WORTH', 'TAKEN_LEAST', 'TAKEN_MUCH', 'TAKEN_PART', 'TEMPER',
-           'TWO_LEAVE', 'TWO_LEAVE_PART', 'UNNAMED', 'WITHOUT_TWO']
+           'BETTER', 'CLEAN_EXCESS', 'COLOURED', 'CONTAINING', 'CONTAINING_PART', 'FALSE_PART',
+           'FORMULA_ERROR', 'FORMULA_MISSES', 'FORMULA_TAILS', 'HELD_LEFT', 'HELD_LOSS',
+           'HELD_RISE', 'INSISTED', 'INSISTED_PART', 'KNOWN_ODDS', 'LINE_LEVEL', 'MOST_NOISE',
+           'MOST_OFF', 'NAMED_PART', 'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN',
+           'NUMBERS_SUFFICE', 'NUMBER_BONUS', 'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE',
+           'PHYSICS_FOR_NUMBER', 'REFITTED', 'SECOND', 'SET_LEVEL', 'SHARPNESS', 'STANDING_PART',
+           'STANDS_BETTER', 'STANDS_BETTER_PART', 'STANDS_OUT', 'TABLE_WORTH', 'TAKEN_LEAST',
+           'TAKEN_MUCH', 'TAKEN_PART', 'TEMPER', 'TWO_LEAVE', 'TWO_LEAVE_PART', 'UNNAMED',
+           'WITHOUT_TWO']
 
 # -- is there anything? ---------------------------------------------------------------------------
 
@@ -146,3 +147,8 @@ STANDING_PART = 0.1
 # How much better a hypothesis must fit with the file's numbers as they stand than what was chosen:
 # in units of the noise, and as a part of what the file misses, since no formula is perfect. Loss.
 STANDS_BETTER, STANDS_BETTER_PART = 0.1, 0.02
+
+# -- where? ---------------------------------------------------------------------------------------
+
+# Expected part of the blocks in which a mismatch is told that hold none, at most. Level.
+FALSE_PART = 0.1

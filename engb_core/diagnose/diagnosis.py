@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from engb_core.model import Model
 from engb_core.signals.data_faults import DataFault
 
-__all__ = ['CauseSet', 'ClosedLoop', 'Candidate', 'Diagnosis', 'EffectFinding', 'Evidence', 'Interval',
-           'LawFinding', 'LawPicture', 'NextExperiment', 'NominalChange', 'ParameterEstimate',
-           'QualityOfFit', 'ResidualOver', 'Trace', 'Unexplained', 'Zone']
+__all__ = ['CauseSet', 'ClosedLoop', 'Candidate', 'Diagnosis', 'EffectFinding', 'Evidence',
+           'Interval', 'LawFinding', 'LawPicture', 'NextExperiment', 'NominalChange',
+           'ParameterEstimate', 'QualityOfFit', 'ResidualOver', 'Trace', 'Unexplained', 'Zone']
 
 Array = NDArray[np.float64]
 

@@ -25,6 +25,7 @@ from engb_core.diagnose.evidence import (
     unseen_errors,
 )
 from engb_core.diagnose.experiment import next_experiment
+from engb_core.diagnose.false_discovery import mismatched
 from engb_core.diagnose.findings import findings_of, in_order
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.full_bandwidth import (
@@ -123,16 +124,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         outcome = _with_law(outcome, tell)
     problem = outcome.judged_on(problem)
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
-    runs, parts = list(problem.runs), problem.split(outcome.mismatch)
-    if resonance is not None and all(
-            entry.effect == RESONANCE or entry.probability < 0.5 for entry in findings):
-        runs, parts = list(resonance.runs), list(resonance.parts)
-    located: list[Interval] = []
-    where: list[Zone] = []
-    if outcome.verdict != 'consistent':
-        located = [entry for run, part in zip(runs, parts, strict=True)
-                   for entry in intervals(run, part)]
-        where = zones(runs, parts, outcome.corrected)
+    located, where = _located(problem, outcome, resonance)
     tell('simulating the loop')
     last: tuple[Callable[[], Any], ...] = (
         partial(next_experiment, outcome.fitter, explanation.fit, findings, selection.rivals),
@@ -151,6 +143,29 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started),
         data_faults=(*faults, *further))
+
+
+def _located(problem: Problem, outcome: _Outcome, resonance: Resonance | None,
+             ) -> tuple[list[Interval], list[Zone]]:
+    """Return the stretches of time and the ranges of coordinates in which the model is off."""
+    if outcome.verdict == 'consistent':
+        return [], []
+    findings, explanation = outcome.findings, outcome.explanation
+    runs, parts, bandwidth = list(problem.runs), problem.split(outcome.mismatch), problem.bandwidth
+    left = explanation.fit.residual
+    if explanation.table is not None:
+        left = left - explanation.table.predicted
+    rest = problem.split(left)
+    residual = not explanation.fit.hypothesis.variants and all(
+        entry.effect in (LOAD_SHAPE, RESONANCE) for entry in findings)
+    if resonance is not None and all(
+            entry.effect == RESONANCE or entry.probability < 0.5 for entry in findings):
+        runs, parts, rest = list(resonance.runs), list(resonance.parts), list(resonance.left)
+        bandwidth, residual = resonance.bandwidth, False
+    real = mismatched([run.time for run in runs], parts, rest, [run.sigma for run in runs],
+                      bandwidth, residual)
+    return [entry for run, part, holds in zip(runs, parts, real, strict=True)
+            for entry in intervals(run, part, holds)], zones(runs, parts, outcome.corrected)
 
 
 def _cleaned(recordings: Sequence[Recording], model: Model,

@@ -27,9 +27,9 @@ held-out ladder, how the model's numbers lie apart over the recordings, how the 
 does on another (a set whose file set.yaml says machine_of: FOLDER), and what an expert expects of
 the machines that are listed.
 
-With --calibrate nothing is run: of the cases that earlier proofs drew and diagnosed, the calibration
-of the sets of causes is written to the file --out (engb_core/diagnose/cause_sets.json is made so),
-and what the sets would hold there, and in the folders of --check, is printed.
+With --calibrate nothing is run: the calibration of the sets of causes is made of the cases that
+earlier proofs drew, and written to the file --out (as engb_core/diagnose/cause_sets.json was), and
+what the sets would hold there, and in the folders of --check, is printed.
 
 With --table nothing is run: what earlier proofs left in these folders is printed side by side as
 Markdown, a column per folder (column.md in each holds its own).

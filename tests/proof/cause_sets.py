@@ -58,7 +58,8 @@ def _score(effect: str, held: Sequence[str], another: bool, listed: set[str], ri
     return effect, truth_in, len(held) + another, another
 
 
-def set_scores(claims: Sequence[dict], accepted: Iterable[str]) -> tuple[CauseSetScore, ...] | None:
+def set_scores(claims: Sequence[dict], accepted: Iterable[str]
+               ) -> tuple[CauseSetScore, ...] | None:
     """Score the sets that a diagnosis tells of its claims; None where it claims and tells none."""
     told = [one for one in claims if isinstance(one.get('causes'), dict)]
     if not told:

@@ -63,7 +63,8 @@ def test_a_set_holds_what_is_right_and_open() -> None:
 
 def test_what_another_claim_gives_is_not_open() -> None:
     claims = [claim('pad_creep', 0.9, causes=(['pad_creep'], False)),
-              claim('backlash', 0.6, ('pad_creep', 0.3), causes=(['backlash', 'pad_creep'], False))]
+              claim('backlash', 0.6, ('pad_creep', 0.3),
+                    causes=(['backlash', 'pad_creep'], False))]
     assert set_scores(claims, ['pad_creep']) == (
         ('pad_creep', True, 1, False), ('backlash', False, 2, False))
 
@@ -97,7 +98,8 @@ def test_it_is_calibrated_on_drawn_cases_and_checked_on_others(
     assert main(['prove', '--calibrate', str(own), '--check', str(other), '--out', str(out)]) == 0
     told = capsys.readouterr().out
     assert 'nonconformity up to 0.900' in told
-    assert 'subtle: 12 cases alone give 0.900' in told and 'strong: 12 cases alone give 0.0' in told
+    assert 'subtle: 12 cases alone give 0.900' in told
+    assert 'strong: 12 cases alone give 0.0' in told
     assert 'other (checked):' in told
     assert 'sets of causes, all: 2 of 2 cases hold the truth (2 of 2 with claims)' in told
     held = json.loads(out.read_text('utf8'))
