@@ -7,7 +7,9 @@ probability of all that is ranked before it (adaptive prediction sets, Romano, S
 2020, without their randomisation): 0 for the claim. A set holds every cause whose nonconformity is
 no larger than a threshold, and the threshold is the conformal quantile of what the true causes of
 cases with a known truth had (Vovk, Gammerman and Shafer 2005), of the worst group of cases, since
-nobody knows of which group a new recording is. docs/statistics.md says what is covered.
+nobody knows of which group a new recording is. The claim that leads in share and those after it
+have a threshold each: a second name is wrong far more often than a first one of the same
+probability. docs/statistics.md says what is covered.
 
 The nonconformities come from `engb prove --calibrate` and lie in cause_sets.json beside this file.
 """
@@ -27,10 +29,13 @@ from engb_core.effects.catalogue import catalogue
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_SHAPE
 from engb_core.errors import InputError
 
-__all__ = ['ANOTHER', 'Calibration', 'cause_set', 'checked_level', 'FILE', 'FORMAT',
-           'names_a_cause', 'nonconformity', 'ranked', 'shipped_calibration', 'with_cause_sets']
+__all__ = ['ANOTHER', 'Calibration', 'cause_set', 'checked_level', 'conformal_quantile', 'FILE',
+           'FORMAT', 'FURTHER', 'LEADING', 'names_a_cause', 'nonconformity', 'PLACES', 'ranked',
+           'shipped_calibration', 'with_cause_sets']
 
 FORMAT = 'engb-cause-sets/1'
+# Places of claims: the first in order of share of those that name a cause, and those after it.
+LEADING, FURTHER = PLACES = ('leading', 'further')
 FILE = Path(__file__).with_name('cause_sets.json')
 # In a ranking: any cause that is not listed, or none.
 ANOTHER = ''
@@ -73,29 +78,30 @@ def nonconformity(ranking: Sequence[tuple[str, float]], right: Set[str]) -> floa
     return next((value for name, value in ranking if name in right), dict(ranking)[ANOTHER])
 
 
+def conformal_quantile(scores: Sequence[float], level: float) -> float:
+    """Return the ceil((n + 1)·level)-th smallest of n scores [-], which that of a further case
+    does not exceed with a probability of `level` [-]; infinite where n is too few for it."""
+    # What (n + 1)·level is off a whole number by rounding must not cost a case.
+    place = math.ceil((len(scores) + 1) * level - 1e-9)
+    return sorted(scores)[place - 1] if place <= len(scores) else math.inf
+
+
 @dataclass(frozen=True)
 class Calibration:
     """Nonconformities of cases with a known truth.
 
     Attributes:
-        scores: the largest of each case's claims [-], 0 without claims, by group of cases.
+        scores: by place of the claim and group of cases, the largest of each case's claims there
+            [-], 0 without any.
     """
 
-    scores: Mapping[str, tuple[float, ...]]
+    scores: Mapping[str, Mapping[str, tuple[float, ...]]]
 
-    def threshold(self, level: float) -> float:
-        """Return up to which nonconformity [-] a cause belongs to a set at `level` [-].
-
-        Of n cases of a group it is the ceil((n + 1)·level)-th smallest, and the largest of the
-        groups; infinite where a group has too few cases for the level.
-        """
-        return max(self._quantile(values, level) for values in self.scores.values())
-
-    @staticmethod
-    def _quantile(values: Sequence[float], level: float) -> float:
-        # What (n + 1)·level is off a whole number by rounding must not cost a case.
-        place = math.ceil((len(values) + 1) * level - 1e-9)
-        return sorted(values)[place - 1] if place <= len(values) else math.inf
+    def thresholds(self, level: float) -> dict[str, float]:
+        """Return up to which nonconformity [-] a cause belongs to a set at `level` [-], by place
+        of the claim: the largest conformal quantile of the groups."""
+        return {place: max(conformal_quantile(scores, level) for scores in groups.values())
+                for place, groups in self.scores.items()}
 
     @classmethod
     def read(cls, path: Path) -> Calibration:
@@ -108,10 +114,12 @@ class Calibration:
             held = json.loads(path.read_text('utf8'))
             if held['format'] != FORMAT:
                 raise ValueError(f'format {held["format"]!r} is not {FORMAT}')
-            scores = {str(group): tuple(float(value) for value in values)
-                      for group, values in held['scores'].items()}
-            if not scores or not all(values and all(0.0 <= value <= 1.0 for value in values)
-                                     for values in scores.values()):
+            scores = {place: {str(group): tuple(float(value) for value in values)
+                              for group, values in held['scores'][place].items()}
+                      for place in PLACES}
+            if not all(groups and all(values and all(0.0 <= value <= 1.0 for value in values)
+                                      for values in groups.values())
+                       for groups in scores.values()):
                 raise ValueError('scores must be numbers within 0 and 1, some for each group')
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
             raise InputError(f'{path}: is no calibration of sets of causes ({error!r}); install '
@@ -157,7 +165,16 @@ def with_cause_sets(findings: Iterable[EffectFinding], level: float = SET_LEVEL,
     Raises:
         InputError: the level is none, or the calibration's file is damaged.
     """
-    threshold = shipped_calibration().threshold(checked_level(level))
-    return tuple(replace(finding, causes=cause_set(
-        ranked(finding.effect, finding.probability, finding.alternatives), threshold, level)
-        if names_a_cause(finding.effect) else None) for finding in findings)
+    thresholds = shipped_calibration().thresholds(checked_level(level))
+    findings = tuple(findings)
+    named = [finding for finding in findings if names_a_cause(finding.effect)]
+    leading = max(named, key=lambda finding: finding.share, default=None)
+
+    def told(finding: EffectFinding) -> CauseSet | None:
+        if not names_a_cause(finding.effect):
+            return None
+        place = LEADING if finding is leading else FURTHER
+        return cause_set(ranked(finding.effect, finding.probability, finding.alternatives),
+                         thresholds[place], level)
+
+    return tuple(replace(finding, causes=told(finding)) for finding in findings)

@@ -14,8 +14,12 @@ from engb_core.diagnose.cause_sets import (
     ANOTHER,
     Calibration,
     cause_set,
+    conformal_quantile,
     FILE,
+    FURTHER,
+    LEADING,
     nonconformity,
+    PLACES,
     ranked,
     shipped_calibration,
     with_cause_sets,
@@ -39,8 +43,9 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     shipped_calibration.cache_clear()
 
 
-def write(path: Path, **scores: list[float]) -> None:
-    path.write_text(json.dumps({'format': cause_sets.FORMAT, 'scores': scores}), 'utf8')
+def write(path: Path, leading: list[float], further: list[float]) -> None:
+    path.write_text(json.dumps({'format': cause_sets.FORMAT, 'scores': {
+        LEADING: {'one': leading}, FURTHER: {'one': further}}}), 'utf8')
 
 
 def test_the_claim_leads_and_what_is_likelier_comes_first():
@@ -63,11 +68,12 @@ def test_probabilities_of_more_than_one_leave_nothing():
 
 def test_the_threshold_is_the_conformal_quantile_of_the_worst_group():
     easy, hard = tuple(np.linspace(0.0, 0.1, 19)), tuple(np.linspace(0.0, 0.9, 19))
-    assert Calibration({'easy': easy}).threshold(0.9) == easy[17]
-    assert Calibration({'easy': easy, 'hard': hard}).threshold(0.9) == hard[17]
+    assert conformal_quantile(easy, 0.9) == easy[17]
+    assert Calibration({LEADING: {'easy': easy, 'hard': hard}, FURTHER: {'easy': easy}}
+                       ).thresholds(0.9) == {LEADING: hard[17], FURTHER: easy[17]}
     # 9 cases tell 0.9, by their largest; 8 do not.
-    assert Calibration({'few': (0.0,) * 8 + (0.3,)}).threshold(0.9) == 0.3
-    assert math.isinf(Calibration({'few': (0.0,) * 8}).threshold(0.9))
+    assert conformal_quantile((0.0,) * 8 + (0.3,), 0.9) == 0.3
+    assert math.isinf(conformal_quantile((0.0,) * 8, 0.9))
 
 
 def test_exchangeable_cases_are_covered_in_every_group_and_in_any_mixture():
@@ -91,9 +97,9 @@ def test_exchangeable_cases_are_covered_in_every_group_and_in_any_mixture():
     held = dict.fromkeys(counts, 0)
     rounds = 1500
     for _ in range(rounds):
-        made = Calibration({group: tuple(score(group)[0] for _ in range(count))
-                            for group, count in counts.items()})
-        threshold = made.threshold(level)
+        made = Calibration({LEADING: {group: tuple(score(group)[0] for _ in range(count))
+                                      for group, count in counts.items()}})
+        threshold = made.thresholds(level)[LEADING]
         for group in counts:
             _, ranking, true = score(group)
             causes = cause_set(ranking, threshold, level)
@@ -110,17 +116,16 @@ def test_exchangeable_cases_are_covered_in_every_group_and_in_any_mixture():
 def test_sets_are_no_larger_than_they_have_to_be():
     """With one group and scores that differ, coverage is within 1/(n + 1) of the level."""
     random = np.random.default_rng(5)
-    level, count, rounds = 0.9, 30, 20000
+    level, count, rounds = 0.9, 30, 4000
     scores = random.random((rounds, count + 1))
-    thresholds = np.array([Calibration({'one': tuple(row[:-1])}).threshold(level)
-                           for row in scores[:2000]])
-    covered = float(np.mean(scores[:2000, -1] <= thresholds))
-    spread = 3.0 * math.sqrt(0.09 / 2000)
+    thresholds = np.array([conformal_quantile(row[:-1], level) for row in scores])
+    covered = float(np.mean(scores[:, -1] <= thresholds))
+    spread = 3.0 * math.sqrt(0.09 / rounds)
     assert level - spread <= covered <= level + 1.0 / (count + 1) + spread
 
 
 def test_a_higher_level_gives_a_set_that_holds_the_lower_one(shipped: Path):
-    write(shipped, one=list(np.linspace(0.0, 0.95, 99)))
+    write(shipped, list(np.linspace(0.0, 0.95, 99)), [0.0] * 99)
     sets = []
     for level in (0.3, 0.6, 0.8, 0.95, 0.999):
         finding, = with_cause_sets([EVEN], level)
@@ -128,6 +133,17 @@ def test_a_higher_level_gives_a_set_that_holds_the_lower_one(shipped: Path):
         sets.append({*finding.causes.effects, *([ANOTHER] if finding.causes.another else [])})
     assert sets[0] == {'backlash'} and sets[-1] == {'backlash', 'pad_creep', ANOTHER}
     assert all(small <= large for small, large in zip(sets, sets[1:], strict=False))
+
+
+def test_the_claim_that_leads_in_share_and_the_others_have_a_threshold_each(shipped: Path):
+    write(shipped, [0.0] * 99, [1.0] * 99)
+    first = EffectFinding('stribeck_friction', 0.9, {}, 0.6, (), '')
+    second = EffectFinding('backlash', 0.9, {}, 0.3, (), '')
+    curve = EffectFinding('load_curve_shape', 0.9, {}, 0.9, (), '')
+    for given in ([curve, first, second], [second, first, curve]):
+        another = {finding.effect: finding.causes.another
+                   for finding in with_cause_sets(given) if finding.causes is not None}
+        assert another == {'stribeck_friction': False, 'backlash': True}
 
 
 def test_what_only_describes_gets_no_set():
@@ -143,14 +159,14 @@ def test_a_level_that_is_none_is_refused(level: float):
 
 
 @pytest.mark.parametrize('text', [
-    None, '', '[]', '{"format": "other/1", "scores": {"a": [0.1]}}',
-    '{"format": "engb-cause-sets/1"}', '{"format": "engb-cause-sets/1", "scores": {}}',
-    '{"format": "engb-cause-sets/1", "scores": []}',
-    '{"format": "engb-cause-sets/1", "scores": {"a": []}}',
-    '{"format": "engb-cause-sets/1", "scores": {"a": 0.5}}',
-    '{"format": "engb-cause-sets/1", "scores": {"a": ["x"]}}',
-    '{"format": "engb-cause-sets/1", "scores": {"a": [NaN]}}',
-    '{"format": "engb-cause-sets/1", "scores": {"a": [1.5]}}'])
+    None, '', '[]', '{"format": "other/1", "scores": {}}', '{"format": "engb-cause-sets/1"}',
+    *('{"format": "engb-cause-sets/1", "scores": ' + scores + '}' for scores in (
+        '{}', '[]', '{"leading": {"a": [0.1]}}', '{"leading": {"a": [0.1]}, "further": {}}',
+        '{"leading": {"a": [0.1]}, "further": {"a": []}}',
+        '{"leading": {"a": [0.1]}, "further": {"a": 0.5}}',
+        '{"leading": {"a": [0.1]}, "further": {"a": ["x"]}}',
+        '{"leading": {"a": [0.1]}, "further": {"a": [NaN]}}',
+        '{"leading": {"a": [1.5]}, "further": {"a": [0.1]}}'))])
 def test_a_damaged_file_is_told_in_one_line(text: str | None, shipped: Path):
     if text is not None:
         shipped.write_text(text, 'utf8')
@@ -165,7 +181,10 @@ def test_the_file_tells_where_it_comes_from():
     for proof in held['of']:
         assert proof['drawn'].startswith('engb prove --cases ') and ' --seed ' in proof['drawn']
         assert len(proof['digest']) == 64 and proof['commits'] and proof['date']
-    assert {name: len(values) for name, values in held['scores'].items()} == held['cases']
+    assert list(held['scores']) == list(PLACES)
+    for groups in held['scores'].values():
+        assert {name: len(values) for name, values in groups.items()} == held['cases']
     assert sum(held['cases'].values()) == sum(proof['cases'] for proof in held['of'])
     assert set(held['cases']) == {'clean', 'strong', 'subtle', 'several', 'outside'}
-    assert math.isfinite(shipped_calibration().threshold(SET_LEVEL))
+    assert all(math.isfinite(conformal_quantile(values, SET_LEVEL))
+               for groups in held['scores'].values() for values in groups.values())

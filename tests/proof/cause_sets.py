@@ -4,11 +4,11 @@
 Of each claim the diagnosis tells a set of causes, which may hold `another` cause (any that is not
 listed, or none). A set holds the truth if it holds a name that is right for the claim: one of
 `accepted` that no other claim gives; or, where none of the claim and its alternatives is right, if
-it holds another cause. A case holds if all its sets do; one without claims excludes nothing, and
-holds.
+it holds another cause. The claim that leads in share and those after it are scored apart: a case
+holds in a place if all its sets there do; one without a claim there excludes nothing, and holds.
 
-The calibration takes of each case the largest nonconformity of its claims' true causes (0 without
-claims), in groups that cases of any hand have. Cases of another hand are a yardstick, never a
+The calibration takes of each case and place the largest nonconformity of its claims' true causes
+(0 without claims), in groups that cases of any hand have. Cases of another hand are a yardstick, never a
 source: they can be checked, not calibrated on.
 """
 from __future__ import annotations
@@ -23,17 +23,21 @@ from engb_core.diagnose.cause_sets import (
     ANOTHER,
     Calibration,
     cause_set,
+    conformal_quantile,
     FORMAT,
+    FURTHER,
+    LEADING,
     names_a_cause,
     nonconformity,
+    PLACES,
     ranked,
 )
 from engb_core.errors import InputError
 
 __all__ = ['as_lines', 'calibrate', 'CauseSetScore', 'GROUPS', 'set_scores', 'totals_of']
 
-# Claim, whether its set holds the truth, how many causes it holds, whether another one.
-CauseSetScore = tuple[str, bool, int, bool]
+# Claim, its place, whether its set holds the truth, how many causes it holds, whether another one.
+CauseSetScore = tuple[str, str, bool, int, bool]
 GROUPS = {'clean': 'clean', 'strong': 'strong', 'subtle': 'subtle', 'pair': 'several',
           'triple': 'several', 'described': 'outside', 'undescribed': 'outside',
           'outside': 'outside'}
@@ -47,63 +51,75 @@ def _ranking(claim: dict) -> list[tuple[str, float]]:
                    for one in claim.get('alternatives') or []])
 
 
+def _placed(claims: Sequence[dict]) -> list[tuple[str, dict]]:
+    """The claims that name a cause, each with its place; they come in order of share."""
+    named = [one for one in claims if names_a_cause(one['effect'])]
+    return [(LEADING if number == 0 else FURTHER, one) for number, one in enumerate(named)]
+
+
 def _right(claim: dict, claims: Sequence[dict], accepted: Iterable[str]) -> set[str]:
     """The names that are right for a claim: what another claim gives is not open any more."""
     return set(accepted) - {one['effect'] for one in claims if one is not claim}
 
 
-def _score(effect: str, held: Sequence[str], another: bool, listed: set[str], right: set[str]
+def _score(claim: dict, place: str, held: Sequence[str], another: bool, right: set[str]
            ) -> CauseSetScore:
+    listed = {name for name, _ in _ranking(claim)}
     truth_in = bool(right & set(held)) if right & listed else another
-    return effect, truth_in, len(held) + another, another
+    return claim['effect'], place, truth_in, len(held) + another, another
 
 
 def set_scores(claims: Sequence[dict], accepted: Iterable[str]
                ) -> tuple[CauseSetScore, ...] | None:
     """Score the sets that a diagnosis tells of its claims; None where it claims and tells none."""
-    told = [one for one in claims if isinstance(one.get('causes'), dict)]
-    if not told:
-        return None if any(names_a_cause(one['effect']) for one in claims) else ()
-    return tuple(_score(one['effect'], one['causes']['effects'], bool(one['causes']['another']),
-                        {name for name, _ in _ranking(one)}, _right(one, claims, accepted))
-                 for one in told)
+    placed = _placed(claims)
+    if not all(isinstance(one.get('causes'), dict) for _, one in placed):
+        return None
+    return tuple(_score(one, place, one['causes']['effects'], bool(one['causes']['another']),
+                        _right(one, claims, accepted)) for place, one in placed)
 
 
-def totals_of(cases: Iterable[tuple[str, tuple[CauseSetScore, ...] | None]]) -> dict[str, dict]:
-    """How often sets hold the truth and how large they are, by stratum and in `all`.
+def totals_of(cases: Iterable[tuple[str, tuple[CauseSetScore, ...] | None]]
+              ) -> dict[str, dict[str, dict]]:
+    """How often sets hold the truth and how large they are, by place, by stratum and in `all`.
 
     Args:
         cases: stratum and scores of each case.
     """
-    rows: dict[str, dict] = {}
+    found: dict[str, dict[str, dict]] = {place: {} for place in PLACES}
     for stratum, sets in cases:
         if sets is None:
             continue
-        for name in (stratum, 'all'):
-            row = rows.setdefault(name, {'cases': 0, 'held': 0, 'claiming': 0, 'claiming_held': 0,
-                                         'sets': 0, 'causes': 0, 'single': 0, 'another': 0})
-            held = all(one[1] for one in sets)
-            row['cases'] += 1
-            row['held'] += held
-            row['claiming'] += bool(sets)
-            row['claiming_held'] += bool(sets) and held
-            row['sets'] += len(sets)
-            row['causes'] += sum(size for _, _, size, _ in sets)
-            row['single'] += sum(size == 1 for _, _, size, _ in sets)
-            row['another'] += sum(another for *_, another in sets)
-    for row in rows.values():
-        row['size'] = row['causes'] / row['sets'] if row['sets'] else None
-    return {name: rows[name] for name in (*GROUPS, 'all') if name in rows}
+        for place, rows in found.items():
+            there = [one for one in sets if one[1] == place]
+            held = all(one[2] for one in there)
+            for name in (stratum, 'all'):
+                row = rows.setdefault(name, {
+                    'cases': 0, 'held': 0, 'claiming': 0, 'claiming_held': 0, 'sets': 0,
+                    'causes': 0, 'single': 0, 'another': 0})
+                row['cases'] += 1
+                row['held'] += held
+                row['claiming'] += bool(there)
+                row['claiming_held'] += bool(there) and held
+                row['sets'] += len(there)
+                row['causes'] += sum(size for *_, size, _ in there)
+                row['single'] += sum(size == 1 for *_, size, _ in there)
+                row['another'] += sum(another for *_, another in there)
+    for rows in found.values():
+        for row in rows.values():
+            row['size'] = row['causes'] / row['sets'] if row['sets'] else None
+    return {place: {name: rows[name] for name in (*GROUPS, 'all') if name in rows}
+            for place, rows in found.items()}
 
 
-def as_lines(totals: dict[str, dict]) -> list[str]:
-    """The totals as text, a line per stratum."""
-    return [f'sets of causes, {name}: {row["held"]} of {row["cases"]} cases hold the truth '
-            f'({row["claiming_held"]} of {row["claiming"]} with claims); ' + (
+def as_lines(totals: dict[str, dict[str, dict]]) -> list[str]:
+    """The totals as text, a line per place and stratum."""
+    return [f'sets of causes, {place} claims, {name}: {row["held"]} of {row["cases"]} cases hold '
+            f'the truth ({row["claiming_held"]} of {row["claiming"]} with such claims); ' + (
                 'no set' if row['size'] is None else
                 f'{row["size"]:.2f} causes on average, {row["single"]} of {row["sets"]} sets hold '
                 f'one, {row["another"]} another cause')
-            for name, row in totals.items()]
+            for place, rows in totals.items() for name, row in rows.items()]
 
 
 def _cases_of(folder: Path) -> list[tuple[dict, list[dict]]]:
@@ -113,9 +129,8 @@ def _cases_of(folder: Path) -> list[tuple[dict, list[dict]]]:
         for line in (folder / 'cases.jsonl').read_text('utf8').splitlines():
             row = json.loads(line)
             path = folder / 'results' / row['name'] / 'diagnosis.json'
-            said = json.loads(path.read_text('utf8'))['effects'] if path.exists() else []
-            kept = {name for name, _ in row['claims']}
-            found.append((row, [one for one in said if one['effect'] in kept]))
+            found.append((row, json.loads(path.read_text('utf8'))['effects']
+                          if path.exists() else []))
         if not found or not all(row['stratum'] in GROUPS for row, _ in found):
             raise ValueError('no case of a known stratum')
         return found
@@ -124,22 +139,21 @@ def _cases_of(folder: Path) -> list[tuple[dict, list[dict]]]:
                          'earlier engb prove') from error
 
 
-def _nonconformity(row: dict, claims: list[dict]) -> float:
-    return max((nonconformity(_ranking(one), _right(one, claims, row['accepted']))
-                for one in claims if names_a_cause(one['effect'])), default=0.0)
+def _nonconformity(row: dict, claims: list[dict], place: str) -> float:
+    """The largest of the claims in a place, rounded up."""
+    value = max((nonconformity(_ranking(one), _right(one, claims, row['accepted']))
+                 for where, one in _placed(claims) if where == place), default=0.0)
+    return min(math.ceil(value * 10 ** _DECIMALS) / 10 ** _DECIMALS, 1.0)
 
 
-def _sets_at(row: dict, claims: list[dict], threshold: float, level: float
+def _sets_at(row: dict, claims: list[dict], thresholds: dict[str, float], level: float
              ) -> tuple[CauseSetScore, ...]:
     """What the diagnosis of a case would tell with another calibration, scored."""
     found = []
-    for one in claims:
-        if names_a_cause(one['effect']):
-            ranking = _ranking(one)
-            causes = cause_set(ranking, threshold, level)
-            found.append(_score(one['effect'], causes.effects, causes.another,
-                                {name for name, _ in ranking if name != ANOTHER},
-                                _right(one, claims, row['accepted'])))
+    for place, one in _placed(claims):
+        causes = cause_set(_ranking(one), thresholds[place], level)
+        found.append(_score(one, place, causes.effects, causes.another,
+                            _right(one, claims, row['accepted'])))
     return tuple(found)
 
 
@@ -177,28 +191,29 @@ def calibrate(folders: Sequence[Path], checks: Sequence[Path], out: Path, level:
     given = [folder.resolve() for folder in (*folders, *checks)]
     if len(set(given)) < len(given):
         raise InputError('--calibrate, --check: a folder is given twice; check on other cases')
-    scores: dict[str, list[float]] = {}
     made = [_provenance(folder) for folder in folders]
-    for folder in folders:
-        for row, claims in _cases_of(folder):
-            value = math.ceil(_nonconformity(row, claims) * 10 ** _DECIMALS) / 10 ** _DECIMALS
-            scores.setdefault(GROUPS[row['stratum']], []).append(min(value, 1.0))
-    threshold = Calibration({group: tuple(values) for group, values in scores.items()}
-                            ).threshold(level)
-    names = [name for name in dict.fromkeys(GROUPS.values()) if name in scores]
-    head = json.dumps({'format': FORMAT, 'made': datetime.now(UTC).date().isoformat(),
-                       'command': 'engb prove --calibrate', 'of': made,
-                       'cases': {name: len(scores[name]) for name in names}}, indent=1)
-    rows = ',\n'.join(f'  "{name}": {json.dumps(sorted(scores[name]))}' for name in names)
-    lines = [f'{sum(map(len, scores.values()))} cases; at level {level:g} a set holds causes of a '
-             f'nonconformity up to {threshold:.3f}']
-    for name in names:
-        one = Calibration({name: tuple(scores[name])}).threshold(level)
-        lines.append(f'  {name}: {len(scores[name])} cases alone give {one:.3f}')
+    cases = [case for folder in folders for case in _cases_of(folder)]
+    names = [name for name in dict.fromkeys(GROUPS.values())
+             if any(GROUPS[row['stratum']] == name for row, _ in cases)]
+    scores = {place: {name: tuple(sorted(
+        _nonconformity(row, claims, place) for row, claims in cases
+        if GROUPS[row['stratum']] == name)) for name in names} for place in PLACES}
+    thresholds = Calibration(scores).thresholds(level)
+    lines = [f'{len(cases)} cases; at level {level:g} a set holds causes of a nonconformity up to']
+    for place, groups in scores.items():
+        alone = ', '.join(f'{name} {conformal_quantile(values, level):.3f} of {len(values)}'
+                          for name, values in groups.items())
+        lines.append(f'  {thresholds[place]:.3f} for {place} claims (groups alone: {alone})')
     for folder in (*folders, *checks):
         lines.append(f'{folder.name} ({"checked" if folder in checks else "calibrated on"}):')
         lines += ['  ' + line for line in as_lines(totals_of(
-            (row['stratum'], _sets_at(row, claims, threshold, level))
+            (row['stratum'], _sets_at(row, claims, thresholds, level))
             for row, claims in _cases_of(folder)))]
-    out.write_text(f'{head[:-2]},\n "scores": {{\n{rows}\n }}\n}}\n', 'utf8')
+    head = json.dumps({'format': FORMAT, 'made': datetime.now(UTC).date().isoformat(),
+                       'command': 'engb prove --calibrate', 'of': made,
+                       'cases': {name: len(scores[LEADING][name]) for name in names}}, indent=1)
+    tables = ',\n'.join(f'  "{place}": {{\n' + ',\n'.join(
+        f'   "{name}": {json.dumps(values)}' for name, values in groups.items()) + '\n  }'
+        for place, groups in scores.items())
+    out.write_text(f'{head[:-2]},\n "scores": {{\n{tables}\n }}\n}}\n', 'utf8')
     return '\n'.join(lines)

@@ -198,19 +198,21 @@ def _calibration(page: Page, summary: dict) -> None:
 
 
 def _cause_sets(page: Page, summary: dict) -> None:
-    rows = summary['cause_sets']
-    if not rows.get('all', {}).get('sets'):
+    rows = [(place, name, row) for place, strata in summary['cause_sets'].items()
+            for name, row in strata.items()]
+    if not any(row['sets'] for *_, row in rows):
         return
     page.section('Whether its sets of causes hold the truth')
-    page.table([Column('stratum'), *(Column(text, number=True) for text in (
-        'all cases', 'with claims', 'causes in a set', 'sets of one', 'with another cause'))],
-        [[name, f'{row["held"]} of {row["cases"]}',
+    page.table([Column('claims'), Column('stratum'), *(Column(text, number=True) for text in (
+        'all cases', 'with such claims', 'causes in a set', 'sets of one', 'with another cause'))],
+        [[place, name, f'{row["held"]} of {row["cases"]}',
           f'{row["claiming_held"]} of {row["claiming"]}',
           '–' if row['size'] is None else f'{row["size"]:.2f}',
           f'{row["single"]} of {row["sets"]}', f'{row["another"]} of {row["sets"]}']
-         for name, row in rows.items()], kind='compact',
-        caption='Each claim has a set of causes; a case counts if all its sets hold the truth. '
-        'Another cause: any that is not listed, or none.')
+         for place, name, row in rows], kind='compact',
+        caption='Each claim has a set of causes: the one that leads in share, and further ones. A '
+        'case counts if all its sets there hold the truth. Another cause: any that is not listed, '
+        'or none.')
 
 
 def _conditions(page: Page, summary: dict) -> None:

@@ -255,4 +255,4 @@ def score(truth: CaseTruth, results: Path) -> CaseScore:
                    len(truth.stretches)), _variables(diagnosis, truth),
         removed, harm, truth.before, truth.oracle, own_before, after, truth.floor, truth.band,
         run.get('seconds'), run.get('failure'),
-        set_scores([one for one in claims if one['effect'] not in own_names], truth.accepted))
+        set_scores(claims, truth.accepted))

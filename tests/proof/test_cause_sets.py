@@ -50,15 +50,15 @@ def test_every_stratum_has_a_group() -> None:
 def test_a_set_holds_what_is_right_and_open() -> None:
     rivals = ('pad_creep', 0.3)
     assert set_scores([claim('backlash', 0.6, rivals, causes=(['backlash'], False))],
-                      ['backlash']) == (('backlash', True, 1, False),)
+                      ['backlash']) == (('backlash', 'leading', True, 1, False),)
     assert set_scores([claim('backlash', 0.6, rivals, causes=(['backlash'], False))],
-                      ['pad_creep']) == (('backlash', False, 1, False),)
+                      ['pad_creep']) == (('backlash', 'leading', False, 1, False),)
     # None of those listed is right: only another cause is.
     assert set_scores([claim('backlash', 0.6, rivals, causes=(['backlash', 'pad_creep'], True))],
-                      ['torque_offset']) == (('backlash', True, 3, True),)
+                      ['torque_offset']) == (('backlash', 'leading', True, 3, True),)
     # One that is listed is right, and not in the set: another cause is not it.
     assert set_scores([claim('backlash', 0.6, rivals, causes=(['backlash'], True))],
-                      ['pad_creep']) == (('backlash', False, 2, True),)
+                      ['pad_creep']) == (('backlash', 'leading', False, 2, True),)
 
 
 def test_what_another_claim_gives_is_not_open() -> None:
@@ -66,20 +66,31 @@ def test_what_another_claim_gives_is_not_open() -> None:
               claim('backlash', 0.6, ('pad_creep', 0.3),
                     causes=(['backlash', 'pad_creep'], False))]
     assert set_scores(claims, ['pad_creep']) == (
-        ('pad_creep', True, 1, False), ('backlash', False, 2, False))
+        ('pad_creep', 'leading', True, 1, False), ('backlash', 'further', False, 2, False))
 
 
 def test_a_silent_diagnosis_excludes_nothing_and_an_older_one_is_not_scored() -> None:
     assert set_scores([], ['backlash']) == ()
     assert set_scores([claim('load_curve_shape', 0.9)], []) == ()
     assert set_scores([claim('backlash', 0.9)], []) is None
-    totals = totals_of([('clean', ()), ('strong', None),
-                        ('pair', (('a', True, 1, False), ('b', False, 3, True)))])
-    assert set(totals) == {'clean', 'pair', 'all'}
-    assert totals['all'] | {'size': 2.0} == {
-        'cases': 2, 'held': 1, 'claiming': 1, 'claiming_held': 0, 'sets': 2, 'causes': 4,
-        'single': 1, 'another': 1, 'size': 2.0}
-    assert 'clean: 1 of 1 cases' in as_lines(totals)[0]
+    # What only describes the mismatch is no claim of a cause, and leads nothing.
+    assert set_scores([claim('load_curve_shape', 0.9),
+                       claim('backlash', 0.9, causes=(['backlash'], False))], ['backlash']) == (
+        ('backlash', 'leading', True, 1, False),)
+
+
+def test_totals_tell_places_apart() -> None:
+    totals = totals_of([('clean', ()), ('strong', None), (
+        'pair', (('a', 'leading', True, 1, False), ('b', 'further', False, 3, True),
+                 ('c', 'further', True, 2, True)))])
+    assert set(totals['leading']) == set(totals['further']) == {'clean', 'pair', 'all'}
+    assert totals['leading']['all'] == {
+        'cases': 2, 'held': 2, 'claiming': 1, 'claiming_held': 1, 'sets': 1, 'causes': 1,
+        'single': 1, 'another': 0, 'size': 1.0}
+    assert totals['further']['all'] == {
+        'cases': 2, 'held': 1, 'claiming': 1, 'claiming_held': 0, 'sets': 2, 'causes': 5,
+        'single': 0, 'another': 2, 'size': 2.5}
+    assert 'leading claims, clean: 1 of 1 cases' in as_lines(totals)[0]
 
 
 def test_it_is_calibrated_on_drawn_cases_and_checked_on_others(
@@ -89,25 +100,26 @@ def test_it_is_calibrated_on_drawn_cases_and_checked_on_others(
              for _ in range(12)]
     # Two of twelve subtle ones are wrong: at 0.9 that makes the set, the others alone would not.
     cases[24:26] = [('subtle', wrong, [claim('backlash', 0.3)]),
-                    ('subtle', wrong, [claim('backlash', 0.4, ('pad_creep', 0.5)),
-                                       claim('torque_offset', 0.9)])]
+                       ('subtle', ['pad_creep'], [claim('backlash', 0.4, ('pad_creep', 0.5)),
+                                               claim('torque_offset', 0.0)])]
     own = left(tmp_path / 'own', cases)
     other = left(tmp_path / 'other', [('outside', [], [claim('backlash', 0.9)]),
                                       ('strong', right, [claim('backlash', 0.89)])], other=True)
     out = tmp_path / 'cause_sets.json'
     assert main(['prove', '--calibrate', str(own), '--check', str(other), '--out', str(out)]) == 0
     told = capsys.readouterr().out
-    assert 'nonconformity up to 0.900' in told
-    assert 'subtle: 12 cases alone give 0.900' in told
-    assert 'strong: 12 cases alone give 0.0' in told
+    assert '0.400 for leading claims (groups alone: clean 0.000 of 12' in told
+    assert 'subtle 0.400 of 12' in told
+    assert '0.000 for further claims' in told
     assert 'other (checked):' in told
-    assert 'sets of causes, all: 2 of 2 cases hold the truth (2 of 2 with claims)' in told
+    assert ('sets of causes, leading claims, all: 1 of 2 cases hold the truth (1 of 2 with such '
+            'claims); 1.00 causes on average, 2 of 2 sets hold one') in told
     held = json.loads(out.read_text('utf8'))
     assert held['of'] == [{'drawn': 'engb prove --cases 84 --seed 3 --brief', 'digest': 'd',
                            'commits': ['abc'], 'date': '2026-11-27', 'cases': 84}]
     assert held['cases'] == {'clean': 12, 'strong': 12, 'subtle': 12, 'several': 24, 'outside': 24}
-    assert held['scores']['subtle'] == [0.0] * 10 + [0.3, 0.9]
-    assert Calibration.read(out).threshold(0.9) == 0.9
+    assert held['scores']['leading']['subtle'] == [0.0] * 10 + [0.3, 0.4]
+    assert Calibration.read(out).thresholds(0.9) == {'leading': 0.4, 'further': 0.0}
 
 
 @pytest.mark.parametrize(('arguments', 'told'), [
