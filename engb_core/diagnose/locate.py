@@ -64,7 +64,7 @@ def _since_reversal(run: Run) -> Array:
 
 
 def intervals(run: Run, mismatch: Array, real: NDArray[np.bool_]) -> list[Interval]:
-    """Return the stretches that hold the energy of `mismatch` (m,) [N·m].
+    """Return the stretches that hold the energy of `mismatch` (m,) [N·m] where there is any.
 
     Args:
         run: the recording.
@@ -78,10 +78,11 @@ def intervals(run: Run, mismatch: Array, real: NDArray[np.bool_]) -> list[Interv
     energy, told = np.zeros(grid[-1] + 1), np.zeros(grid[-1] + 1)
     energy[grid], told[grid] = mismatch ** 2, np.where(real, mismatch ** 2, 0.0)
     whole = energy.sum()
-    if told.sum() <= 0.0:
+    there = int(np.count_nonzero(told))
+    if there == 0:
         return []
     order = np.argsort(told)[::-1]
-    enough = int(np.searchsorted(np.cumsum(told[order]), HELD * told.sum())) + 1
+    enough = min(int(np.searchsorted(np.cumsum(told[order]), HELD * whole)) + 1, there)
     chosen = np.zeros(energy.size, bool)
     chosen[order[:enough]] = True
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))

@@ -8,8 +8,8 @@ it holds another cause. The claim that leads in share and those after it are sco
 holds in a place if all its sets there do; one without a claim there excludes nothing, and holds.
 
 The calibration takes of each case and place the largest nonconformity of its claims' true causes
-(0 without claims), in groups that cases of any hand have. Cases of another hand are a yardstick, never a
-source: they can be checked, not calibrated on.
+(0 without claims), in groups that cases of any hand have. Cases of another hand are a yardstick,
+never a source: they can be checked, not calibrated on.
 """
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ import math
 from pathlib import Path
 
 from engb_core.diagnose.cause_sets import (
-    ANOTHER,
     Calibration,
     cause_set,
     conformal_quantile,
