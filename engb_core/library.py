@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 import os
 from pathlib import Path
 from typing import Any
@@ -151,7 +151,8 @@ class Diagnosis(told.Diagnosis):
 
 def diagnose(recordings: Run | Sequence[Run], model: Model,
              holdout: Run | Sequence[Run] = (),
-             progress: Callable[[str], None] | None = None) -> Diagnosis:
+             progress: Callable[[str], None] | None = None,
+             level: float | None = None) -> Diagnosis:
     """Compare a model with recordings and say what physics it leaves out.
 
     Args:
@@ -160,12 +161,18 @@ def diagnose(recordings: Run | Sequence[Run], model: Model,
         holdout: one or several, judged only; without any, a part of the recordings is kept out
             of every fit.
         progress: is told what is being done, a line each.
+        level: of the sets of causes, `EffectFinding.causes`, within 0 and 1 (None: 0.9) [-].
 
     Raises:
         InputError: too little motion to judge a model by, or units that cannot be right.
     """
+    from engb_core.diagnose.cause_sets import checked_level, with_cause_sets
     from engb_core.diagnose.engine import diagnose as found_by
+    if level is not None:
+        checked_level(level)
     found = found_by(_several(recordings), model, _several(holdout), progress)
+    if level is not None:
+        found = replace(found, effects=with_cause_sets(found.effects, level))
     return Diagnosis(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
 
 

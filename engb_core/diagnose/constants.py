@@ -4,13 +4,15 @@
 Levels and excesses are of the mean squared residual in units of the noise's (noise = 1); an
 excess is what a level has above 1. Origin is one of: a *test* (level of significance), a *loss*
 (what one error costs against the other), a *prior* (how common something is), *counted* (set by
-how often it was right on generated cases; to be replaced by a score on what was left out).
+how often it was right on generated cases; to be replaced by a score on what was left out), a
+*level* (of a statement; any other may be asked for).
 Constants of a search (starts, rounds, companions) only cost time, and stand where they are used.
 """
 
 from __future__ import annotations
 
 __all__ = ['ALL_BUT', 'AT_MOST', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'BESIDE_LOAD',
+<<<<<<< HEAD
            'BETTER', 'CLEAN_EXCESS', 'COLOURED', 'CONTAINING', 'CONTAINING_PART', 'FORMULA_ERROR',
            'FORMULA_MISSES', 'FORMULA_TAILS', 'HELD_LEFT', 'HELD_LOSS', 'HELD_RISE', 'INSISTED',
            'INSISTED_PART', 'KNOWN_ODDS', 'LINE_LEVEL', 'MOST_NOISE', 'NAMED_PART',
@@ -19,6 +21,17 @@ __all__ = ['ALL_BUT', 'AT_MOST', 'BESIDE', 'BESIDE_EFFECTS', 'BESIDE_LEAVES', 'B
            'SECOND', 'SHARPNESS', 'STANDING_PART', 'STANDS_BETTER', 'STANDS_BETTER_PART',
            'STANDS_OUT', 'TABLE_WORTH', 'TAKEN_LEAST', 'TAKEN_MUCH', 'TAKEN_PART', 'TEMPER',
            'TWO_LEAVE', 'TWO_LEAVE_PART', 'UNNAMED', 'WITHOUT_TWO']
+=======
+           'BETTER', 'CLEAN_EXCESS', 'COLOURED', 'CONTAINING', 'CONTAINING_PART', 'FALSE_PART',
+           'FORMULA_ERROR', 'FORMULA_MISSES', 'FORMULA_TAILS', 'HELD_LEFT', 'HELD_LOSS',
+           'HELD_RISE', 'INSISTED', 'INSISTED_PART', 'KNOWN_ODDS', 'LINE_LEVEL', 'MOST_NOISE',
+           'MOST_OFF', 'NAMED_PART', 'NAMELESS_PRICE', 'NEXT_TO_NOTHING', 'NO_SIGN',
+           'NUMBERS_SUFFICE', 'NUMBER_BONUS', 'OF_NEXT', 'OTHERS_TAKE', 'PARAMETER_PRICE',
+           'PHYSICS_FOR_NUMBER', 'REFITTED', 'SECOND', 'SET_LEVEL', 'SHARPNESS', 'STANDING_PART',
+           'STANDS_BETTER', 'STANDS_BETTER_PART', 'STANDS_OUT', 'TABLE_WORTH', 'TAKEN_LEAST',
+           'TAKEN_MUCH', 'TAKEN_PART', 'TEMPER', 'TWO_LEAVE', 'TWO_LEAVE_PART', 'UNNAMED',
+           'WITHOUT_TWO']
+>>>>>>> tools
 
 # -- is there anything? ---------------------------------------------------------------------------
 
@@ -69,6 +82,10 @@ KNOWN_ODDS = 3.0
 # that it makes up: scale of a Student distribution of so many degrees of freedom (heavy tails: now
 # and then a formula is far off). Prior.
 FORMULA_MISSES, FORMULA_TAILS = 0.2, 4.0
+
+# Part of the cases whose true causes lie in the sets of causes (cause_sets.py), unless another one
+# is asked for. Level.
+SET_LEVEL = 0.9
 
 # -- is it named at all? --------------------------------------------------------------------------
 
@@ -137,3 +154,8 @@ STANDING_PART = 0.1
 # How much better a hypothesis must fit with the file's numbers as they stand than what was chosen:
 # in units of the noise, and as a part of what the file misses, since no formula is perfect. Loss.
 STANDS_BETTER, STANDS_BETTER_PART = 0.1, 0.02
+
+# -- where? ---------------------------------------------------------------------------------------
+
+# Expected part of the blocks in which a mismatch is told that hold none, at most. Level.
+FALSE_PART = 0.1

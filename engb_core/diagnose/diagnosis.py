@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from engb_core.model import Model
 from engb_core.signals.data_faults import DataFault
 
-__all__ = ['ClosedLoop', 'Candidate', 'Diagnosis', 'EffectFinding', 'Evidence', 'Interval',
-           'LawFinding', 'LawPicture', 'NextExperiment', 'NominalChange', 'ParameterEstimate',
-           'QualityOfFit', 'ResidualOver', 'Trace', 'Unexplained', 'Zone']
+__all__ = ['CauseSet', 'ClosedLoop', 'Candidate', 'Diagnosis', 'EffectFinding', 'Evidence',
+           'Interval', 'LawFinding', 'LawPicture', 'NextExperiment', 'NominalChange',
+           'ParameterEstimate', 'QualityOfFit', 'ResidualOver', 'Trace', 'Unexplained', 'Zone']
 
 Array = NDArray[np.float64]
 
@@ -35,6 +35,21 @@ class ParameterEstimate:
 
 
 @dataclass(frozen=True)
+class CauseSet:
+    """The causes that a claim leaves open at a level (cause_sets.py).
+
+    Attributes:
+        level: part of the cases of any kind whose true causes lie in their sets, at least [-].
+        effects: ids, the claim first.
+        another: whether a cause that is not listed, known or not, or none at all is open, too.
+    """
+
+    level: float
+    effects: tuple[str, ...]
+    another: bool
+
+
+@dataclass(frozen=True)
 class EffectFinding:
     """One effect that the data call for.
 
@@ -47,6 +62,7 @@ class EffectFinding:
         statement: a sentence for a brake engineer.
         onset: the recording, and the time [s] from its first sample, at which it begins to act;
             None where it acts throughout.
+        causes: the set of causes that the claim leaves open; None where it names no cause.
     """
 
     effect: str
@@ -56,6 +72,7 @@ class EffectFinding:
     alternatives: tuple[tuple[str, float], ...]
     statement: str
     onset: tuple[str, float] | None = None
+    causes: CauseSet | None = None
 
 
 @dataclass(frozen=True)

@@ -81,6 +81,10 @@ def _effect(finding: EffectFinding) -> dict[str, Any]:
     if finding.onset is not None and _finite(finding.onset[1]):
         recording, time = finding.onset
         entry['onset'] = {'recording': recording, 'time': float(time)}
+    if finding.causes is not None:
+        entry['causes'] = {'level': _fraction(finding.causes.level),
+                           'effects': list(finding.causes.effects),
+                           'another': bool(finding.causes.another)}
     return entry
 
 

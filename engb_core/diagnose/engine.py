@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from engb_core.diagnose.absent_load import absent_load
+from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
@@ -24,6 +25,7 @@ from engb_core.diagnose.evidence import (
     unseen_errors,
 )
 from engb_core.diagnose.experiment import next_experiment
+from engb_core.diagnose.false_discovery import mismatched
 from engb_core.diagnose.findings import findings_of, in_order, number_findings
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.full_bandwidth import (
@@ -95,11 +97,12 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         threads: that fit side by side (None: one for each processor); the result is the same.
 
     Raises:
-        InputError: too little motion to judge a model by, units that cannot be right, or neither
-            effort nor a reference from which a position loop tells it.
+        InputError: too little motion to judge a model by, units that cannot be right, neither
+            effort nor a reference from which a position loop tells it, or a damaged installation.
     """
     started = time.perf_counter()
     tell = progress or (lambda text: None)
+    shipped_calibration()   # Damaged, it is told before all the work.
     threads = processors() if threads is None else threads
     recordings, holdout = with_effort(recordings, model), with_effort(holdout, model)
     refuse_implausible((*recordings, *holdout), model)
@@ -121,16 +124,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         outcome = _with_law(outcome, tell)
     problem = outcome.judged_on(problem)
     selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
-    runs, parts = list(problem.runs), problem.split(outcome.mismatch)
-    if resonance is not None and all(
-            entry.effect == RESONANCE or entry.probability < 0.5 for entry in findings):
-        runs, parts = list(resonance.runs), list(resonance.parts)
-    located: list[Interval] = []
-    where: list[Zone] = []
-    if outcome.verdict != 'consistent':
-        located = [entry for run, part in zip(runs, parts, strict=True)
-                   for entry in intervals(run, part)]
-        where = zones(runs, parts, outcome.corrected)
+    located, where = _located(problem, outcome, resonance)
     tell('simulating the loop')
     last: tuple[Callable[[], Any], ...] = (
         partial(next_experiment, outcome.fitter, explanation.fit, findings, selection.rivals),
@@ -141,7 +135,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         findings = [finding_of_slider(finding) for finding in findings]
         unexplained = unexplained_of_slider(unexplained)
     return Diagnosis(
-        verdict=outcome.verdict, effects=tuple(findings), time=tuple(located),
+        verdict=outcome.verdict, effects=with_cause_sets(findings), time=tuple(located),
         where=tuple(where), unexplained=unexplained,
         held_out=quality_of_fit(problem, outcome.corrected, loops),
         next_experiment=proposal, model=outcome.corrected,
@@ -149,6 +143,29 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started),
         data_faults=(*faults, *further))
+
+
+def _located(problem: Problem, outcome: _Outcome, resonance: Resonance | None,
+             ) -> tuple[list[Interval], list[Zone]]:
+    """Return the stretches of time and the ranges of coordinates in which the model is off."""
+    if outcome.verdict == 'consistent':
+        return [], []
+    findings, explanation = outcome.findings, outcome.explanation
+    runs, parts, bandwidth = list(problem.runs), problem.split(outcome.mismatch), problem.bandwidth
+    left = explanation.fit.residual
+    if explanation.table is not None:
+        left = left - explanation.table.predicted
+    rest = problem.split(left)
+    residual = not explanation.fit.hypothesis.variants and all(
+        entry.effect in (LOAD_SHAPE, RESONANCE) for entry in findings)
+    if resonance is not None and all(
+            entry.effect == RESONANCE or entry.probability < 0.5 for entry in findings):
+        runs, parts, rest = list(resonance.runs), list(resonance.parts), list(resonance.left)
+        bandwidth, residual = resonance.bandwidth, False
+    real = mismatched([run.time for run in runs], parts, rest, [run.sigma for run in runs],
+                      bandwidth, residual)
+    return [entry for run, part, holds in zip(runs, parts, real, strict=True)
+            for entry in intervals(run, part, holds)], zones(runs, parts, outcome.corrected)
 
 
 def _cleaned(recordings: Sequence[Recording], model: Model,

@@ -63,19 +63,26 @@ def _since_reversal(run: Run) -> Array:
     return np.abs(motion.position - at)[run.comparison.grid]
 
 
-def intervals(run: Run, mismatch: Array) -> list[Interval]:
-    """Return the stretches that hold the energy of `mismatch` (m,) [N·m] above the noise."""
+def intervals(run: Run, mismatch: Array, real: NDArray[np.bool_]) -> list[Interval]:
+    """Return the stretches that hold the energy of `mismatch` (m,) [N·m] where there is any.
+
+    Args:
+        run: the recording.
+        mismatch: (m,) [N·m].
+        real: (m,) where there is a mismatch at all (false_discovery.py); nothing else is told.
+    """
     time = run.motion.time[run.comparison.grid]
     step = float(np.median(np.diff(time)))
     grid = np.round((time - time[0]) / step).astype(int)
     # What can't be judged, at standstill, holds nothing.
-    energy = np.zeros(grid[-1] + 1)
-    energy[grid] = mismatch ** 2
+    energy, told = np.zeros(grid[-1] + 1), np.zeros(grid[-1] + 1)
+    energy[grid], told[grid] = mismatch ** 2, np.where(real, mismatch ** 2, 0.0)
     whole = energy.sum()
-    if whole <= 0.0:
+    there = int(np.count_nonzero(told))
+    if there == 0:
         return []
-    order = np.argsort(energy)[::-1]
-    enough = int(np.searchsorted(np.cumsum(energy[order]), HELD * whole)) + 1
+    order = np.argsort(told)[::-1]
+    enough = min(int(np.searchsorted(np.cumsum(told[order]), HELD * whole)) + 1, there)
     chosen = np.zeros(energy.size, bool)
     chosen[order[:enough]] = True
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))

@@ -17,7 +17,7 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
-__all__ = ['estimates', 'stands_out', 'vector_covariance', 'vector_deviations']
+__all__ = ['estimates', 'inflation', 'stands_out', 'vector_covariance', 'vector_deviations']
 
 # From this many times what is believed beforehand on a deviation leaves that, to rounding.
 UNTOLD = float(np.finfo(float).eps ** -0.5)
@@ -81,7 +81,7 @@ class _Information:
             # What was not free is known, and takes nothing from a lag that acts just like it.
             free[held] = False
         gram = gram[np.ix_(free, free)]
-        noise = gram / _inflation((fit.residual / fitter.spread)[fitter.fitted])
+        noise = gram / inflation((fit.residual / fitter.spread)[fitter.fitted])
         width = (np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0))[free]
         effects = (np.arange(free.size) >= len(fit.hypothesis.numbers))[free]
         return cls(free, gram, noise, width, effects & (_deviations(noise) > width),
@@ -139,7 +139,7 @@ def _inverse(information: NDArray[np.float64],
     return inverse.astype(np.float64), norm
 
 
-def _inflation(residual: NDArray[np.float64]) -> float:
+def inflation(residual: NDArray[np.float64]) -> float:
     """Return variance times the sum of the autocorrelation: what coloured residuals cost."""
     variance = float(np.mean(residual ** 2))
     if variance <= 0.0:

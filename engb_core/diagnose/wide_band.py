@@ -71,14 +71,17 @@ FRACTION, PROMISED = 0.3, 3
 class Resonance:
     """A resonance that was found: what is said of it, and what it does to the effort.
 
-    `runs` are the recordings in the wide band; `parts` (one (m,) [N·m] a run) what the resonance
-    adds to their filtered effort.
+    `runs` are the recordings in the wide band, whose comparison has `bandwidth` [Hz]; `parts` (one
+    (m,) [N·m] a run) what the resonance adds to their filtered effort, `left` what the fit with it
+    leaves of that, likewise.
     """
 
     finding: EffectFinding
     setting: EffectSetting
     runs: tuple[Run, ...]
     parts: tuple[NDArray[np.float64], ...]
+    left: tuple[NDArray[np.float64], ...]
+    bandwidth: float
 
 
 def judged_wide(problem: Problem) -> bool:
@@ -273,4 +276,5 @@ def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float) -> Re
         parameters=estimates(fit, fitter, 0), share=float(np.clip(share, 0.0, 1.0)),
         alternatives=(), statement=effect.statement(values))
     return Resonance(finding, EffectSetting(RESONANCE, values), fitter.problem.runs,
-                     tuple(fitter.problem.split(fit.predicted - without)))
+                     tuple(fitter.problem.split(fit.predicted - without)),
+                     tuple(fitter.problem.split(fit.residual)), fitter.problem.bandwidth)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, ResidualOver
+from engb_core.diagnose.diagnosis import CauseSet, Diagnosis, EffectFinding, ResidualOver
 from engb_core.report.effect_pictures import effect_pictures
 from engb_core.report.law import add_law
 from engb_core.report.layout import Column, Page
@@ -68,6 +68,8 @@ def _effect(page: Page, finding: EffectFinding) -> None:
     page.text(finding.statement)
     facts = [('Share of the mismatch', percent(finding.share)),
              ('Probability', probability(finding.probability))]
+    if finding.causes is not None:
+        facts.append(('Set of causes', _causes(finding.causes)))
     facts += [(parameter_name(name), estimate(value))
               for name, value in finding.parameters.items()]
     page.table([Column('Quantity'), Column('Value')], facts, kind='compact')
@@ -80,6 +82,13 @@ def _effect(page: Page, finding: EffectFinding) -> None:
     if any(value.std is None for value in finding.parameters.values()):
         page.text('"Not determined" means that the recordings do not contain the motion that '
                   'would fix this number; take the value as a guess.', kind='caption')
+
+
+def _causes(causes: CauseSet) -> str:
+    """Return the causes that are open, and at which level."""
+    names = [effect_name(name) for name in causes.effects]
+    words = enumerate_words([*names, 'another cause'] if causes.another else names, 'or')
+    return f'{words} (level {causes.level:.3g})'
 
 
 def _unexplained(page: Page, diagnosis: Diagnosis, units: Units) -> None:

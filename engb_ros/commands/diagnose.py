@@ -94,6 +94,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_nominal(parser)
     parser.add_argument('--holdout', nargs='+', default=[], metavar='RECORDING',
                         help='recordings that no fit sees, on which the result is judged')
+    parser.add_argument('--level', type=float, metavar='P', help='tell sets of causes that hold '
+                        'the true one in this part of the cases (default: 0.9)')
     add_effects(parser)
     add_namespace(parser)
     add_progress(parser)
@@ -102,6 +104,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
+    if arguments.level is not None:
+        from engb_core.diagnose.cause_sets import checked_level
+        checked_level(arguments.level)
     model, lacks = model_given(arguments)
     simulator = simulator_paths(arguments)
     request = request_of(arguments, model)
@@ -140,6 +145,10 @@ def run(arguments: argparse.Namespace) -> None:
                                                         for text in first.not_told))
             from engb_core.diagnose.engine import diagnose
             diagnosis = diagnose(recordings, model, holdout=holdout, progress=progress)
+        if arguments.level is not None:
+            from engb_core.diagnose.cause_sets import with_cause_sets
+            diagnosis = replace(diagnosis, effects=with_cause_sets(diagnosis.effects,
+                                                                   arguments.level))
         diagnosis = replace(diagnosis, evidence=replace(
             diagnosis.evidence, notes=(*notes, *diagnosis.evidence.notes)))
         progress('writing the report')
@@ -196,6 +205,11 @@ def summary(diagnosis: Diagnosis, said: Sequence[str] = ()) -> str:
                            for name, probability in finding.alternatives)
         if rivals:
             lines.extend(_wrapped(f'not told apart from: {rivals}'))
+        causes = finding.causes
+        if causes is not None and (causes.another or len(causes.effects) > 1):
+            open_ones = [*causes.effects, *(['another cause'] if causes.another else [])]
+            lines.extend(_wrapped(f'set of causes at level {causes.level:.3g}: '
+                                  f'{", ".join(open_ones)}'))
     if diagnosis.unexplained is not None and diagnosis.unexplained.statement:
         lines.append(f'unexplained: {diagnosis.unexplained.share:.0%} of the mismatch')
         lines.extend(_wrapped(diagnosis.unexplained.statement))

@@ -15,6 +15,7 @@ examples:
   engb prove --cases-from FOLDER --jobs 2 --out out/other
   engb prove --real FOLDER --out out/real
   engb prove --table out/proof out/other out/real
+  engb prove --calibrate out/a out/b --check out/other --out out/cause_sets.json
   engb prove --open bags/brake_1/truth.sealed --diagnosis result/diagnosis.json
 
 With --cases-from the cases are those of another hand: a folder of case_…, each with train…, test,
@@ -26,9 +27,12 @@ held-out ladder, how the model's numbers lie apart over the recordings, how the 
 does on another (a set whose file set.yaml says machine_of: FOLDER), and what an expert expects of
 the machines that are listed.
 
+With --calibrate nothing is run: the calibration of the sets of causes is made of the cases that
+earlier proofs drew, and written to the file --out (as engb_core/diagnose/cause_sets.json was), and
+what the sets would hold there, and in the folders of --check, is printed.
+
 With --table nothing is run: what earlier proofs left in these folders is printed side by side as
 Markdown, a column per folder (column.md in each holds its own).
-
 """
 
 from __future__ import annotations
@@ -88,6 +92,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='with --real: take out two terms at a time as well')
     parser.add_argument('--table', metavar='DIR', nargs='+', help='print the scores of earlier '
                         'proofs side by side as a table in Markdown')
+    parser.add_argument('--calibrate', metavar='DIR', nargs='+', help='write the calibration of '
+                        'the sets of causes, from the cases of earlier proofs, to the file --out')
+    parser.add_argument('--check', metavar='DIR', nargs='+', default=[],
+                        help='with --calibrate: proofs on other cases, to check it on')
     parser.add_argument('--open', metavar='FILE.sealed', help='show a sealed truth')
     parser.add_argument('--diagnosis', metavar='diagnosis.json',
                         help='with --open: what the tool said')
@@ -102,6 +110,18 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.table:
         print(_proof('readme_table').table([Path(folder) for folder in arguments.table]))
         return 0
+    if arguments.calibrate:
+        if not arguments.out:
+            raise InputError('--calibrate: --out FILE is needed: where the calibration goes')
+        if Path(arguments.out).is_dir():
+            raise InputError(f'--out {arguments.out}: is a folder; name a file')
+        from engb_core.diagnose.constants import SET_LEVEL
+        print(_proof('cause_sets').calibrate(
+            [Path(folder) for folder in arguments.calibrate],
+            [Path(folder) for folder in arguments.check], Path(arguments.out), SET_LEVEL))
+        return 0
+    if arguments.check:
+        raise InputError('--check belongs to --calibrate')
     if arguments.diagnosis:
         raise InputError('--diagnosis belongs to --open FILE.sealed')
     _check(arguments)

@@ -10,7 +10,9 @@ import jsonschema
 import numpy as np
 import pytest
 
+from engb_core.diagnose import cause_sets
 from engb_core.diagnose.diagnosis import (
+    CauseSet,
     Diagnosis,
     EffectFinding,
     Interval,
@@ -38,7 +40,8 @@ DIAGNOSIS = Diagnosis(
         EffectFinding('stribeck_friction', 0.97, {
             'breakaway_ratio': ParameterEstimate(1.42, 0.03, '-'),
             'stribeck_velocity': ParameterEstimate(np.float64(2.0), None, 'rad/s'),
-        }, 0.83, (('presliding_friction', 0.12),), 'Friction falls by 42 %.'),
+        }, 0.83, (('presliding_friction', 0.12),), 'Friction falls by 42 %.',
+            causes=CauseSet(0.9, ('stribeck_friction', 'presliding_friction'), True)),
     ),
     time=(Interval('run1', 1.0, 2.0, 0.07),),
     where=(ZONE,),
@@ -103,6 +106,45 @@ def test_results_and_summary(engb, engine, bag, model_file, tmp_path):
     assert json.loads((folder / 'diagnosis.json').read_text())['verdict'] == 'explained'
     assert Model.read(folder / 'model.yaml') == Model()
     assert (folder / 'next_experiment.csv').read_text() == 'time,position\n0,0\n1,0.5\n2,1\n'
+
+
+def test_a_set_of_more_than_one_cause_is_printed(engb, engine, bag, model_file):
+    outcome = engb('diagnose', bag, '--model', model_file, '--out', 'result')
+    assert ('set of causes at level 0.9: stribeck_friction, presliding_friction, another cause'
+            in outcome.out)
+    one = dataclasses.replace(DIAGNOSIS.effects[1],
+                              causes=CauseSet(0.9, ('stribeck_friction',), False))
+    engine.result = dataclasses.replace(DIAGNOSIS, effects=(one,))
+    outcome = engb('diagnose', bag, '--model', model_file, '--out', 'result')
+    assert 'set of causes' not in outcome.out
+
+
+def test_a_level_makes_the_sets_anew(engb, engine, bag, model_file, tmp_path):
+    path = tmp_path / 'result' / 'diagnosis.json'
+    for level, another in (('0.000001', False), ('0.999999', True)):
+        outcome = engb('diagnose', bag, '--model', model_file, '--out', 'result', '--level', level)
+        assert outcome.status == 0
+        found = json.loads(path.read_text())['effects'][0]['causes']
+        assert found['level'] == float(level) and found['another'] is another
+        assert found['effects'][0] == 'stribeck_friction'
+    outcome = engb('diagnose', bag, '--model', model_file, '--out', 'new', '--level', '90')
+    assert (outcome.status, outcome.err) == (
+        2, 'engb: level 90: must lie within 0 and 1, as 0.9\n')
+    assert not (tmp_path / 'new').exists()
+
+
+def test_a_damaged_calibration_is_told_in_one_line(engb, engine, bag, model_file, tmp_path,
+                                                   monkeypatch):
+    damaged = tmp_path / 'cause_sets.json'
+    damaged.write_text('{"format": ')
+    monkeypatch.setattr(cause_sets, 'FILE', damaged)
+    cause_sets.shipped_calibration.cache_clear()
+    outcome = engb('diagnose', bag, '--model', model_file, '--out', 'result', '--level', '0.8')
+    cause_sets.shipped_calibration.cache_clear()
+    assert outcome.status == 2
+    assert outcome.err.startswith(f'engb: {damaged}: is no calibration of sets of causes')
+    assert outcome.err.count('\n') == 1
+    assert not (tmp_path / 'result').exists()
 
 
 def test_a_later_run_replaces_only_its_own_files(engb, engine, bag, model_file, tmp_path):

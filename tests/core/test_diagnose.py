@@ -81,6 +81,8 @@ def test_asymmetric_friction_is_found(results):
     assert found.value == pytest.approx(0.3, abs=0.03)
     assert abs(found.value - 0.3) < 4.0 * found.std + 0.01
     assert 'applying' in finding.statement
+    assert finding.causes is not None and finding.causes.level == 0.9
+    assert finding.causes.effects[0] == 'asymmetric_friction'
     effort = held_out(result, 'effort')
     assert effort.rms_after < 0.2 * effort.rms_before
     assert effort.rms_after < 1.2 * effort.noise_floor

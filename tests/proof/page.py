@@ -193,7 +193,26 @@ def _calibration(page: Page, summary: dict) -> None:
                  f'{b["right"]} of {b["claims"]}'] for b in sure['bands']], kind='compact',
                caption=f'Expected calibration error {sure["expected_error"]:.3f}, Brier score '
                f'{sure["brier"]:.3f}, over {sure["claims"]} claims.')
+    _cause_sets(page, summary)
     _conditions(page, summary)
+
+
+def _cause_sets(page: Page, summary: dict) -> None:
+    rows = [(place, name, row) for place, strata in summary['cause_sets'].items()
+            for name, row in strata.items()]
+    if not any(row['sets'] for *_, row in rows):
+        return
+    page.section('Whether its sets of causes hold the truth')
+    page.table([Column('claims'), Column('stratum'), *(Column(text, number=True) for text in (
+        'all cases', 'with such claims', 'causes in a set', 'sets of one', 'with another cause'))],
+        [[place, name, f'{row["held"]} of {row["cases"]}',
+          f'{row["claiming_held"]} of {row["claiming"]}',
+          '–' if row['size'] is None else f'{row["size"]:.2f}',
+          f'{row["single"]} of {row["sets"]}', f'{row["another"]} of {row["sets"]}']
+         for place, name, row in rows], kind='compact',
+        caption='Each claim has a set of causes: the one that leads in share, and further ones. A '
+        'case counts if all its sets there hold the truth. Another cause: any that is not listed, '
+        'or none.')
 
 
 def _conditions(page: Page, summary: dict) -> None:

@@ -60,6 +60,22 @@ def _bands(summary: dict) -> str:
     return f'{bands.get(0.9, _NOTHING)} ({bands.get(0.97, _NOTHING)})'
 
 
+def _sets(summary: dict, place: str) -> str:
+    """Of all cases how many hold the truth, of those with such claims, the worst stratum of these;
+    and how many causes a set has on average."""
+    rows = dict(summary['cause_sets'][place])
+    every = rows.pop('all', None)
+    if every is None or not every['sets']:
+        return _NOTHING
+    claiming = {name: row for name, row in rows.items() if row['claiming']}
+    worst = min(claiming, key=lambda name: (
+        claiming[name]['claiming_held'] / claiming[name]['claiming'], -claiming[name]['claiming']))
+    row = claiming[worst]
+    return (f'{every["held"]} of {every["cases"]} / {every["claiming_held"]} of '
+            f'{every["claiming"]} ({worst} {row["claiming_held"]} of {row["claiming"]}); '
+            f'{every["size"]:.2f}')
+
+
 def _onset(summary: dict) -> str:
     begun = summary['onset']
     if not begun['begins']:
@@ -155,6 +171,9 @@ ROWS: tuple[tuple[str, _Tell | None, _Tell | None], ...] = (
     ('calibration, expected error (Brier score)',
      lambda s: (f'{_number(s["calibration"]["expected_error"], 3)} '
                 f'({_number(s["calibration"]["brier"], 3)})'), None),
+    ('truth in the set of the leading claim at level 0.9, all cases / with a claim (worst '
+     'stratum); causes in a set', lambda s: _sets(s, 'leading'), None),
+    ('… in the sets of further claims', lambda s: _sets(s, 'further'), None),
     ('truth inside two deviations', lambda s: _percent(s['parameters']['coverage']), _inside),
     ('time intervals, precision / recall (chance)', _where, None),
     ('onset in mid-recording told, error; told where there is none', _onset, None),

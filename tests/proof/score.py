@@ -18,6 +18,7 @@ Definitions (all over the cases whose tool run ended; others count as silent and
   `unexplained.depends_on` names; how many it names beside them; whether `memory` is told right.
 - calibration: every claim is right if its effect is accepted; ten bins of probability;
   ECE = Σ n_b/N·|share right - mean probability|; and five bands that look closely above 0.9.
+- sets of causes: whether those of a case's claims hold the truth, how large (cause_sets.py).
 - parameters: |value - truth| / |truth| of every contract parameter of rightly claimed effects;
   `deviation` is the same, but for ratios whose neutral value is 1 over |truth - 1|;
   coverage: the share with |value - truth| ≤ 2·std.
@@ -42,6 +43,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .cause_sets import CauseSetScore, set_scores
 from .locate import in_time, in_zones, onset_told, OnsetScore, Stretch
 from .vocabulary import TABLE_4
 
@@ -131,6 +133,7 @@ class CaseScore:
     band: float
     seconds: float | None
     failure: str | None
+    sets: tuple[CauseSetScore, ...] | None = None
 
     @property
     def outside(self) -> bool:
@@ -251,4 +254,5 @@ def score(truth: CaseTruth, results: Path) -> CaseScore:
         onset_told([one for one in claims if one['effect'] in truth.hidden], truth.onset,
                    len(truth.stretches)), _variables(diagnosis, truth),
         removed, harm, truth.before, truth.oracle, own_before, after, truth.floor, truth.band,
-        run.get('seconds'), run.get('failure'))
+        run.get('seconds'), run.get('failure'),
+        set_scores(claims, truth.accepted))

@@ -2,6 +2,8 @@
 """Scores as text for a terminal."""
 from __future__ import annotations
 
+from .cause_sets import as_lines
+
 __all__ = ['as_text']
 
 
@@ -67,7 +69,7 @@ def _fit(summary: dict) -> list[str]:
                  f'{_number(sure["brier"])} of {sure["claims"]} claims')
     lines += [f'  claims said with {b["from"]:.2f} to {b["to"]:.2f}: {b["right"]} of '
               f'{b["claims"]} right (said {b["said"]:.2f})' for b in sure['bands']]
-    return lines
+    return lines + as_lines(summary['cause_sets'])
 
 
 def as_text(summary: dict) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.stats import beta
 
+from .cause_sets import totals_of
 from .score import CaseScore, CONFIDENT, OUTSIDE
 
 __all__ = ['calibration', 'clopper_pearson', 'parameter_table', 'summarise']
@@ -188,6 +189,7 @@ def summarise(cases: list[CaseScore]) -> dict[str, object]:
         'extra_claims': _mean([sum(name not in c.accepted for name, _ in c.claims)
                                for c in inside]),
         'calibration': calibration(cases),
+        'cause_sets': totals_of((c.stratum, c.sets) for c in cases),
         'parameters': parameter_table(cases),
         'localisation': {
             'precision': _mean([c.precision for c in hidden]),

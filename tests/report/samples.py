@@ -11,6 +11,7 @@ import numpy as np
 
 from engb_core.diagnose.diagnosis import (
     Candidate,
+    CauseSet,
     ClosedLoop,
     Diagnosis,
     EffectFinding,
@@ -162,7 +163,8 @@ def partly() -> Diagnosis:
             'load_hysteresis', 0.71, {'hysteresis_ratio': ParameterEstimate(0.043, 0.012, '-')},
             0.24, (('load_dependent_friction', 0.22), ('asymmetric_friction', 0.04)),
             'The caliper gives back less than it took: the loop is 4.3 % of the peak load wide '
-            'to each side.')),
+            'to each side.',
+            causes=CauseSet(0.9, ('load_hysteresis', 'load_dependent_friction'), True))),
         tuple(replace(entry, share=entry.share / 5) for trace in traces
               for entry in _intervals(trace, 0.0105)),
         (Zone('load', 0.1, 0.2, 'N·m', 0.52), Zone('direction', -1.0, 0.0, '-', 0.4)),

@@ -129,6 +129,7 @@ def test_partly_explained_names_the_rival_and_the_next_experiment():
     text = text_of(partly())
     assert 'Most likely cogging torque and load hysteresis explain 72 %' in text
     assert 'cannot rule out load-dependent friction (22 %)' in text
+    assert 'load hysteresis, load-dependent friction or another cause (level 0.9)' in text
     assert 'What to measure next' in text and 'nested strokes' in text
     assert 'What remains' in text and 'same in both directions' in text
 
