@@ -20,6 +20,7 @@ _SAYS = {'torque': 'A torque that', 'friction_gain': 'The friction changes by a 
          'effort_gain': 'The torque for a given effort changes by a part that',
          'inertia': 'An inertia that', 'position_shift': 'The measured position is off by what',
          'position_delay': 'The position is measured late, by a delay that',
+         'load_shift': 'The load is met elsewhere, by what',
          'delay': 'Torque and motion are apart by a delay that'}
 _COORDINATES = {'position': 'the position', 'motor_angle': 'the motor angle',
                 'velocity': 'the speed', 'direction': 'the direction of motion',
@@ -122,9 +123,9 @@ def _cause(candidate: Candidate) -> str:
     if candidate.form.acts_as == 'position_delay':
         return 'a position sensor whose reading comes late, the more so the larger these are'
     if candidate.form.acts_as == 'position_shift':
-        along = {'position', 'motor_angle'} >= set(depends_on(candidate))
-        return 'an encoder that is off centre or interpolates wrongly' if along else \
-            'a part that grows with heat, wears or bends, so that contact comes elsewhere'
+        return 'an encoder that is off centre or interpolates wrongly'
+    if candidate.form.acts_as == 'load_shift':
+        return 'a part that grows with heat, wears or bends, so that contact comes elsewhere'
     for atom in candidate.form.factors:
         if atom.kind in _CAUSES:
             return _CAUSES[atom.kind]
