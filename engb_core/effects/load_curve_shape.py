@@ -3,8 +3,8 @@
 
 A caliper's, a linkage's or a cable's load need be no polynomial. What the model's own form cannot
 follow stands here, a cubic between knots that lie evenly along the stroke. Beyond them its slope
-goes on as far as two knots lie apart, since a stiffness does not end where a recording did; further
-on nothing is known, and the last value holds.
+goes on as far as two knots lie apart, since a stiffness does not end where a recording did;
+further on nothing is known, and the last value holds.
 """
 
 from collections.abc import Mapping

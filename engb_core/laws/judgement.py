@@ -106,7 +106,7 @@ def depends_on(candidate: Candidate) -> tuple[str, ...]:
     """Return the coordinates that a law depends on, by its formula and by where it acts."""
     own = coordinates_of(parse(candidate.form.formula))
     names = list(own) + list(_BRINGS[candidate.form.acts_as])
-    texts = [atom.text for atom in candidate.form.factors]
+    texts = [atom.text for atom in candidate.form.all_factors]
     for function, name in _TELLS.items():
         if any(function in text for text in texts):
             names.append(name)
@@ -286,7 +286,8 @@ def _pays(search: Search, law: Candidate) -> bool:
 def _gain(search: Search, law: Candidate) -> float:
     """Return the gain in log density less what all the forms that were looked at cost [nats]."""
     gain = 0.5 * _independent(search, law) * math.log(search.before.level / law.score.level)
-    return gain - math.log(FORMS) - PRIOR_ODDS - law.form.count * math.log(10.0)
+    looked = len(law.form.terms) * math.log(FORMS)
+    return gain - looked - PRIOR_ODDS - law.form.count * math.log(10.0)
 
 
 def _approximates(search: Search, law: Candidate) -> bool:

@@ -47,6 +47,9 @@ _CAUSES = {
     'effort stop': 'a current sensor or motor that keeps some of its magnetism, or a gear that '
                    'bends before it turns',
     'power': 'a supply that sags under power',
+    'lag power': 'a supply that has not yet recovered from the power that was drawn',
+    'lag effort': 'a supply that has not yet recovered from the current that was drawn',
+    'voltage': 'a supply with less voltage than resistance and back-EMF ask for',
     'picked up': 'a part with play that is picked up after some way',
     'load stop': 'a joint that bends under load before it slips',
     'load drag': 'a joint that bends under load before it slips',
