@@ -167,8 +167,8 @@ class _Searching:
         leading = self._leading()
         if not leading or not is_promising(leading[0], before):
             return Search(self._fitter, self._base, before, tuple(leading), None)
-        for first in leading[:SUMMED]:
-            self._add_second(first, before)
+        for leads in leading[:SUMMED]:
+            self._add_second(leads, before)
         leading = self._leading()
         limits = {form.kinds: form for entry in leading[:LIMITED]
                   for form in (*limits_of(entry.form), *mirrors_of(entry.form))
