@@ -36,7 +36,8 @@ from engb_core.laws.blocks import Blocks, HEARD, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form, MOST_NUMBERS
 
-__all__ = ['Candidate', 'Screened', 'Search', 'best_of', 'is_promising', 'search_laws']
+__all__ = ['Candidate', 'EXPLAINED', 'LEFT', 'Screened', 'Search', 'best_of', 'is_promising',
+           'search_laws']
 
 Array = NDArray[np.float64]
 
@@ -48,6 +49,10 @@ TRIED = 4
 # Of forms that differ in the side or the sign of a shape only, so many.
 ALIKE = 2
 MOST_FACTORS = 3
+# Part of the excess over the noise that a law must explain, on blocks left out, and mean square
+# that it may leave (noise = 1): a remainder of this size still has structure, but no longer more
+# of it than noise. Where one product does both, no second one is looked for.
+EXPLAINED, LEFT = 0.8, 2.0
 # How many leading laws get a second product, and how many second ones are fitted with each.
 SUMMED, SECONDS = 2, 4
 # Leading laws whose memory is tried against its limit.
@@ -167,8 +172,9 @@ class _Searching:
         leading = self._leading()
         if not leading or not is_promising(leading[0], before):
             return Search(self._fitter, self._base, before, tuple(leading), None)
-        for leads in leading[:SUMMED]:
-            self._add_second(leads, before)
+        if not _is_enough(leading[0], before):
+            for leads in leading[:SUMMED]:
+                self._add_second(leads, before)
         leading = self._leading()
         limits = {form.kinds: form for entry in leading[:LIMITED]
                   for form in (*limits_of(entry.form), *mirrors_of(entry.form))
@@ -334,6 +340,12 @@ class _Searching:
                     found.setdefault(f'{form.acts_as} {sorted(texts)}',
                                      Form(form.acts_as, factors))
         return list(found.values())
+
+
+def _is_enough(law: Candidate, before: Score) -> bool:
+    """Whether a law of one product explains what a law must."""
+    return (law.score.level <= LEFT
+            and before.level - law.score.level >= EXPLAINED * (before.level - 1.0))
 
 
 def _values(fit: Fit, variant: int) -> list[float]:
