@@ -10,11 +10,10 @@ from engb_core.effects.base import Parameter
 from engb_core.laws.dimensions import divided, Unit, written
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
 
-__all__ = ['Atom', 'BASE_UNITS', 'Form', 'MOST_NUMBERS', 'Scales', 'Slot']
+__all__ = ['Atom', 'BASE_UNITS', 'Form', 'Scales', 'Slot']
 
 # Names of a law's parameters in order; the amplitude comes first.
 _NAMES = 'abcdefghijkl'
-MOST_NUMBERS = len(_NAMES)
 
 
 @dataclass(frozen=True)
@@ -73,83 +72,59 @@ BASE_UNITS: Mapping[str, Unit] = {
 
 @dataclass(frozen=True)
 class Form:
-    """A law without numbers yet: where it acts, and its factors; the amplitude is `a`.
-
-    `plus` is a second product that is added to the first, at the same place.
-    """
+    """A law without numbers yet: where it acts, and its factors; the amplitude is `a`."""
 
     acts_as: str
     factors: tuple[Atom, ...]
     size: float = 1.0
-    plus: Form | None = None
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """What tells it from other forms, whatever its numbers."""
-        own = (self.acts_as, *sorted(f'{atom.kind}: {atom.text}' for atom in self.factors))
-        return own if self.plus is None else (*own, '+', *self.plus.kinds[1:])
-
-    @property
-    def terms(self) -> tuple[Form, ...]:
-        """Its products, the first one alone as well."""
-        own = replace(self, plus=None)
-        return (own,) if self.plus is None else (own, *self.plus.terms)
-
-    @property
-    def all_factors(self) -> tuple[Atom, ...]:
-        """The factors of all its products."""
-        return tuple(atom for term in self.terms for atom in term.factors)
+        return (self.acts_as, *sorted(f'{atom.kind}: {atom.text}' for atom in self.factors))
 
     @property
     def count(self) -> int:
         """How many parameters it has; a wave of few periods counts as one more."""
-        return sum(1 + sum(len(atom.slots) + (atom.kind == 'slow wave') for atom in term.factors)
-                   for term in self.terms)
+        return 1 + sum(len(atom.slots) + (atom.kind == 'slow wave') for atom in self.factors)
 
     @property
     def goes_on(self) -> bool:
         """Whether it says how it goes on beyond the stroke that was recorded: the position stands
         in waves alone, of several periods each, and waves repeat."""
-        along = [atom for atom in self.all_factors if 'position' in atom.coordinates]
+        along = [atom for atom in self.factors if 'position' in atom.coordinates]
         return bool(along) and all(atom.kind in ('wave', 'turn') for atom in along)
 
     @property
     def linear(self) -> list[int]:
         """Which of its parameters a least-squares fit finds at once: amplitude and phase."""
-        found, place = [], 0
-        for term in self.terms:
-            found.append(place)
-            place += 1
-            for atom in term.factors:
-                place += len(atom.slots)
-                if atom.phase:
-                    found.append(place - 1)
+        found, place = [0], 1
+        for atom in self.factors:
+            place += len(atom.slots)
+            if atom.phase:
+                found.append(place - 1)
         return found
 
     @property
     def formula(self) -> str:
         """The formula with the names of its parameters."""
-        names = iter(_NAMES)
-        products = []
-        for term in self.terms:
-            parts = [next(names)]
-            for atom in term.factors:
-                parts.append(atom.text.format(*(next(names) for _ in atom.slots)))
-            products.append(' * '.join(parts))
-        return ' + '.join(products)
+        names = iter(_NAMES[1:])
+        parts = ['a']
+        for atom in self.factors:
+            parts.append(atom.text.format(*(next(names) for _ in atom.slots)))
+        return ' * '.join(parts)
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return what is fitted, the amplitude first; where a fit starts is `none` as well, so
         that no prior draws it anywhere."""
-        found: list[Parameter] = []
-        names = iter(_NAMES)
-        for term in self.terms:
-            unit = BASE_UNITS[self.acts_as]
-            for atom in term.factors:
-                unit = divided(unit, atom.unit)
-            found.append(Parameter(next(names), written(unit), -1e9, 1e9, none=0.0,
-                                   starts=(term.size or 1e-9,), form=0.0))
-            for slot in (slot for atom in term.factors for slot in atom.slots):
+        unit = BASE_UNITS[self.acts_as]
+        for atom in self.factors:
+            unit = divided(unit, atom.unit)
+        found = [Parameter('a', written(unit), -1e9, 1e9, none=0.0,
+                           starts=(self.size or 1e-9,), form=0.0)]
+        names = iter(_NAMES[1:])
+        for atom in self.factors:
+            for slot in atom.slots:
                 found.append(Parameter(
                     next(names), slot.unit, slot.low, slot.high, none=slot.start,
                     starts=(slot.start,), logarithmic=slot.logarithmic, form=0.0))
@@ -157,8 +132,7 @@ class Form:
 
     def starts(self) -> tuple[float, ...]:
         """Return where its parameters start, the amplitude first."""
-        own = (self.size, *(slot.start for atom in self.factors for slot in atom.slots))
-        return own if self.plus is None else (*own, *self.plus.starts())
+        return (self.size, *(slot.start for atom in self.factors for slot in atom.slots))
 
     def started(self, values: tuple[float, ...]) -> Form:
         """Return the form with these values as starts."""
@@ -166,8 +140,7 @@ class Form:
         for atom in self.factors:
             factors.append(atom.started(tuple(rest[:len(atom.slots)])))
             rest = rest[len(atom.slots):]
-        plus = None if self.plus is None else self.plus.started(tuple(rest))
-        return replace(self, factors=tuple(factors), size=values[0], plus=plus)
+        return replace(self, factors=tuple(factors), size=values[0])
 
 
 @dataclass(frozen=True)

@@ -28,26 +28,19 @@ from engb_core.laws.atoms import first_forms
 from engb_core.laws.blocks import Blocks, HEARD, kinds_of_motion
 from engb_core.laws.columns import scales_of
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
-from engb_core.laws.law_search import (
-    best_of,
-    Candidate,
-    EXPLAINED,
-    is_promising,
-    LEFT,
-    Search,
-    search_laws,
-)
+from engb_core.laws.law_search import best_of, Candidate, is_promising, Search, search_laws
 from engb_core.laws.resolved import orders_of, resolved_parts
 from engb_core.physics.inverse_dynamics import effort_of_motion
 
-__all__ = ['EXPLAINED', 'Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_removed',
+__all__ = ['Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_removed',
            'find_law', 'fits_elsewhere']
 
 Array = NDArray[np.float64]
 
-# Part of the excess that must be explained where the mismatch is so large that the law's own
-# formula shows.
-NEARLY_ALL = 0.95
+# Part of the excess over the noise that a law must explain, on blocks left out, and mean square
+# that it may leave (noise = 1): a remainder of this size still has structure, but no longer more
+# of it than noise. Where the mismatch is so large that the law's own formula shows, this part.
+EXPLAINED, LEFT, NEARLY_ALL = 0.8, 2.0, 0.95
 # Part of the excess that it must explain on the other kind of motion; and what is no law yet must
 # explain to be told as an approximation: more than it leaves.
 ELSEWHERE = 0.5
@@ -113,7 +106,7 @@ def depends_on(candidate: Candidate) -> tuple[str, ...]:
     """Return the coordinates that a law depends on, by its formula and by where it acts."""
     own = coordinates_of(parse(candidate.form.formula))
     names = list(own) + list(_BRINGS[candidate.form.acts_as])
-    texts = [atom.text for atom in candidate.form.all_factors]
+    texts = [atom.text for atom in candidate.form.factors]
     for function, name in _TELLS.items():
         if any(function in text for text in texts):
             names.append(name)
@@ -293,8 +286,7 @@ def _pays(search: Search, law: Candidate) -> bool:
 def _gain(search: Search, law: Candidate) -> float:
     """Return the gain in log density less what all the forms that were looked at cost [nats]."""
     gain = 0.5 * _independent(search, law) * math.log(search.before.level / law.score.level)
-    looked = len(law.form.terms) * math.log(FORMS)
-    return gain - looked - PRIOR_ODDS - law.form.count * math.log(10.0)
+    return gain - math.log(FORMS) - PRIOR_ODDS - law.form.count * math.log(10.0)
 
 
 def _approximates(search: Search, law: Candidate) -> bool:

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.selection import FURTHER_LEAST, FURTHER_OF_WHOLE, FURTHER_PART
 from engb_core.effects.law import law_effect
 from engb_core.errors import InputError
 from engb_core.laws.atoms import (
@@ -34,10 +33,9 @@ from engb_core.laws.atoms import (
 )
 from engb_core.laws.blocks import Blocks, HEARD, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
-from engb_core.laws.forms import Form, MOST_NUMBERS
+from engb_core.laws.forms import Form
 
-__all__ = ['Candidate', 'EXPLAINED', 'LEFT', 'Screened', 'Search', 'best_of', 'is_promising',
-           'search_laws']
+__all__ = ['Candidate', 'Screened', 'Search', 'best_of', 'is_promising', 'search_laws']
 
 Array = NDArray[np.float64]
 
@@ -49,12 +47,6 @@ TRIED = 4
 # Of forms that differ in the side or the sign of a shape only, so many.
 ALIKE = 2
 MOST_FACTORS = 3
-# Part of the excess over the noise that a law must explain, on blocks left out, and mean square
-# that it may leave (noise = 1): a remainder of this size still has structure, but no longer more
-# of it than noise. Where one product does both, no second one is looked for.
-EXPLAINED, LEFT = 0.8, 2.0
-# How many leading laws get a second product, and how many second ones are fitted with each.
-SUMMED, SECONDS = 2, 4
 # Leading laws whose memory is tried against its limit.
 LIMITED = 6
 ROUNDS, ROUNDS_AGAIN = 8, 8
@@ -172,10 +164,6 @@ class _Searching:
         leading = self._leading()
         if not leading or not is_promising(leading[0], before):
             return Search(self._fitter, self._base, before, tuple(leading), None)
-        if not _is_enough(leading[0], before):
-            for leads in leading[:SUMMED]:
-                self._add_second(leads, before)
-        leading = self._leading()
         limits = {form.kinds: form for entry in leading[:LIMITED]
                   for form in (*limits_of(entry.form), *mirrors_of(entry.form))
                   if form.kinds not in self._seen}
@@ -196,42 +184,14 @@ class _Searching:
     def _leading(self) -> list[Candidate]:
         return sorted(self._seen.values(), key=lambda entry: entry.score.level)
 
-    def _add_second(self, first: Candidate, before: Score) -> None:
-        """Fit a law with a second product of what it leaves, at the same place to act; keep sums
-        whose second product takes away as much as a further effect has to."""
-        fitter, size = self._fitter, self._base.hypothesis.size
-        left = first.score.level - 1.0
-        least = max(FURTHER_PART * left, FURTHER_LEAST,
-                    FURTHER_OF_WHOLE * (before.level - 1.0))
-        if left < least:
-            return
-        own = [size + place for place in first.form.linear]
-        blocks = Blocks(fitter, first.fit, self._labels, [*range(size), *own], heard=HEARD)
-        seconds = self._screened(
-            (form for form in first_forms(self._scales) if form.acts_as == first.form.acts_as
-             and len(form.starts()) + len(first.form.starts()) <= MOST_NUMBERS),
-            Columns(fitter, first.fit), blocks)
-        moved = first.fit.vector[:size] - self._base.vector
-        sums = [Screened(replace(first.form, plus=second.form), replace(second.score, moved=moved))
-                for second in _of_each_kind(seconds, SECONDS)
-                if second.score.level < first.score.level]
-        self._polish(sums)
-        for entry in sums:
-            made = self._seen.get(entry.form.kinds)
-            if made is not None and first.score.level - made.score.level < least:
-                del self._seen[entry.form.kinds]
-
-    def _screened(self, forms: Iterable[Form], beside: Columns | None = None,
-                  by: Blocks | None = None) -> list[Screened]:
-        """Return the forms, best first; `beside` another fit than the base and judged `by` its
-        blocks, if they are given."""
-        made, blocks = beside or self._columns, by or self._blocks
+    def _screened(self, forms: Iterable[Form]) -> list[Screened]:
+        """Return the forms, best first."""
         found: list[Screened] = []
         forms = list(forms)
         for begin in range(0, len(forms), CHUNK):
             chunk = forms[begin:begin + CHUNK]
-            columns = [made.of(form) for form in chunk]
-            for form, score in zip(chunk, blocks.scores(columns), strict=True):
+            columns = [self._columns.of(form) for form in chunk]
+            for form, score in zip(chunk, self._blocks.scores(columns), strict=True):
                 found.append(Screened(_sized(form, score.sizes), score))
         return sorted((entry for entry in found if np.isfinite(entry.score.level)),
                       key=lambda entry: entry.score.level)
@@ -340,12 +300,6 @@ class _Searching:
                     found.setdefault(f'{form.acts_as} {sorted(texts)}',
                                      Form(form.acts_as, factors))
         return list(found.values())
-
-
-def _is_enough(law: Candidate, before: Score) -> bool:
-    """Whether a law of one product explains what a law must."""
-    return (law.score.level <= LEFT
-            and before.level - law.score.level >= EXPLAINED * (before.level - 1.0))
 
 
 def _values(fit: Fit, variant: int) -> list[float]:

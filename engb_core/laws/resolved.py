@@ -71,7 +71,7 @@ def orders_of(form: Form) -> list[int]:
     if form.acts_as != 'position_shift':
         return []
     return [1 if atom.text.startswith('sin(position') else int(atom.text[4:].split(' ')[0])
-            for atom in form.all_factors if atom.kind == 'turn']
+            for atom in form.factors if atom.kind == 'turn']
 
 
 def _speeds(fitter: Fitter) -> Array:

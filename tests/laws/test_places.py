@@ -1,6 +1,6 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""Where a law acts and what it is made of: contact that moves, a supply that lacks voltage, sums,
-waves beyond the stroke, sensors that the samples resolve in slow motion only."""
+"""Where a law acts and what it is made of: contact that moves, a supply that lacks voltage, waves
+beyond the stroke, sensors that the samples resolve in slow motion only."""
 
 from __future__ import annotations
 
@@ -81,38 +81,12 @@ def test_a_supply_that_lacks_voltage():
     assert any(atom.kind == 'voltage' for atom in found.candidate.form.factors)
 
 
-def test_a_law_of_two_products():
-    hidden = law('a * sin(2 * position + 1) + b * direction * positive(c - position)', 'torque',
-                 a=0.008, b=3e-3, c=11.0)
-    found = found_in(recorded(hidden))
-    assert found is not None
-    assert len(found.candidate.form.terms) == 2
-    assert ' + ' in found.candidate.form.formula
-    assert {'position', 'direction'} <= set(depends_on(found.candidate))
-    assert len(found.parameters) == len(found.candidate.form.starts())
-
-
-def test_a_sum_keeps_its_numbers_apart():
-    single = Form('torque', (WAVE,), 0.5)
-    form = replace(single, plus=Form('torque', (HINGE,), 0.2))
-    assert form.formula == 'a * sin(b * position + c) + d * positive(position - e)'
-    assert [entry.unit for entry in form.parameters()] == ['N·m', '1/rad', 'rad', 'N·m/rad', 'rad']
-    assert form.starts() == (0.5, 3.0, 2.0, 0.2, 2.0)
-    assert form.started((1.0, 2.0, 3.0, 4.0, 5.0)).starts() == (1.0, 2.0, 3.0, 4.0, 5.0)
-    assert form.linear == [0, 2, 3]
-    assert form.count == 5 and single.count == 3
-    assert form.kinds != single.kinds
-    assert [term.formula for term in form.terms] == [
-        'a * sin(b * position + c)', 'a * positive(position - b)']
-
-
-@pytest.mark.parametrize(('factors', 'plus', 'goes_on'), [
-    ((WAVE,), None, True), ((HINGE,), None, False), ((WAVE, HINGE), None, False),
-    ((WAVE,), (HINGE,), False), ((replace(WAVE, kind='slow wave'),), None, False),
-    ((Atom('load', 'load'),), None, False), ((WAVE, Atom('load', 'load')), None, True)])
-def test_waves_alone_go_on_beyond_the_stroke(factors, plus, goes_on):
-    form = Form('torque', factors, plus=None if plus is None else Form('torque', plus))
-    assert form.goes_on == goes_on
+@pytest.mark.parametrize(('factors', 'goes_on'), [
+    ((WAVE,), True), ((HINGE,), False), ((WAVE, HINGE), False),
+    ((replace(WAVE, kind='slow wave'),), False), ((Atom('load', 'load'),), False),
+    ((WAVE, Atom('load', 'load')), True)])
+def test_waves_alone_go_on_beyond_the_stroke(factors, goes_on):
+    assert Form('torque', factors).goes_on == goes_on
 
 
 def test_a_screw_goes_on_beyond_the_stroke():
