@@ -38,6 +38,7 @@ class Objective:
         sigma: (m,) noise of the difference between measured and predicted effort [N·m].
         spread: (m,) what weighs the values in the cost [N·m].
         fitted: (m,) where a fit may look.
+        judged: (m,) where a law is judged: everywhere, if the motion is resolved (laws).
         load_shape: whether a table beside the file's load curve is among the numbers.
         numbers: the nominal numbers that every hypothesis refits.
     """
@@ -50,6 +51,7 @@ class Objective:
         self.sigma = problem.sigma
         self.spread = self.sigma
         self.fitted = problem.fitted
+        self.judged = np.ones(self.measured.size, dtype=np.bool_)
         self._model = with_reference_load(problem.model, problem.scene)
         if load_shape:
             self._model = with_load_shape(self._model, problem.scene)

@@ -119,6 +119,8 @@ _STAGES = {
     'inertia': {'torque': _act},
     'position_shift': {'shift': _shift, 'torque': _shift_torque},
     'delay': {'actuation': _act},
+    # The load is met elsewhere; the shaft itself moves as it was measured.
+    'load_shift': {'shift': _shift},
     # The brake itself knows nothing of a sensor that is late.
     'position_delay': {},
 }
@@ -126,13 +128,14 @@ _EQUATIONS = {
     'torque': 'T = f', 'friction_gain': 'T_C = T_C (1 + f)', 'load_gain': 'T_L = T_L (1 + f)',
     'effort_gain': 'T_M = effort (1 + f)', 'inertia': 'T = f(θ) a + ½ f′(θ) ω²',
     'position_shift': 'θ = θ_measured + f', 'delay': 'T_M(t) = effort(t − f)',
-    'position_delay': 'θ(t − f) = θ_measured(t)',
+    'position_delay': 'θ(t − f) = θ_measured(t)', 'load_shift': 'T_L = T_L(θ + f)',
 }
 # What a law of these places may not look at: it isn't known yet when they act, or it has no
 # derivative.
 _NOT_THERE = {
     'torque': ('effort',), 'friction_gain': ('effort',), 'load_gain': ('effort', 'acceleration'),
     'position_shift': ('effort',), 'position_delay': ('effort',),
+    'load_shift': ('effort', 'acceleration'),
 }
 
 

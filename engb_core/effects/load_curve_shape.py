@@ -2,8 +2,9 @@
 """The load curve has another form than the model's: a table over the angle that is added to it.
 
 A caliper's, a linkage's or a cable's load need be no polynomial. What the model's own form cannot
-follow stands here, a cubic between knots that lie evenly along the stroke; beyond them nothing is
-known, and the last knot holds.
+follow stands here, a cubic between knots that lie evenly along the stroke. Beyond them its slope
+goes on as far as two knots lie apart, since a stiffness does not end where a recording did;
+further on nothing is known, and the last value holds.
 """
 
 from collections.abc import Mapping
@@ -22,7 +23,9 @@ KNOTS = 12
 def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     low, high = parameters[12], parameters[13]
     way = (sample[POSITION] - low) / (high - low) * 11.0
+    beyond = min(max(way, -1.0), 12.0)
     way = min(max(way, 0.0), 10.999999)
+    beyond -= min(max(beyond, 0.0), 11.0)
     knot = int(way)
     part = way - knot
     here, there = parameters[knot], parameters[knot + 1]
@@ -31,7 +34,8 @@ def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     after = parameters[knot + 2] if knot < 10 else 2.0 * there - here
     bend = 2.0 * before - 5.0 * here + 4.0 * there - after
     twist = 3.0 * (here - there) + after - before
-    return sample[LOAD] + here + 0.5 * part * (there - before + part * (bend + part * twist))
+    return (sample[LOAD] + here + 0.5 * part * (there - before + part * (bend + part * twist))
+            + beyond * (there - here))
 
 
 def _statement(p: Mapping[str, float]) -> str:

@@ -22,7 +22,7 @@ def adopted_effect(id: str, title: str, formula: str, acts_as: str,
         id: its name in diagnoses and model files.
         title: as a person says it.
         formula: of the grammar (engb_core/laws/grammar.py).
-        acts_as: torque, friction_gain, load_gain, effort_gain, inertia, position_shift or delay.
+        acts_as: where it acts, one of `ACTS_AS` (engb_core/laws/machine.py).
         parameters: of the formula, in order of appearance, with units and bounds.
         reference: where it was found.
         within: coordinate → range in which it acts as the formula says; held beyond.

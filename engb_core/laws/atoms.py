@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+import itertools
 import math
 
 from engb_core.laws.forms import Atom, BASE_UNITS, Form, Scales, Slot
@@ -72,10 +73,18 @@ def _sensors(s: Scales) -> list[Atom]:
     for part in (0.006, 0.025):
         way = Slot(u, part * s.stroke, 5e-4 * s.stroke, s.stroke, True)
         found.append(Atom('stop', 'stop(position, {0})', (way,)))
-    # What grows with heat, wears along the way, or bends under load moves the sensor's zero too.
-    slow = [atom for atom in _memories(s) if atom.kind.startswith(('heat ', 'distance', 'set'))
+    return found
+
+
+def _contacts(s: Scales) -> list[Atom]:
+    """What moves the place at which the load is met: heat, wear, bending, lost motion, a mark
+    that stays."""
+    if s.load <= 0.0:
+        return []
+    slow = [atom for atom in _memories(s)
+            if atom.kind.startswith(('heat ', 'distance', 'run in', 'set', 'stop'))
             or atom.kind == 'lag load']
-    return found + slow + _loads(s)[:2] + _times(s) + _discs(s)
+    return slow + _loads(s)[:2] + _times(s) + _discs(s)
 
 
 def _waves(s: Scales, count: int = MOST_ORDERS) -> Iterator[Atom]:
@@ -144,6 +153,14 @@ def _efforts(s: Scales) -> list[Atom]:
              Atom('effort2', 'effort**2', (), (('N·m', 2),))]
     found.append(Atom('power', 'positive(effort * velocity)', (),
                       (('N·m', 1), (f'{s.angle}/s', 1))))
+    # Resistance and back-EMF ask for a voltage; what a supply lacks of it is lost as torque.
+    for share, part in itertools.product((0.3, 1.0), (0.5, 0.8)):
+        most = s.effort * (1.0 + share)
+        emf = Slot(f'N·m/({s.angle}/s)', share * s.effort / s.speed, 0.0, 5.0 * s.effort / s.speed)
+        lacks = 'positive(abs(effort + {0} * velocity) - {1})'
+        limit = Slot('N·m', part * most, 0.05 * s.effort, 5.0 * s.effort)
+        found += [Atom('voltage', lacks, (emf, limit), u),
+                  Atom('voltage', f'{lacks} / abs(effort)', (emf, limit))]
     width = Slot('N·m', 0.03 * s.effort, 1e-3 * s.effort, s.effort, True)
     found.append(Atom('effort sign', 'tanh(effort / {0})', (width,)))
     for part in (0.2, 0.5):
@@ -232,10 +249,18 @@ def _memories(s: Scales) -> list[Atom]:
     return found
 
 
-def _effort_heats(s: Scales) -> list[Atom]:
-    return [Atom('heat effort', 'heat(effort**2, {0})',
-                 (Slot('s', part * s.duration, 0.03 * s.duration, 10.0 * s.duration, True),),
-                 (('N·m', 2),)) for part in (0.1, 0.4, 1.5)]
+def _effort_memories(s: Scales) -> list[Atom]:
+    """What effort leaves behind: a warm winding, a supply that has not yet recovered."""
+    found = [Atom('heat effort', 'heat(effort**2, {0})',
+                  (Slot('s', part * s.duration, 0.03 * s.duration, 10.0 * s.duration, True),),
+                  (('N·m', 2),)) for part in (0.1, 0.4, 1.5)]
+    power = (('N·m', 1), (f'{s.angle}/s', 1))
+    for part in (0.004, 0.015, 0.06):
+        settling = Slot('s', max(part * s.duration, 3.0 * s.sampling), 2.0 * s.sampling,
+                        3.0 * s.duration, True)
+        found += [Atom('lag power', 'lag(positive(effort * velocity), {0})', (settling,), power),
+                  Atom('lag effort', 'lag(abs(effort), {0})', (settling,), (('N·m', 1),))]
+    return found
 
 
 def _discs(s: Scales) -> list[Atom]:
@@ -262,7 +287,8 @@ def _discs(s: Scales) -> list[Atom]:
 
 _DIRECTION = Atom('direction', 'direction')
 # Friction has its direction already; an inertia, a sensor and a delay know none.
-_WITHOUT_DIRECTION = ('friction_gain', 'inertia', 'position_shift', 'delay', 'position_delay')
+_WITHOUT_DIRECTION = ('friction_gain', 'inertia', 'position_shift', 'delay', 'position_delay',
+                      'load_shift')
 
 
 def _modulators(s: Scales) -> list[Atom]:
@@ -281,6 +307,8 @@ def _shapes(s: Scales, acts_as: str) -> list[Atom]:
         return _positions(s)
     if acts_as == 'position_shift':
         return _sensors(s)
+    if acts_as == 'load_shift':
+        return _contacts(s)
     if acts_as in ('delay', 'position_delay'):
         size = Slot('N·m', 0.3 * s.load, 0.0, 20.0 * s.load)
         more = [Atom('load and more', '(abs(load) + {0})', (size,), (('N·m', 1),))]
@@ -294,7 +322,7 @@ def _shapes(s: Scales, acts_as: str) -> list[Atom]:
         found += [Atom('acceleration', 'acceleration', (), ((f'{s.angle}/s²', 1),)),
                   Atom('acceleration', 'abs(acceleration)', (), ((f'{s.angle}/s²', 1),))]
     if acts_as == 'effort_gain':
-        found += _efforts(s) + _effort_heats(s)
+        found += _efforts(s) + _effort_memories(s)
     return found
 
 

@@ -120,7 +120,8 @@ class Columns:
                     ('torque', np.ones(effort.size)), ('effort_gain', -effort),
                     ('friction_gain', samples[:, LEVEL] * direction),
                     ('load_gain', samples[:, LOAD] * through),
-                    ('delay', np.gradient(effort, run.motion.step)), ('stiffness', stiffness)):
+                    ('delay', np.gradient(effort, run.motion.step)),
+                    ('load_shift', stiffness), ('stiffness', stiffness)):
                 # A sensor's error is carried on the fine grid.
                 sensitivities.setdefault(name, []).append(
                     values if name == 'stiffness' else values[::stride].copy())

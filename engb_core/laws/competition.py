@@ -53,6 +53,9 @@ Array = NDArray[np.float64]
 # not beat it: the law is the plainer thing.
 CLEARLY = 0.9
 BINS = 30
+# To the contract a delay is one, whichever of the two signals is late, and so is a position that
+# is off, whether to the sensor or to the load.
+TOLD_AS = {'position_delay': 'delay', 'load_shift': 'position_shift'}
 # Coordinates that are another one, or follow from it: whoever tells of one speaks of both.
 SAME_AS = {'motor_angle': 'position', 'direction': 'velocity'}
 
@@ -348,8 +351,7 @@ def _finding(found: Found) -> LawFinding:
     candidate = found.candidate
     return LawFinding(
         formula=formula_of(candidate), pattern=candidate.form.formula,
-        # To the contract a delay is one, whichever of the two signals is late.
-        acts_as=candidate.form.acts_as.replace('position_delay', 'delay'),
+        acts_as=TOLD_AS.get(candidate.form.acts_as, candidate.form.acts_as),
         parameters=found.parameters, line=said_line(found), statement=statement_of(found),
         alternatives=tuple(f'{entry.form.acts_as}: {formula_of(entry)}'
                            for entry in found.alternatives),

@@ -66,7 +66,7 @@ class Atom:
 BASE_UNITS: Mapping[str, Unit] = {
     'torque': (('N·m', 1),), 'friction_gain': (), 'load_gain': (), 'effort_gain': (),
     'inertia': (('kg·m²', 1),), 'position_shift': (('rad', 1),), 'delay': (('s', 1),),
-    'position_delay': (('s', 1),),
+    'position_delay': (('s', 1),), 'load_shift': (('rad', 1),),
 }
 
 
@@ -87,6 +87,13 @@ class Form:
     def count(self) -> int:
         """How many parameters it has; a wave of few periods counts as one more."""
         return 1 + sum(len(atom.slots) + (atom.kind == 'slow wave') for atom in self.factors)
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it says how it goes on beyond the stroke that was recorded: the position stands
+        in waves alone, of several periods each, and waves repeat."""
+        along = [atom for atom in self.factors if 'position' in atom.coordinates]
+        return bool(along) and all(atom.kind in ('wave', 'turn') for atom in along)
 
     @property
     def linear(self) -> list[int]:

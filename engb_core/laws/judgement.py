@@ -24,9 +24,12 @@ from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
 from engb_core.effects.law import law_value
 from engb_core.errors import InputError
+from engb_core.laws.atoms import first_forms
 from engb_core.laws.blocks import Blocks, HEARD, kinds_of_motion
+from engb_core.laws.columns import scales_of
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
-from engb_core.laws.law_search import Candidate, is_promising, Search, search_laws
+from engb_core.laws.law_search import best_of, Candidate, is_promising, Search, search_laws
+from engb_core.laws.resolved import orders_of, resolved_parts
 from engb_core.physics.inverse_dynamics import effort_of_motion
 
 __all__ = ['Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_removed',
@@ -57,7 +60,7 @@ _BRINGS = {'torque': (), 'friction_gain': ('direction',), 'load_gain': ('load',)
            'effort_gain': ('effort',), 'inertia': ('acceleration',),
            # A reading that is off acts through the load curve, where that is steep.
            'position_shift': ('position',), 'delay': ('velocity',),
-           'position_delay': ('velocity',)}
+           'position_delay': ('velocity',), 'load_shift': ('position',)}
 # What a function depends on beside its argument: bristles, play and a late direction on how long
 # ago the motion turned, the rate of a load on the speed.
 _TELLS = {'heat(': 'heat', 'rested(': 'time_at_rest', 'rate(load': 'velocity',
@@ -155,6 +158,9 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximate
         chosen, alike = _plainest(search.fitter, search.candidates)
     if _believed(search, chosen):
         return _found(search, chosen, alike, approximate=False)
+    resolved = _where_resolved(fitter, base, tell)
+    if resolved is not None:
+        return resolved
     near = [entry for entry in search.candidates if _approximates(search, entry)] \
         if approximately else []
     if near:
@@ -164,6 +170,25 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximate
         return None
     before, after = search.before.level, nearest.score.level
     return Nearest(nearest, (before - after) / (before - 1.0))
+
+
+def _where_resolved(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> Found | None:
+    """Return the law of a position sensor that is believed where its waves are resolved, if the
+    whole of the recordings does not resolve them."""
+    for part in resolved_parts(fitter, base):
+        forms = [form for form in first_forms(scales_of(part.fitter))
+                 if part.order // 2 < max(orders_of(form), default=0) <= part.order]
+        best, before = best_of(part.fitter, part.base, forms)
+        if best is None or not is_promising(best, before):
+            continue
+        tell('looking once more where the samples are near enough to what a sensor repeats')
+        search = search_laws(part.fitter, part.base, tell)
+        if not search.candidates:
+            continue
+        chosen, alike = _plainest(search.fitter, search.candidates)
+        if orders_of(chosen.form) and _believed(search, chosen):
+            return _found(search, chosen, alike, approximate=False)
+    return None
 
 
 def _found(search: Search, chosen: Candidate, alike: list[Candidate], approximate: bool) -> Found:
@@ -360,7 +385,7 @@ def _explained(search: Search, law: Candidate) -> float:
 
 def excess_removed(fitter: Fitter, without: Fit, complete: Fit) -> float:
     """Return the part of the excess over the noise of one fit that another takes away."""
-    before, after = (float(np.mean((fit.residual / fitter.sigma) ** 2)) - 1.0
+    before, after = (float(np.mean((fit.residual / fitter.sigma)[fitter.judged] ** 2)) - 1.0
                      for fit in (without, complete))
     return min(1.0 - max(after, 0.0) / max(before, 1e-9), 1.0)
 

@@ -35,7 +35,7 @@ from engb_core.laws.blocks import Blocks, HEARD, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
-__all__ = ['Candidate', 'Screened', 'Search', 'is_promising', 'search_laws']
+__all__ = ['Candidate', 'Screened', 'Search', 'best_of', 'is_promising', 'search_laws']
 
 Array = NDArray[np.float64]
 
@@ -121,6 +121,12 @@ def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None], least: f
     return _Searching(fitter, base, tell).run(least)
 
 
+def best_of(fitter: Fitter, base: Fit, forms: Iterable[Form]) -> tuple[Screened | None, Score]:
+    """Return the form that promises most as it starts, and the score without any."""
+    searching = _Searching(fitter, base, lambda text: None)
+    return searching.best(forms)
+
+
 class _Searching:
     def __init__(self, fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> None:
         self._fitter, self._base, self._tell = fitter, base, tell
@@ -165,6 +171,10 @@ class _Searching:
         onsets = self._screened(onset_forms(self._scales))
         onset = self._polished(onsets[0]) if onsets and self._hopeful(onsets[0]) else None
         return Search(self._fitter, self._base, before, tuple(self._leading()), onset)
+
+    def best(self, forms: Iterable[Form]) -> tuple[Screened | None, Score]:
+        """Return the form that promises most, and the score without any."""
+        return next(iter(self._screened(forms)), None), self._blocks.without()
 
     def _hopeful(self, onset: Screened) -> bool:
         """Whether an onset may come near the best law once it is fitted."""
@@ -266,7 +276,8 @@ class _Searching:
             np.concatenate([base.vector + moved, entries]), *hypothesis.bounds))
 
     def _variant(self, form: Form) -> Variant:
-        within = dict(self._within)
+        within = {name: span for name, span in self._within.items()
+                  if not (name == 'position' and form.goes_on)}
         effect = law_effect(form.formula, form.acts_as, form.parameters(), within, LONGEST_DELAY)
         return Variant(effect, tuple(effect.defaults.values()))
 

@@ -15,7 +15,7 @@ __all__ = ['LONGEST_LINE', 'line_of', 'with_error']
 LONGEST_LINE = 60
 _PLACES = {'torque': 'T', 'friction_gain': 'ΔT_C/T_C', 'load_gain': 'ΔT_L/T_L',
            'effort_gain': 'ΔT_M/T_M', 'inertia': 'ΔJ', 'position_shift': 'Δθ',
-           'delay': 'delay', 'position_delay': 'delay'}
+           'delay': 'delay', 'position_delay': 'delay', 'load_shift': 'Δθ_L'}
 # As textbooks write them; where there is no common sign, the word stays.
 _COORDINATES = {'position': 'θ', 'motor_angle': 'θ', 'velocity': 'ω', 'direction': 'sgn ω',
                 'acceleration': 'ω̇', 'time': 't'}

@@ -36,7 +36,7 @@ __all__ = ['ACTS_AS', 'AXES', 'MODE', 'MOST_PARAMETERS', 'DELAY_MODE', 'LONGEST'
 
 # What a law may act as, in the order of its code.
 ACTS_AS = ('torque', 'friction_gain', 'load_gain', 'effort_gain', 'inertia', 'position_shift',
-           'delay', 'position_delay')
+           'delay', 'position_delay', 'load_shift')
 MOST_PARAMETERS = 12
 _COUNT, _PROGRAM, AXES, TURN, LONGEST, MODE = 12, 13, 85, 97, 98, 99
 _MOST_INSTRUCTIONS = (AXES - _PROGRAM) // 2

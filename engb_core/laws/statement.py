@@ -20,6 +20,7 @@ _SAYS = {'torque': 'A torque that', 'friction_gain': 'The friction changes by a 
          'effort_gain': 'The torque for a given effort changes by a part that',
          'inertia': 'An inertia that', 'position_shift': 'The measured position is off by what',
          'position_delay': 'The position is measured late, by a delay that',
+         'load_shift': 'The load is met elsewhere, by what',
          'delay': 'Torque and motion are apart by a delay that'}
 _COORDINATES = {'position': 'the position', 'motor_angle': 'the motor angle',
                 'velocity': 'the speed', 'direction': 'the direction of motion',
@@ -46,6 +47,9 @@ _CAUSES = {
     'effort stop': 'a current sensor or motor that keeps some of its magnetism, or a gear that '
                    'bends before it turns',
     'power': 'a supply that sags under power',
+    'lag power': 'a supply that has not yet recovered from the power that was drawn',
+    'lag effort': 'a supply that has not yet recovered from the current that was drawn',
+    'voltage': 'a supply with less voltage than resistance and back-EMF ask for',
     'picked up': 'a part with play that is picked up after some way',
     'load stop': 'a joint that bends under load before it slips',
     'load drag': 'a joint that bends under load before it slips',
@@ -122,9 +126,9 @@ def _cause(candidate: Candidate) -> str:
     if candidate.form.acts_as == 'position_delay':
         return 'a position sensor whose reading comes late, the more so the larger these are'
     if candidate.form.acts_as == 'position_shift':
-        along = {'position', 'motor_angle'} >= set(depends_on(candidate))
-        return 'an encoder that is off centre or interpolates wrongly' if along else \
-            'a part that grows with heat, wears or bends, so that contact comes elsewhere'
+        return 'an encoder that is off centre or interpolates wrongly'
+    if candidate.form.acts_as == 'load_shift':
+        return 'a part that grows with heat, wears or bends, so that contact comes elsewhere'
     for atom in candidate.form.factors:
         if atom.kind in _CAUSES:
             return _CAUSES[atom.kind]

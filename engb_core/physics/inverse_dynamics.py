@@ -12,7 +12,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.effects.base import ACCELERATION, EFFORT, INERTIA, POSITION, TORQUE, VELOCITY
+from engb_core.effects.base import (
+    ACCELERATION,
+    EFFORT,
+    INERTIA,
+    LOAD,
+    POSITION,
+    TORQUE,
+    VELOCITY,
+)
 from engb_core.physics.compiled import EffectFunction, kernel, row_of
 from engb_core.physics.plant import N_DELAY, Physics, torque_without_inertia
 
@@ -32,6 +40,8 @@ def _needed(nominal: Array, cogging: Array, functions: object, bounds: Places, o
             parameters: Array, state: Array, samples: Array, effort: Array) -> None:
     for row in range(samples.shape[0]):
         sample = row_of(samples, row)
+        # What moves the load knows that of the sample before, as in a simulation.
+        sample[LOAD] = samples[row - 1, LOAD] if row > 0 else 0.0
         torque = torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters,
                                         state, sample)
         effort[row] = sample[INERTIA] * sample[ACCELERATION] + torque

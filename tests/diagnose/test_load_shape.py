@@ -18,9 +18,13 @@ from engb_core.diagnose.load_shape import (
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.search import physics_effects, search
 from engb_core.diagnose.selection import select
+from engb_core.effects.base import LOAD
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
 from engb_core.effects.load_curve_shape import KNOTS
 from engb_core.model import EffectSetting, LoadTorque, Model
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
+from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
 
 from .simulated_brake import brake_with, lively, NOMINAL
@@ -97,3 +101,15 @@ def test_a_table_for_the_load_curve_says_on_what_it_depends():
     assert told is not None and told.depends_on == ('position',) and not told.memory
     assert nameless_curve([replace(curve, probability=0.3)]) is None
     assert nameless_curve([replace(curve, effect='backlash')]) is None
+
+
+def test_the_load_curve_s_last_slope_goes_on_for_one_knot():
+    """A stiffness does not end where a recording did; far beyond nothing is known."""
+    values = {f'value_{index:02d}': 1e-3 * index for index in range(KNOTS)}
+    setting = EffectSetting('load_curve_shape', {**values, 'from': 0.0, 'to': 11.0})
+    model = Model(effects=(setting,))
+    position = np.array([-5.0, -0.5, 0.0, 5.5, 11.0, 11.5, 20.0])
+    samples = sample_table(1.0, np.arange(7.0), position, np.zeros(7), np.zeros(7))
+    effort_of_motion(samples, 1.0, physics_of(model))
+    assert np.allclose(samples[:, LOAD], 1e-3 * np.array([-1.0, -0.5, 0.0, 5.5, 11.0, 11.5, 12.0]),
+                       atol=1e-7)

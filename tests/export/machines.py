@@ -34,6 +34,7 @@ LAWS = {
     'effort_gain': ('-a * effort**2', {'a': 4.0}),
     'inertia': ('a * cos(position)', {'a': 2e-5}),
     'position_shift': ('a * sin(position + c)', {'a': 0.05, 'c': 0.4}),
+    'load_shift': ('a * heat(abs(load * velocity), t)', {'a': 0.02, 't': 0.4}),
     'delay': ('a + b * abs(velocity)', {'a': 0.003, 'b': 2e-5}),
 }
 

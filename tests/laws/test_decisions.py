@@ -164,11 +164,12 @@ def search(*levels, acts_as='torque'):
 @pytest.fixture
 def searched(monkeypatch):
     """Return what is said of a search."""
-    def look(made, *, believed=False, near=False, pays=True, again=None):
+    def look(made, *, believed=False, near=False, pays=True, again=None, resolved=None):
         monkeypatch.setattr(judgement, 'search_laws', lambda *_: made)
         monkeypatch.setattr(judgement, '_plainest', lambda fitter, all_: (all_[0], []))
         monkeypatch.setattr(judgement, 'is_promising', lambda *_: True)
         monkeypatch.setattr(judgement, '_without_stops', lambda *_: again)
+        monkeypatch.setattr(judgement, '_where_resolved', lambda *_: resolved)
         monkeypatch.setattr(judgement, '_believed', lambda *_: believed)
         monkeypatch.setattr(judgement, '_approximates', lambda *_: near)
         monkeypatch.setattr(judgement, '_gain', lambda search, entry: -entry.score.level)
@@ -184,6 +185,7 @@ def test_what_is_believed_comes_first_then_what_comes_near_then_nothing(searched
     assert searched(search()) is None
     assert searched(made, believed=True) == (made.candidates[0], False)
     assert searched(made, near=True) == (made.candidates[0], True)
+    assert searched(made, near=True, resolved='sensor') == 'sensor'
     nearest = searched(made)
     assert nearest.candidate is made.candidates[1]
     assert nearest.explained == pytest.approx(8.5 / 9.0)

@@ -95,7 +95,7 @@ def atom(kind: str, text: str) -> Atom:
      'with a position sensor whose reading comes late, the more so the larger these are.'),
     (found('position_shift', atom('wave', 'sin({0} * motor_angle)')),
      'with an encoder that is off centre or interpolates wrongly.'),
-    (found('position_shift', atom('load', 'load')),
+    (found('load_shift', atom('load', 'load')),
      'with a part that grows with heat, wears or bends, so that contact comes elsewhere.'),
     (found('torque', atom('load', 'load'), atom('wave', 'sin({0} * position)')),
      'with a screw, gear or guide whose error repeats along the stroke.'),
