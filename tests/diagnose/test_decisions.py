@@ -177,11 +177,11 @@ def test_without_any_effect_a_table_describes_what_is_left(levels, monkeypatch):
 # ---- how sure a number is
 
 def test_a_residual_of_nothing_costs_nothing_and_one_that_stays_costs_its_colour():
-    assert uncertainty._inflation(np.zeros(50)) == 1.0
+    assert uncertainty.inflation(np.zeros(50)) == 1.0
     white = np.random.default_rng(0).standard_normal(4000)
     slow = np.convolve(white, np.ones(60) / np.sqrt(60.0), 'same')
-    assert uncertainty._inflation(white) == pytest.approx(1.0, rel=0.2)
-    assert uncertainty._inflation(slow) > 20.0      # all 25 lags count
+    assert uncertainty.inflation(white) == pytest.approx(1.0, rel=0.2)
+    assert uncertainty.inflation(slow) > 20.0      # all 25 lags count
 
 
 @pytest.mark.parametrize(('value', 'deviation', 'logarithmic', 'sure'), [
