@@ -16,10 +16,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
+from scipy.stats import chi2, false_discovery_control, norm
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, FALSE_PART
-from engb_core.diagnose.uncertainty import inflation
+from engb_core.diagnose.uncertainty import autocorrelation, inflation
 
 __all__ = ['mismatched', 'rejected']
 
@@ -36,9 +36,8 @@ def rejected(chances: Array, false_part: float = FALSE_PART) -> NDArray[np.bool_
         chances: (k,) p values [-].
         false_part: expected part of the rejected ones that are true, at most [-].
     """
-    ordered = np.sort(chances)
-    passes = ordered <= false_part * np.arange(1, chances.size + 1) / max(chances.size, 1)
-    return chances <= (ordered[passes][-1] if passes.any() else -1.0)
+    found: NDArray[np.bool_] = false_discovery_control(chances) <= false_part
+    return found
 
 
 def mismatched(times: Sequence[Array], mismatch: Sequence[Array], left: Sequence[Array],
@@ -57,7 +56,8 @@ def mismatched(times: Sequence[Array], mismatch: Sequence[Array], left: Sequence
     noise = np.concatenate([values / scale for values, scale in zip(left, sigma, strict=True)])
     variance = max(inflation(noise), 1.0)
     # A sum of squares has the colour of squares; how well the level of noise is known, beside it.
-    independent = 1.0 / (1.0 + 2.0 * float(np.sum(_colour(noise) ** 2)))
+    colour = autocorrelation(noise, 2.0 / np.sqrt(noise.size), noise.size // 4)
+    independent = 1.0 / (1.0 + 2.0 * float(np.sum(colour ** 2)))
     blocks, chances = [], []
     for time, said, rest, scale in zip(times, mismatch, left, sigma, strict=True):
         _, block = np.unique(np.floor(time * bandwidth / PERIODS), return_inverse=True)
@@ -75,17 +75,3 @@ def mismatched(times: Sequence[Array], mismatch: Sequence[Array], left: Sequence
     found = np.split(rejected(np.concatenate(chances)),
                      np.cumsum([chance.size for chance in chances])[:-1])
     return [hold[block] for hold, block in zip(found, blocks, strict=True)]
-
-
-def _colour(noise: Array) -> Array:
-    """Return the autocorrelation of noise from lag 1 on, as long as it is above chance."""
-    centred = noise - noise.mean()
-    whole = float(centred @ centred)
-    found: list[float] = []
-    while whole > 0.0 and len(found) + 1 < centred.size // 4:
-        lag = len(found) + 1
-        rho = float(centred[lag:] @ centred[:-lag]) / whole
-        if rho < 2.0 / np.sqrt(centred.size):
-            break
-        found.append(rho)
-    return np.array(found)

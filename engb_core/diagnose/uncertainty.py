@@ -17,7 +17,8 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
-__all__ = ['estimates', 'inflation', 'stands_out', 'vector_covariance', 'vector_deviations']
+__all__ = ['autocorrelation', 'estimates', 'inflation', 'stands_out', 'vector_covariance',
+           'vector_deviations']
 
 # From this many times what is believed beforehand on a deviation leaves that, to rounding.
 UNTOLD = float(np.finfo(float).eps ** -0.5)
@@ -137,6 +138,21 @@ def _inverse(information: NDArray[np.float64],
     norm[norm == 0.0] = 1e-300
     inverse = np.linalg.pinv(information / norm / norm[:, None], rcond=1e-10, hermitian=True)
     return inverse.astype(np.float64), norm
+
+
+def autocorrelation(values: NDArray[np.float64], least: float, longest: int,
+                    ) -> NDArray[np.float64]:
+    """Return the autocorrelation of values from lag 1 on, as long as it is no less than `least`
+    and the lag below `longest`."""
+    centred = values - values.mean()
+    whole = max(float(centred @ centred), 1e-300)
+    found: list[float] = []
+    for lag in range(1, longest):
+        rho = float(centred[lag:] @ centred[:-lag]) / whole
+        if rho < least:
+            break
+        found.append(rho)
+    return np.array(found)
 
 
 def inflation(residual: NDArray[np.float64]) -> float:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.uncertainty import estimates
+from engb_core.diagnose.uncertainty import autocorrelation, estimates
 from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
 from engb_core.effects.law import law_value
 from engb_core.errors import InputError
@@ -352,15 +352,8 @@ def _independent(search: Search, law: Candidate) -> float:
     """Return how many independent values the residual holds, by its colour."""
     fitter = search.fitter
     residual = (law.fit.residual / fitter.spread)[fitter.fitted]
-    centred = residual - residual.mean()
-    whole = float(centred @ centred)
-    colour = 1.0
-    for lag in range(1, min(50, centred.size // 4)):
-        rho = float(centred[lag:] @ centred[:-lag]) / max(whole, 1e-300)
-        if rho < 0.05:
-            break
-        colour += 2.0 * rho
-    return float(centred.size / colour)
+    colour = autocorrelation(residual, 0.05, min(50, residual.size // 4))
+    return float(residual.size / (1.0 + 2.0 * colour.sum()))
 
 
 def _holds(search: Search, law: Candidate, labels: NDArray[np.int64]) -> bool:
