@@ -14,7 +14,8 @@ from engb_core.signals.data_faults import DataFault
 
 __all__ = ['CauseSet', 'ClosedLoop', 'Candidate', 'Diagnosis', 'EffectFinding', 'Evidence',
            'Interval', 'LawFinding', 'LawPicture', 'NextExperiment', 'NominalChange',
-           'ParameterEstimate', 'QualityOfFit', 'ResidualOver', 'Trace', 'Unexplained', 'Zone']
+           'ParameterEstimate', 'QualityOfFit', 'ResidualOver', 'Timing', 'Trace', 'Unexplained',
+           'Zone']
 
 Array = NDArray[np.float64]
 
@@ -298,6 +299,23 @@ class ResidualOver:
 
 
 @dataclass(frozen=True)
+class Timing:
+    """By how much torque and recorded effort are apart, within one sample.
+
+    Attributes:
+        delay: of the torque after the recorded effort [s]; negative: it comes before.
+        causes: ids of effects that it may be, none told apart from the others.
+        at_bound: whether it may be more, which would be more than sampling makes up.
+        statement: a sentence.
+    """
+
+    delay: ParameterEstimate
+    causes: tuple[str, ...]
+    at_bound: bool
+    statement: str
+
+
+@dataclass(frozen=True)
 class Candidate:
     """One hypothesis that was weighed.
 
@@ -373,6 +391,7 @@ class Diagnosis:
         model: the corrected model.
         evidence: what the report draws.
         data_faults: gaps, jumps, clipping, … of the recordings.
+        timing: by how much torque and effort are apart; None: by nothing that can be told.
     """
 
     verdict: str
@@ -385,3 +404,4 @@ class Diagnosis:
     model: Model
     evidence: Evidence = field(default_factory=Evidence)
     data_faults: tuple[DataFault, ...] = ()
+    timing: Timing | None = None

@@ -51,6 +51,13 @@ def to_document(diagnosis: Diagnosis) -> dict[str, Any]:
         {'fault': entry.fault, 'recording': entry.recording, 'from': float(entry.begin),
          'to': float(entry.end), 'statement': entry.statement}
         for entry in diagnosis.data_faults if _finite(entry.begin, entry.end)]
+    timing = diagnosis.timing
+    if timing is not None and _finite(timing.delay.value):
+        document['timing'] = {
+            'delay': {'value': float(timing.delay.value), 'std': _deviation(timing.delay.std),
+                      'unit': timing.delay.unit},
+            'causes': list(timing.causes), 'at_least': bool(timing.at_bound),
+            'statement': timing.statement}
     proposal = diagnosis.next_experiment
     document['next_experiment'] = None if proposal is None else {
         'reason': proposal.reason,

@@ -55,6 +55,7 @@ from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
+from engb_core.diagnose.timing import timing_of
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.diagnose.wind_up import with_resonance
@@ -142,7 +143,9 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         evidence=evidence_of(problem, outcome.fitter, explanation.fit, selection,
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started),
-        data_faults=(*faults, *further))
+        data_faults=(*faults, *further),
+        timing=None if outcome.verdict == 'consistent'
+        else timing_of(outcome.fitter, explanation.fit))
 
 
 def _located(problem: Problem, outcome: _Outcome, resonance: Resonance | None,

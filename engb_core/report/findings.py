@@ -37,6 +37,7 @@ def add_findings(page: Page, diagnosis: Diagnosis, units: Units) -> None:
     if not diagnosis.effects:
         page.section('What is known about it')
         _unexplained(page, diagnosis, units)
+        _timing(page, diagnosis)
         _pictures(page, pictures, units)
         return
     page.section('What it is')
@@ -56,6 +57,13 @@ def add_findings(page: Page, diagnosis: Diagnosis, units: Units) -> None:
     if diagnosis.unexplained and diagnosis.verdict == 'partly_explained':
         page.subsection('What remains')
         _unexplained(page, diagnosis, units)
+    _timing(page, diagnosis)
+
+
+def _timing(page: Page, diagnosis: Diagnosis) -> None:
+    if diagnosis.timing is not None:
+        page.subsection('Timing within a sample')
+        page.text(diagnosis.timing.statement)
 
 
 def _pictures(page: Page, pictures: list[ResidualOver], units: Units) -> None:

@@ -213,6 +213,9 @@ def summary(diagnosis: Diagnosis, said: Sequence[str] = ()) -> str:
     if diagnosis.unexplained is not None and diagnosis.unexplained.statement:
         lines.append(f'unexplained: {diagnosis.unexplained.share:.0%} of the mismatch')
         lines.extend(_wrapped(diagnosis.unexplained.statement))
+    if diagnosis.timing is not None:
+        lines.append('timing, less than a sample')
+        lines.extend(_wrapped(diagnosis.timing.statement))
     if diagnosis.held_out:
         lines.append('held out (rms):')
     for entry in diagnosis.held_out:

@@ -1,0 +1,42 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""By how much torque and recorded effort are apart within one sample, and what may be why.
+
+Every hypothesis fits when samples of effort and position were taken, up to a sample apart. A lag
+of the drive, or of the measurement of effort, that is no longer than that moves torque the same
+way: the recordings say that something is late, and a set of causes, none of which is claimed.
+"""
+
+from __future__ import annotations
+
+from engb_core.diagnose.constants import STANDS_OUT
+from engb_core.diagnose.diagnosis import ParameterEstimate, Timing
+from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.uncertainty import vector_deviations
+
+__all__ = ['timing_of']
+
+
+def timing_of(fitter: Fitter, fit: Fit) -> Timing | None:
+    """Return by how much torque comes after the recorded effort in a finished fit, and the set of
+    causes; None where that is not significant, or where an effect of the fit says it."""
+    place = next((place for place, number in enumerate(fit.hypothesis.numbers)
+                  if number.name == DELAY), None)
+    if place is None:
+        return None
+    number, delay = fit.hypothesis.numbers[place], float(fit.vector[place])
+    deviation = float(vector_deviations(fit, fitter)[place])
+    if abs(delay) <= STANDS_OUT * deviation:
+        return None
+    at_bound = delay in (number.low, number.high)
+    what, lag, other = (
+        ('torque follows the recorded effort', 'actuation_lag', 'the drive takes that long')
+        if delay > 0.0 else
+        ('the recorded effort follows the torque', 'effort_measurement_lag',
+         'the effort is filtered before it is recorded'))
+    return Timing(
+        ParameterEstimate(delay, deviation, 's'), (lag, DELAY), at_bound,
+        f"{what[0].upper()}{what[1:]} by {'at least ' if at_bound else ''}"
+        f'{1e3 * abs(delay):.2g} ms (standard deviation {1e3 * deviation:.2g} ms), less than a '
+        f'sample: {other}, or effort and position are sampled apart. At this rate the '
+        'recordings do not tell which; both are the same in the corrected model.')

@@ -1,0 +1,80 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Torque and effort that are apart by less than a sample are told, with what it may be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.diagnose.diagnosis import Timing
+from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.timing import timing_of
+from engb_core.effects.catalogue import get_effect
+from engb_core.model import Model
+from engb_core.recording import Recording
+
+from .simulated_brake import brake_with, lively, NOMINAL
+
+
+# The simulated bench tells the effort of the step before, that much of a sample too early.
+EARLY = 0.94
+
+
+def apart(parts: float, brake: Model = NOMINAL) -> Recording:
+    """Return a recording whose effort is that of so many samples later than its position."""
+    recording = lively(brake, seed=3)
+    step = float(np.median(np.diff(recording.time)))
+    return replace(recording, effort=np.interp(
+        recording.time + (EARLY + parts) * step, recording.time, recording.effort))
+
+
+def told(recording: Recording) -> Timing | None:
+    fitter = Fitter(problem_of([recording], NOMINAL))
+    return timing_of(fitter, fitter.finish(fitter.base()))
+
+
+@pytest.mark.parametrize(('parts', 'cause'), [
+    (0.55, 'actuation_lag'), (-0.4, 'effort_measurement_lag')])
+def test_less_than_a_sample_is_told_with_its_causes(parts, cause):
+    recording = apart(parts)
+    timing = told(recording)
+    assert timing is not None
+    step = float(np.median(np.diff(recording.time)))
+    assert timing.delay.value == pytest.approx(parts * step, abs=3.0 * timing.delay.std)
+    assert np.sign(timing.delay.value) == np.sign(parts)
+    assert timing.causes == (cause, 'sampling_delay')
+    assert not timing.at_bound
+    assert 'do not tell which' in timing.statement
+
+
+def test_what_is_not_apart_is_not_told():
+    assert told(apart(0.0)) is None
+
+
+def test_more_than_half_a_sample_is_told_as_the_least():
+    timing = told(apart(1.3))
+    assert timing is not None
+    assert timing.at_bound
+    assert 'at least' in timing.statement
+
+
+def test_beside_a_lag_nothing_more_is_told():
+    fitter = Fitter(problem_of([apart(1.3)], NOMINAL))
+    variant = variants_of(get_effect('actuation_lag'), fitter.problem.scene)[0]
+    assert timing_of(fitter, fitter.finish(fitter.refine(fitter.fit(variant, keep=2)))) is None
+
+
+@pytest.mark.slow
+def test_a_recording_without_a_mismatch_is_told_nothing():
+    assert diagnose([apart(0.55)], NOMINAL).timing is None
+
+
+@pytest.mark.slow
+def test_it_is_told_beside_what_is_missing():
+    said = diagnose([apart(0.55, brake_with('asymmetric_friction', asymmetry=0.3))], NOMINAL)
+    assert said.effects[0].effect == 'asymmetric_friction'
+    assert said.timing is not None
+    assert said.timing.causes == ('actuation_lag', 'sampling_delay')
