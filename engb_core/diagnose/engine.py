@@ -15,7 +15,14 @@ from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.cross_entropy import middle_of_basin
-from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
+from engb_core.diagnose.diagnosis import (
+    Diagnosis,
+    EffectFinding,
+    Interval,
+    Timing,
+    Unexplained,
+    Zone,
+)
 from engb_core.diagnose.effort_scale import with_effort_scale
 from engb_core.diagnose.evidence import (
     evidence_of,
@@ -144,8 +151,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started),
         data_faults=(*faults, *further),
-        timing=None if outcome.verdict == 'consistent'
-        else timing_of(outcome.fitter, explanation.fit))
+        timing=None if outcome.verdict == 'consistent' else outcome.timing)
 
 
 def _located(problem: Problem, outcome: _Outcome, resonance: Resonance | None,
@@ -213,8 +219,9 @@ def _lateness(model: Model) -> float:
 @dataclass(frozen=True)
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
-    this makes up, the corrected model, what the library says with its models, and whether the file
-    has no load torque: what has to be identified first needs no law."""
+    this makes up, the corrected model, what the library says with its models, whether the file has
+    no load torque (what has to be identified first needs no law), and by how much torque and
+    effort are apart within a sample."""
 
     fitter: Fitter
     selection: Selection
@@ -226,6 +233,7 @@ class _Outcome:
     corrected: Model
     told: CorrectedModels
     load_is_absent: bool = False
+    timing: Timing | None = None
 
     def judged_on(self, problem: Problem) -> Problem:
         """Return the problem with the onsets of what the corrected model holds."""
@@ -254,6 +262,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     chosen = fitter.finish(without_idle_orders(fitter, fitter.refine(chosen)))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
+    timing = timing_of(fitter, explanation.fit)
     told = CorrectedModels(explanation, explanation.models(),
                            explained_problem(fitter, explanation.fit), explanation.fit)
     numbers: list[NumberFinding] = []
@@ -301,7 +310,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         tell('fitting the numbers to all that may be fitted')
         corrected = fitted_to_all(fitter, told, told.models.index(corrected))
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
-                    unexplained, corrected, told)
+                    unexplained, corrected, told, timing=timing)
 
 
 def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
@@ -345,7 +354,9 @@ def _told_with(outcome: _Outcome, law: Won) -> _Outcome:
         outcome, fitter=law.fitter, explanation=law.explanation, findings=findings,
         mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
         verdict='partly_explained' if findings else 'unexplained',
-        unexplained=law.told(outcome.unexplained, left), corrected=law.model)
+        unexplained=law.told(outcome.unexplained, left), corrected=law.model,
+        # Beside a law numbers are others, and it may say itself that torque is late.
+        timing=None)
 
 
 def _numbers_beside(outcome: _Outcome, law: Won) -> list[EffectFinding]:

@@ -24,8 +24,9 @@ def _statement(p: Mapping[str, float]) -> str:
                 f'to speed: an additional {quadratic:.3g}·ω·|ω| N·m, ω in rad/s.')
     most, speed = abs(quadratic) * p['mean_speed'] ** 2, p['transition_speed']
     return (f"Drag grows {'more' if quadratic < 0 else 'less'} steeply at low speed than in "
-            f"proportion to speed and levels off: {most:.3g} N·m "
-            f"{'more' if quadratic < 0 else 'less'} at high speed, 63 % of it at {speed:.3g} rad/s.")
+            f'proportion to speed and levels off: {most:.3g} N·m '
+            f"{'more' if quadratic < 0 else 'less'} at high speed, 63 % of it at "
+            f'{speed:.3g} rad/s.')
 
 
 EFFECT = Effect(

@@ -182,7 +182,8 @@ def judged(terms: list[str], claims: list[str], anyway: list[str]) -> str:
     return 'first' if new[0] == named[0] else 'not first'
 
 
-def met(expected: tuple[Expected, ...], claims: list[dict]) -> list[dict]:
+def met(expected: tuple[Expected, ...], claims: list[dict], timing: dict | None = None,
+        ) -> list[dict]:
     """How a machine's claims meet what an expert expects: the surest claim of each expectation,
     and whether its number lies where it should; last, what is claimed beside, at 0.5 and more."""
     found = []
