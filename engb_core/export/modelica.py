@@ -61,6 +61,10 @@ def _stribeck(entry: EffectSetting) -> tuple[str, str, dict[str, float]]:
 
 
 def _drag(entry: EffectSetting) -> tuple[str, str, dict[str, float]]:
+    if _values(entry, 'levels_off')['levels_off'] > 0.5:
+        return 'torque', ('- quadratic_viscous_friction * mean_speed^2 * sign(velocity)'
+                          ' * (1 - exp(-abs(velocity) / transition_speed))'), _values(
+            entry, 'quadratic_viscous_friction', 'mean_speed', 'transition_speed')
     return 'torque', '+ quadratic_viscous_friction * velocity * abs(velocity)', _values(
         entry, 'quadratic_viscous_friction')
 

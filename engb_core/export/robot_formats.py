@@ -42,7 +42,9 @@ def mjcf(model: Model) -> tuple[str, tuple[str, ...]]:
     """
     model, left = folded(model)
     lacks = _lacks(model)
-    drag = next((entry for entry in left if entry.effect == 'nonlinear_viscous_friction'), None)
+    # Drag that levels off is no polynomial of speed.
+    drag = next((entry for entry in left if entry.effect == 'nonlinear_viscous_friction'
+                 and not entry.parameters.get('levels_off', 0.0)), None)
     left = tuple(entry for entry in left if entry is not drag)
     root = ElementTree.Element('mujoco', {'model': model.joint.name})
     ElementTree.SubElement(root, 'compiler', {'angle': 'radian', 'autolimits': 'true'})

@@ -145,7 +145,7 @@ def test_urdf_is_read_by_mujoco():
 def modelica_acceleration(text: str, position: float, velocity: float, effort: float) -> float:
     """Return what the equations of a Modelica text say, one after another."""
     known: dict = {'position': position, 'velocity': velocity, 'effort': effort, 'abs': abs,
-                   'min': min, 'max': max, 'sin': np.sin, 'exp': np.exp}
+                   'min': min, 'max': max, 'sin': np.sin, 'exp': np.exp, 'sign': np.sign}
     for name, value in re.findall(r'parameter Real (\w+)(?:\(.*?\))? = ([-\d.e]+)', text):
         known[name] = float(value)
     table = re.search(r'parameter Real p\[\d+\] = \{(.*?)\}', text)
@@ -178,6 +178,24 @@ def test_modelica_s_equations_are_the_model_s(curve, effect):
         plant.advance(effort, 1e-7)
         assert modelica_acceleration(text, position, velocity, effort) == pytest.approx(
             plant.acceleration, rel=2e-3, abs=0.5)
+
+
+LEVELS_OFF = EffectSetting('nonlinear_viscous_friction', {
+    'quadratic_viscous_friction': -4e-5, 'transition_speed': 3.0, 'levels_off': 1.0,
+    'mean_speed': 12.0})
+
+
+def test_drag_that_levels_off_is_in_modelica_and_on_the_list_of_what_has_polynomials():
+    model = replace(machines()['rich'], effects=(LEVELS_OFF,))
+    text, lacks = modelica(model)
+    assert lacks == ()
+    for velocity in (20.0, 1.5, -3.0):
+        plant = BrakePlant(model, position=5.0)
+        plant._sample[3] = velocity
+        plant.advance(0.1, 1e-7)
+        assert modelica_acceleration(text, 5.0, velocity, 0.1) == pytest.approx(
+            plant.acceleration, rel=2e-3, abs=0.5)
+    assert any('nonlinear_viscous_friction' in line for line in mjcf(model)[1])
 
 
 def test_modelica_tells_what_the_fmu_has_more():

@@ -189,13 +189,19 @@ def _expected(page: Page, one: dict) -> None:
             f'{entry["low"]:.3g} to {entry["high"]:.3g}')
         rows.append([' or '.join(effect_name(name) for name in entry['names']),
                      'sure' if entry['sure'] else 'likely',
-                     'not named' if entry['said'] is None else effect_name(entry['said']),
-                     f'{entry["probability"]:.2f}', number])
+                     _told(entry), f'{entry["probability"]:.2f}', number])
     page.table([Column('expected'), Column('how sure'), Column('named'),
                 Column('probability', number=True), Column('its number')], rows)
     beside = one['expected'][-1]['beside']
     page.text('Beside it, at 0.5 and more: ' + (', '.join(
         f'{effect_name(name)} {p:.2f}' for name, p in beside) or 'nothing') + '.')
+
+
+def _told(entry: dict) -> str:
+    if entry['said'] is not None:
+        return effect_name(entry['said'])
+    causes = ' or '.join(effect_name(name) for name in entry['in_set'])
+    return f'as a set, within a sample: {causes}' if causes else 'not named'
 
 
 def _value(row: dict) -> str:

@@ -64,6 +64,10 @@ def test_what_an_expert_expects_is_held_against_what_was_said() -> None:
     assert limit['probability'] == 0.7
     assert limit['inside'] is False
     assert lag['said'] is None
+    assert lag['in_set'] == []
+    timing = {'causes': ['actuation_lag', 'sampling_delay']}
+    assert met(expected, claims, timing)[1]['in_set'] == timing['causes']
+    assert met(expected, claims, timing)[0]['in_set'] == []
     assert beside == {'beside': [('backlash', 0.6)]}
     assert met((), claims) == []
 
