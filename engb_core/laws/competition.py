@@ -348,11 +348,12 @@ def _won(fitter: Fitter, found: Found, told: CorrectedModels, named: Fit) -> Won
 
 
 def _finding(found: Found) -> LawFinding:
-    candidate = found.candidate
+    candidate, line = found.candidate, said_line(found)
     return LawFinding(
         formula=formula_of(candidate), pattern=candidate.form.formula,
         acts_as=TOLD_AS.get(candidate.form.acts_as, candidate.form.acts_as),
-        parameters=found.parameters, line=said_line(found), statement=statement_of(found),
+        parameters=found.parameters, line=line.text, below=line.below,
+        statement=statement_of(found),
         alternatives=tuple(f'{entry.form.acts_as}: {formula_of(entry)}'
                            for entry in found.alternatives),
         settled=found.settled, explained=found.explained, picture=_picture(found))

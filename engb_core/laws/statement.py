@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from engb_core.laws.grammar import coordinates_of, parse, printed, with_values
 from engb_core.laws.judgement import depends_on, Found
 from engb_core.laws.law_search import Candidate
-from engb_core.laws.line import line_of
+from engb_core.laws.line import Line, line_of
 
 __all__ = ['formula_of', 'said_line', 'said_names', 'statement_of']
 
@@ -67,6 +67,7 @@ _CAUSES = {
     'effort sign': 'a current sensor or amplifier whose gain differs with the sign',
     'effort': 'a motor or amplifier whose gain changes with the current',
     'effort2': 'a motor that saturates', 'effort hinge': 'a motor or supply that saturates',
+    'effort limit': 'a drive or supply that gives no more than a limit, whatever is asked of it',
     'small effort': 'a dead band or offset of the amplifier',
     'disc': 'the disc and its bearing', 'disc slow': 'pad friction that falls with disc speed',
     'disc level': 'pad friction that levels off over disc speed',
@@ -84,8 +85,8 @@ def formula_of(candidate: Candidate, digits: int = 4) -> str:
     return printed(with_values(parse(candidate.form.formula), candidate.values), digits)
 
 
-def said_line(found: Found) -> str:
-    """Return the law as one line with units and standard errors."""
+def said_line(found: Found) -> Line:
+    """Return the law as one line with units and standard errors, and what is told below it."""
     form = found.candidate.form
     return line_of(form.acts_as, parse(form.formula), found.parameters)
 
