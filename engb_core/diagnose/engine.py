@@ -15,7 +15,14 @@ from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
 from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.cross_entropy import middle_of_basin
-from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Interval, Unexplained, Zone
+from engb_core.diagnose.diagnosis import (
+    Diagnosis,
+    EffectFinding,
+    Interval,
+    NextExperiment,
+    Unexplained,
+    Zone,
+)
 from engb_core.diagnose.effort_scale import with_effort_scale
 from engb_core.diagnose.evidence import (
     evidence_of,
@@ -62,6 +69,7 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.laws.competition import law_for, law_instead, nearest_told, Won
 from engb_core.laws.judgement import Nearest
+from engb_core.laws.rival_experiment import experiment_between
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
@@ -123,11 +131,11 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is None:
         outcome = _with_law(outcome, tell)
     problem = outcome.judged_on(problem)
-    selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
+    explanation, findings = outcome.explanation, outcome.findings
     located, where = _located(problem, outcome, resonance)
     tell('simulating the loop')
     last: tuple[Callable[[], Any], ...] = (
-        partial(next_experiment, outcome.fitter, explanation.fit, findings, selection.rivals),
+        partial(_proposed, outcome),
         partial(simulated_loops, problem, outcome.corrected))
     proposal, loops = parallel_map(lambda work: work(), last, threads)
     unexplained = outcome.unexplained or nameless_curve(findings)
@@ -139,10 +147,20 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         where=tuple(where), unexplained=unexplained,
         held_out=quality_of_fit(problem, outcome.corrected, loops),
         next_experiment=proposal, model=outcome.corrected,
-        evidence=evidence_of(problem, outcome.fitter, explanation.fit, selection,
+        evidence=evidence_of(problem, outcome.fitter, explanation.fit, outcome.selection,
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started),
         data_faults=(*faults, *further))
+
+
+def _proposed(outcome: _Outcome) -> NextExperiment | None:
+    """Return the reference that tells names from their rivals, or a law from others that do as
+    well."""
+    proposal = next_experiment(outcome.fitter, outcome.explanation.fit, outcome.findings,
+                               outcome.selection.rivals)
+    if outcome.law is None or proposal is not None and proposal.time is not None:
+        return proposal
+    return experiment_between(outcome.law.found) or proposal
 
 
 def _located(problem: Problem, outcome: _Outcome, resonance: Resonance | None,
@@ -210,8 +228,8 @@ def _lateness(model: Model) -> float:
 @dataclass(frozen=True)
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
-    this makes up, the corrected model, what the library says with its models, and whether the file
-    has no load torque: what has to be identified first needs no law."""
+    this makes up, the corrected model, what the library says with its models, whether the file
+    has no load torque (what has to be identified first needs no law), and the law that won."""
 
     fitter: Fitter
     selection: Selection
@@ -223,6 +241,7 @@ class _Outcome:
     corrected: Model
     told: CorrectedModels
     load_is_absent: bool = False
+    law: Won | None = None
 
     def judged_on(self, problem: Problem) -> Problem:
         """Return the problem with the onsets of what the corrected model holds."""
@@ -342,7 +361,7 @@ def _told_with(outcome: _Outcome, law: Won) -> _Outcome:
         outcome, fitter=law.fitter, explanation=law.explanation, findings=findings,
         mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
         verdict='partly_explained' if findings else 'unexplained',
-        unexplained=law.told(outcome.unexplained, left), corrected=law.model)
+        unexplained=law.told(outcome.unexplained, left), corrected=law.model, law=law)
 
 
 def _numbers_beside(outcome: _Outcome, law: Won) -> list[EffectFinding]:

@@ -41,7 +41,7 @@ from engb_core.laws.judgement import (
     Nearest,
     WORTH,
 )
-from engb_core.laws.statement import formula_of, said_line, said_names, statement_of
+from engb_core.laws.statement import formula_of, said_line, said_names, statement_of, told_as
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
 
@@ -354,8 +354,7 @@ def _finding(found: Found) -> LawFinding:
         acts_as=TOLD_AS.get(candidate.form.acts_as, candidate.form.acts_as),
         parameters=found.parameters, line=line.text, below=line.below,
         statement=statement_of(found),
-        alternatives=tuple(f'{entry.form.acts_as}: {formula_of(entry)}'
-                           for entry in found.alternatives),
+        alternatives=tuple(told_as(entry) for entry in found.alternatives),
         settled=found.settled, explained=found.explained, picture=_picture(found))
 
 

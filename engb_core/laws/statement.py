@@ -13,7 +13,7 @@ from engb_core.laws.judgement import depends_on, Found
 from engb_core.laws.law_search import Candidate
 from engb_core.laws.line import Line, line_of
 
-__all__ = ['formula_of', 'said_line', 'said_names', 'statement_of']
+__all__ = ['formula_of', 'said_line', 'said_names', 'statement_of', 'told_as']
 
 _SAYS = {'torque': 'A torque that', 'friction_gain': 'The friction changes by a part that',
          'load_gain': 'The load torque changes by a part that',
@@ -83,6 +83,11 @@ _CAUSES = {
 def formula_of(candidate: Candidate, digits: int = 4) -> str:
     """Return the formula with its numbers."""
     return printed(with_values(parse(candidate.form.formula), candidate.values), digits)
+
+
+def told_as(candidate: Candidate) -> str:
+    """Return where a law acts and its formula, by which it is known beside others."""
+    return f'{candidate.form.acts_as}: {formula_of(candidate)}'
 
 
 def said_line(found: Found) -> Line:
