@@ -27,14 +27,15 @@ from engb_core.laws.line import with_error
 
 __all__ = ['effect_text', 'test_text']
 
-# What may be another one on the next machine, or later on this one. A size: so many times as large,
-# with either sign. A width or a time: by this factor, and by what its own error leaves open.
+# What may be another one on the next machine, or later on this one. A size: so many times as
+# large, with either sign. A width or a time: by this factor, and by what its own error leaves open.
 _SIZE, _WIDTH = 10.0, 5.0
 # Standard errors that are left open of a number.
 _ERRORS = 5.0
 # An order is that of a part: it stays, as far as the law itself and the region tell it. A quarter
-# of a period over the region is what a search for orders resolves (atoms.py).
-_PART_OF_PERIOD = 0.25
+# of a period over the region is what a search for orders resolves (atoms.py); of a wave that goes
+# on beyond the region, which is not kept then, a part of the order.
+_PART_OF_PERIOD, _PART_OF_ORDER = 0.25, 0.05
 # A place may be anywhere in the region, and so far beyond as a part of it; without a region, so
 # many times its value away.
 _BEYOND, _PLACE = 0.1, 3.0
@@ -186,8 +187,9 @@ def _parameter(name: str, sizing: bool, expression: Expression, given: Mapping[s
             f'{seen}: a phase may be any'
     region = within.get(coordinate)
     if role == 'order':
-        period = _PART_OF_PERIOD * 2.0 * math.pi / (region[1] - region[0]) if region else 0.0
-        reach = min(max(open_, period, 0.01 * abs(value)), 0.5 * abs(value))
+        period = _PART_OF_PERIOD * 2.0 * math.pi / (region[1] - region[0]) if region else \
+            _PART_OF_ORDER * abs(value)
+        reach = min(max(open_, period), 0.5 * abs(value))
         return Parameter(name, unit, value - reach, value + reach, starts=(value,)), \
             f'{seen}: a part keeps its order, as far as error and region tell it'
     if role == 'width' and value > 0.0:
