@@ -28,7 +28,8 @@ from engb_core.laws.line import with_error
 __all__ = ['effect_text', 'test_text']
 
 # What may be another one on the next machine, or later on this one. A size: so many times as
-# large, with either sign. A width or a time: by this factor, and by what its own error leaves open.
+# large, with either sign. A width or a time: by this factor, and by what its own error leaves
+# open.
 _SIZE, _WIDTH = 10.0, 5.0
 # Standard errors that are left open of a number.
 _ERRORS = 5.0

@@ -102,8 +102,13 @@ def said_names(coordinates: Sequence[str]) -> str:
     return ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
-def statement_of(found: Found) -> str:
-    """Return one or two sentences for a brake engineer."""
+def statement_of(found: Found, corrects: Sequence[str] = ()) -> str:
+    """Return one or two sentences for a brake engineer.
+
+    Args:
+        found: the law.
+        corrects: titles of named effects whose form does not fit without it.
+    """
     candidate = found.candidate
     acts = candidate.form.acts_as
     # What the place to act brings in need not be told: an inertia takes acceleration, …
@@ -120,6 +125,8 @@ def statement_of(found: Found) -> str:
     cause = _cause(candidate)
     if cause and not found.approximate:
         text += f' A machine does so with {cause}.'
+    if corrects:
+        text += f' It corrects the form of {" and ".join(title.lower() for title in corrects)}.'
     text += f' It explains {100.0 * found.explained:.0f} % of what was left.'
     if not found.settled:
         text += f' {_to_settle(found) if found.alternatives else _to_measure(found)}'

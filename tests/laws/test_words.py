@@ -158,6 +158,12 @@ def test_a_settled_law_is_told_with_what_does_so_in_a_machine(law, words):
     assert told.endswith(' It explains 80 % of what was left.') and 'not settled' not in told
 
 
+def test_a_law_beside_a_name_of_its_coordinate_corrects_it():
+    law = found('torque', atom('wave', 'sin({0} * position)'))
+    assert 'It corrects the form of cogging torque.' in statement_of(law, ('Cogging torque',))
+    assert 'corrects' not in statement_of(law)
+
+
 def test_a_law_of_a_kind_without_a_cause_names_none():
     told = statement_of(found('torque', atom('odd', 'abs(load)')))
     assert 'A machine does so' not in told
