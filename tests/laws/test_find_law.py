@@ -150,7 +150,8 @@ def test_a_name_whose_form_does_not_fit_gets_its_correction_as_a_law():
     assert diagnosis.unexplained.law.explained > 0.9
     (effort,) = [entry for entry in diagnosis.held_out if entry.quantity == 'effort']
     assert effort.rms_after < 1.3 * effort.noise_floor
-    assert [setting.effect for setting in diagnosis.model.effects][-2:] == ['cogging_torque', 'law']
+    assert [setting.effect for setting in diagnosis.model.effects][-2:] == [
+        'cogging_torque', 'law']
 
 
 @pytest.mark.parametrize(('name', 'hidden', 'falls'), [
