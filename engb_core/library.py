@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engb_core.diagnose import diagnosis as told
 from engb_core.errors import InputError
+from engb_core.mechanism.kinematics import Mechanism
 from engb_core.model import Model
 from engb_core.recording import Recording as Run
 from engb_core.recording import Reference, Signal
@@ -152,7 +153,7 @@ class Diagnosis(told.Diagnosis):
 def diagnose(recordings: Run | Sequence[Run], model: Model,
              holdout: Run | Sequence[Run] = (),
              progress: Callable[[str], None] | None = None,
-             level: float | None = None) -> Diagnosis:
+             level: float | None = None, mechanism: Mechanism | None = None) -> Diagnosis:
     """Compare a model with recordings and say what physics it leaves out.
 
     Args:
@@ -162,6 +163,8 @@ def diagnose(recordings: Run | Sequence[Run], model: Model,
             of every fit.
         progress: is told what is being done, a line each.
         level: of the sets of causes, `EffectFinding.causes`, within 0 and 1 (None: 0.9) [-].
+        mechanism: of the brake (`engb_core.control.clamp_force.read_mechanism`); a law that
+            repeats along the stroke then says which part turns so.
 
     Raises:
         InputError: too little motion to judge a model by, or units that cannot be right.
@@ -173,6 +176,9 @@ def diagnose(recordings: Run | Sequence[Run], model: Model,
     found = found_by(_several(recordings), model, _several(holdout), progress)
     if level is not None:
         found = replace(found, effects=with_cause_sets(found.effects, level))
+    if mechanism is not None:
+        from engb_core.laws.shafts import with_mechanism
+        found = with_mechanism(found, mechanism)
     return Diagnosis(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
 
 

@@ -145,9 +145,12 @@ class VirtualBrake:
         self.samples += 1
         time = self.samples * self.period
         bench = self._bench
-        torque = (self._plant.measured_effort(self.torque, self.period)
-                  if isinstance(self._plant, BrakePlant) else self._plant.effort)
-        position, velocity, effort = self._sensors.measure(time, self._plant.position, torque)
+        if isinstance(self._plant, BrakePlant):
+            torque = self._plant.measured_effort(self.torque, self.period)
+            angle = self._plant.measured_position(self.period)
+        else:
+            torque, angle = self._plant.effort, self._plant.position
+        position, velocity, effort = self._sensors.measure(time, angle, torque)
         if bench is None:
             return Measurement(time, position, velocity, effort, disc_speed, temperature)
         return Measurement(time, position, velocity, effort, disc_speed, bench.pad_temperature,

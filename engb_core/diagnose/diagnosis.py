@@ -141,6 +141,7 @@ class LawFinding:
         acts_as: what the formula gives (engb_core/laws).
         parameters: its numbers, by name.
         line: the formula in one line, with units.
+        below: what has to be said below that line: factors that stand as letters in it, symbols.
         statement: a sentence for a brake engineer.
         alternatives: formulas that do about as well.
         settled: whether the data leave no other one.
@@ -158,6 +159,7 @@ class LawFinding:
     settled: bool
     explained: float
     picture: LawPicture | None = None
+    below: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

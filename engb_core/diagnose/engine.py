@@ -19,6 +19,7 @@ from engb_core.diagnose.diagnosis import (
     Diagnosis,
     EffectFinding,
     Interval,
+    NextExperiment,
     Timing,
     Unexplained,
     Zone,
@@ -62,7 +63,7 @@ from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
-from engb_core.diagnose.timing import timing_of
+from engb_core.diagnose.timing import lateness, timing_of
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.diagnose.wind_up import with_resonance
@@ -70,6 +71,7 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.laws.competition import law_for, law_instead, nearest_told, Won
 from engb_core.laws.judgement import Nearest
+from engb_core.laws.rival_experiment import experiment_between
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
@@ -131,11 +133,11 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is None:
         outcome = _with_law(outcome, tell)
     problem = outcome.judged_on(problem)
-    selection, explanation, findings = outcome.selection, outcome.explanation, outcome.findings
+    explanation, findings = outcome.explanation, outcome.findings
     located, where = _located(problem, outcome, resonance)
     tell('simulating the loop')
     last: tuple[Callable[[], Any], ...] = (
-        partial(next_experiment, outcome.fitter, explanation.fit, findings, selection.rivals),
+        partial(_proposed, outcome),
         partial(simulated_loops, problem, outcome.corrected))
     proposal, loops = parallel_map(lambda work: work(), last, threads)
     unexplained = outcome.unexplained or nameless_curve(findings)
@@ -147,11 +149,21 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         where=tuple(where), unexplained=unexplained,
         held_out=quality_of_fit(problem, outcome.corrected, loops),
         next_experiment=proposal, model=outcome.corrected,
-        evidence=evidence_of(problem, outcome.fitter, explanation.fit, selection,
+        evidence=evidence_of(problem, outcome.fitter, explanation.fit, outcome.selection,
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started),
         data_faults=(*faults, *further),
         timing=None if outcome.verdict == 'consistent' else outcome.timing)
+
+
+def _proposed(outcome: _Outcome) -> NextExperiment | None:
+    """Return the reference that tells names from their rivals, or a law from others that do as
+    well."""
+    proposal = next_experiment(outcome.fitter, outcome.explanation.fit, outcome.findings,
+                               outcome.selection.rivals)
+    if outcome.law is None or proposal is not None and proposal.time is not None:
+        return proposal
+    return experiment_between(outcome.law.found) or proposal
 
 
 def _located(problem: Problem, outcome: _Outcome, resonance: Resonance | None,
@@ -199,7 +211,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         return problem, _judged(settled, tell, threads, earlier)
 
     problem, outcome = judged(0.0)
-    lag = _lateness(outcome.corrected)
+    lag = lateness(outcome.corrected)
     if lag < SHORTEST_LAG:
         return problem, outcome
     tell('judging once more without what comes too late before a stop')
@@ -207,21 +219,15 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         again = judged(LATE * lag, outcome.fitter)
     except InputError:
         return problem, outcome
-    return again if _lateness(again[1].corrected) > 0.0 else (problem, outcome)
-
-
-def _lateness(model: Model) -> float:
-    """Return by how much torque comes late [s], which nothing of a late measurement is."""
-    return float(sum(entry.parameters.get('lag', 0.0) for entry in model.effects
-                     if get_effect(entry.effect).time_shift is not None))
+    return again if lateness(again[1].corrected) > 0.0 else (problem, outcome)
 
 
 @dataclass(frozen=True)
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
     this makes up, the corrected model, what the library says with its models, whether the file has
-    no load torque (what has to be identified first needs no law), and by how much torque and
-    effort are apart within a sample."""
+    no load torque (what has to be identified first needs no law), the law that won, and by how
+    much torque and effort are apart within a sample."""
 
     fitter: Fitter
     selection: Selection
@@ -233,6 +239,7 @@ class _Outcome:
     corrected: Model
     told: CorrectedModels
     load_is_absent: bool = False
+    law: Won | None = None
     timing: Timing | None = None
 
     def judged_on(self, problem: Problem) -> Problem:
@@ -354,7 +361,7 @@ def _told_with(outcome: _Outcome, law: Won) -> _Outcome:
         outcome, fitter=law.fitter, explanation=law.explanation, findings=findings,
         mismatch=outcome.mismatch + law.contribution if findings else law.contribution,
         verdict='partly_explained' if findings else 'unexplained',
-        unexplained=law.told(outcome.unexplained, left), corrected=law.model,
+        unexplained=law.told(outcome.unexplained, left), corrected=law.model, law=law,
         # Beside a law numbers are others, and it may say itself that torque is late.
         timing=None)
 

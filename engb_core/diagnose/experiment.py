@@ -1,5 +1,5 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""What to measure next: the reference on which the chosen effects and their rivals part.
+"""What to measure next: the reference on which what was chosen and its rivals part: effects, laws.
 
 A family of segments (experiment_segments.py), within what was recorded (experiment_room.py), is
 run on the chosen fit in closed loop (experiment_rehearsal.py). Those are combined whose motion
@@ -9,7 +9,7 @@ the rivals can't explain with refitted numbers (experiment_score.py).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.model import Model
 
-__all__ = ['next_experiment', 'NOT_TOLD_APART']
+__all__ = ['law_experiment', 'next_experiment', 'NOT_TOLD_APART']
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,17 @@ LONGEST = 40.0
 # Below this separation (rms, noise = 1) no reference within the recorded range settles it.
 TOO_LITTLE = 0.4
 PROPER = ('stribeck', 'coulomb')
+# Coordinates of laws that pass but once, and those of the disc.
+PASSING, OF_THE_DISC = {'time', 'distance', 'heat'}, {'disc_speed', 'disc_angle'}
+
+
+@dataclass(frozen=True)
+class _Rivalry:
+    """What was chosen and what may be in its place, as a person says it, and the other's fit."""
+
+    chosen: str
+    other: str
+    fit: Fit
 
 
 def next_experiment(fitter: Fitter, chosen: Fit, findings: Sequence[EffectFinding],
@@ -58,19 +69,55 @@ def next_experiment(fitter: Fitter, chosen: Fit, findings: Sequence[EffectFindin
     if not told:
         return None
     names = tuple(dict.fromkeys(name for _, *pair in told for name in pair))
-    pairs = [(effect, name, fit) for _, effect, name in told
+    pairs = [_Rivalry(_title(effect), _title(name), fit) for _, effect, name in told
              if (fit := _fit_of(chosen, effect, name, rivals)) is not None][:MOST_RIVALS]
+    early_and_late = any(get_effect(name).reveals == 'time' for name in names)
     try:
-        return _proposal(fitter, chosen, pairs, names)
+        course, words, apart = _proposal(fitter, chosen, pairs,
+                                         _disc_speeds(fitter, _need_a_disc(fitter, names)),
+                                         early_and_late)
     except (InputError, np.linalg.LinAlgError):
         return NextExperiment(
             f'{_listed(names)} fit these recordings alike.', names,
             'no reference could be worked out from these recordings: record strokes of several '
             'lengths and speeds, with reversals under load and without')
+    return NextExperiment(_reason(pairs, apart), names, words, course.time, course.position)
 
 
-def _proposal(fitter: Fitter, chosen: Fit, pairs: list[tuple[str, str, Fit]],
-              names: tuple[str, ...]) -> NextExperiment:
+def law_experiment(fitter: Fitter, chosen: Fit, law: str, rivals: Sequence[tuple[str, Fit]],
+                   coordinates: Sequence[str]) -> NextExperiment | None:
+    """Return the reference on which a law and others that do as well part.
+
+    Args:
+        fitter: of the problem that all were fitted to.
+        chosen: the fit with the law.
+        law: its formula.
+        rivals: formulas and finished fits of those that do as well.
+        coordinates: of all of these laws.
+
+    Returns:
+        None where there is no rival, or no reference that the recordings allow.
+    """
+    pairs = [_Rivalry(law, formula, fit) for formula, fit in rivals][:MOST_RIVALS]
+    if not pairs:
+        return None
+    try:
+        course, words, apart = _proposal(
+            fitter, chosen, pairs, _disc_speeds(fitter, bool(OF_THE_DISC & set(coordinates))),
+            bool(PASSING & set(coordinates)))
+    except (InputError, np.linalg.LinAlgError):
+        return None
+    parted = [pair.other for pair, distance in zip(pairs, apart, strict=True)
+              if distance >= TOO_LITTLE]
+    return NextExperiment(_reason(pairs, apart),
+                          (law, *(parted or [pair.other for pair in pairs])), words,
+                          course.time, course.position)
+
+
+def _proposal(fitter: Fitter, chosen: Fit, pairs: list[_Rivalry], disc: tuple[float, ...],
+              early_and_late: bool) -> tuple[Course, str, list[float]]:
+    """Return the reference, in words as well, and by how much each pair is apart on it (rms,
+    noise = 1)."""
     if not pairs:
         raise InputError('no fit of a rival is at hand')
     model = chosen.hypothesis.corrected(chosen.vector)
@@ -78,14 +125,12 @@ def _proposal(fitter: Fitter, chosen: Fit, pairs: list[tuple[str, str, Fit]],
     family = segments_of(room)
     if not family:
         raise InputError('no segment fits what was recorded')
-    known = [known_of(fitter, fit) for _, _, fit in pairs]
-    disc = _disc_speeds(fitter, names)
-    fits = [fit for *_, fit in pairs]
+    fits = [pair.fit for pair in pairs]
+    known = [known_of(fitter, fit) for fit in fits]
     tried = course_of(room, family)
     trial = _trial(fitter, model, tried, disc)
     parts = parts_of(fitter, chosen, fits, known, trial, tried.spans)
     lengths = np.array([end - begin for begin, end in tried.spans])
-    early_and_late = any(get_effect(name).reveals == 'time' for name in names)
     longest = LONGEST - 3.0 - (float(lengths.max()) if early_and_late else 0.0)
     counts = combined(parts, lengths, _harmless(fitter, trial, tried, room), longest)
     order = [index for index in np.argsort(-alone(parts, lengths)) if counts[index]]
@@ -95,11 +140,13 @@ def _proposal(fitter: Fitter, chosen: Fit, pairs: list[tuple[str, str, Fit]],
         picked = [*(entry for entry in picked if entry is not picked[0]), picked[0]]
         picked.insert(0, picked[-1])
     course = course_of(room, picked)
+    while course.duration > LONGEST and len(picked) > 2:
+        # The ways between segments depend on their order.
+        picked.pop(-2 if early_and_late else -1)
+        course = course_of(room, picked)
     finals = parts_of(fitter, chosen, fits, known, _trial(fitter, model, course, disc),
-                    ((0.0, course.duration + 1.0),))
-    apart = [part.separation(np.ones(1)) for part in finals]
-    return NextExperiment(_reason(pairs, apart), names, _words(course, picked, disc),
-                          course.time, course.position)
+                      ((0.0, course.duration + 1.0),))
+    return course, _words(course, picked, disc), [part.separation(np.ones(1)) for part in finals]
 
 
 def _fit_of(chosen: Fit, effect: str, other: str, rivals: Sequence[Fit]) -> Fit | None:
@@ -137,14 +184,17 @@ def _harmless(fitter: Fitter, trial: Problem, course: Course, room: Room) -> NDA
     return inside
 
 
-def _disc_speeds(fitter: Fitter, names: tuple[str, ...]) -> tuple[float, ...]:
-    """Return disc speeds to hold one after another [rad/s]; none where the disc has no say."""
+def _need_a_disc(fitter: Fitter, names: tuple[str, ...]) -> bool:
+    """Return whether one of these effects shows where a disc turns alone."""
     scene = fitter.problem.scene
     still = replace(scene, disc_speed_range=None)
-    effects = [get_effect(name) for name in names]
-    if scene.disc_speed_range is None or not any(
-            effect.applies is not None and effect.applies(scene) and not effect.applies(still)
-            for effect in effects):
+    return any(effect.applies is not None and effect.applies(scene) and not effect.applies(still)
+               for effect in map(get_effect, names))
+
+
+def _disc_speeds(fitter: Fitter, needed: bool) -> tuple[float, ...]:
+    """Return disc speeds to hold one after another [rad/s]; none where the disc has no say."""
+    if not needed or fitter.problem.scene.disc_speed_range is None:
         return ()
     turning = np.concatenate([run.motion.disc_speed for run in fitter.problem.runs])
     turning = turning[np.abs(turning) > 0.05 * np.max(np.abs(turning))]
@@ -163,18 +213,21 @@ def _disc_profile(course: Course, disc: tuple[float, ...]) -> Array | None:
     return profile
 
 
-def _reason(pairs: list[tuple[str, str, Fit]], apart: list[float]) -> str:
-    effects = dict.fromkeys(effect for effect, _, _ in pairs)
-    several = len(effects) > 1
+def _reason(pairs: list[_Rivalry], apart: list[float]) -> str:
+    chosen = list(dict.fromkeys(pair.chosen for pair in pairs))
     told = _enumerated([
-        f'{distance:.1f} ({_title(other)}{f" for {_title(effect)}" if several else ""})'
-        for (effect, other, _), distance in zip(pairs, apart, strict=True)])
-    text = (f'{_listed([other for _, other, _ in pairs])} would fit these recordings about as '
-            f'well as {_listed(list(effects))}; on the proposed reference the efforts that they '
+        f'{distance:.1f} ({pair.other}{f" for {pair.chosen}" if len(chosen) > 1 else ""})'
+        for pair, distance in zip(pairs, apart, strict=True)])
+    others = list(dict.fromkeys(pair.other for pair in pairs))
+    text = (f'{_enumerated(others)} would fit these recordings about as well as '
+            f'{_enumerated(chosen)}; on the proposed reference the efforts that they '
             f'predict differ by {told} times the noise (rms, all numbers refitted)')
     if min(apart) < TOO_LITTLE:
-        text += ', which is little: within the recorded range they come to nearly the same'
-    return f'{text[0].upper()}{text[1:]}.'
+        text += ', which is little: within the recorded range they come to nearly the same' \
+            if max(apart) < TOO_LITTLE else '; below ' \
+            f'{TOO_LITTLE:g} they come to nearly the same within the recorded range'
+    # A formula keeps its own letters.
+    return f'{text[0].upper()}{text[1:]}.' if '*' not in others[0] else f'{text}.'
 
 
 def _words(course: Course, picked: list[Segment], disc: tuple[float, ...]) -> str:

@@ -82,7 +82,7 @@ def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
     for fixed in effect.variants:
         if fixed.get('by_temperature') and scene.temperature_range is None:
             continue
-        values = dict(fixed)
+        values = {**effect.defaults, **fixed}
         if effect.set_constants is not None:
             values |= effect.set_constants(scene)
         found.append(Variant(effect, tuple(float(values[name]) for name, _ in effect.constants)))

@@ -37,6 +37,7 @@ def unexplained_of_slider(unexplained: Unexplained | None) -> Unexplained | None
     law = unexplained.law
     if law is not None:
         law = replace(law, line=_text(law.line), statement=_text(law.statement),
+                      below=tuple(_text(entry) for entry in law.below),
                       parameters={name: replace(entry, unit=_unit(entry.unit))
                                   for name, entry in law.parameters.items()})
     return replace(unexplained, statement=_text(unexplained.statement), law=law)

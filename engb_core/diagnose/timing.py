@@ -13,8 +13,10 @@ from engb_core.diagnose.diagnosis import ParameterEstimate, Timing
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.uncertainty import vector_deviations
+from engb_core.effects.catalogue import get_effect
+from engb_core.model import Model
 
-__all__ = ['timing_of']
+__all__ = ['lateness', 'timing_of']
 
 
 def timing_of(fitter: Fitter, fit: Fit) -> Timing | None:
@@ -40,3 +42,9 @@ def timing_of(fitter: Fitter, fit: Fit) -> Timing | None:
         f'{1e3 * abs(delay):.2g} ms (standard deviation {1e3 * deviation:.2g} ms), less than a '
         f'sample: {other}, or effort and position are sampled apart. At this rate the '
         'recordings do not tell which; both are the same in the corrected model.')
+
+
+def lateness(model: Model) -> float:
+    """Return by how much torque comes late [s], which nothing of a late measurement is."""
+    return float(sum(entry.parameters.get('lag', 0.0) for entry in model.effects
+                     if get_effect(entry.effect).time_shift is not None))

@@ -21,6 +21,8 @@ and, before all of them, where effort is a command (command_law.py):
 and, behind them, what a recording makes of it:
 
     measurement  returns the effort that is recorded, given sample[EFFORT], the true one [N·m]
+    sensing      returns the position that the sensor says, to controller and recording, given
+                 sample[POSITION], the true one                                          [rad]
 
 What a sample holds, by the names of its places. From the beginning:
 
@@ -73,7 +75,7 @@ STATE_SIZE = 72
 # How the statement begins of an effect that is no missing physics.
 NUMBER_OFF = 'A number is off, which is no missing physics: '
 STAGES = ('shift', 'load', 'level', 'direction', 'torque', 'actuation', 'command',
-          'measurement')
+          'measurement', 'sensing')
 
 
 @dataclass(frozen=True)

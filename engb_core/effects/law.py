@@ -61,6 +61,34 @@ def _late(state: Numbers, effort: float, step: float, delay: float, longest: flo
     return newer + (back - whole) * (older - newer)
 
 
+@compiled
+def _seen_late(state: Numbers, position: float, step: float, delay: float, longest: float,
+               ) -> float:
+    """Return the position of `delay` [s] ago, on straight lines between instants a fortieth of the
+    longest delay apart, the latest of which is now."""
+    stretch = step * max(1.0, math.ceil(longest / (_RING - 6) / step - 1e-9))
+    if state[0] == 0.0:
+        for place in range(_RING):
+            state[3 + place] = position
+        state[0] = 1.0
+    else:
+        state[1] += step
+        if state[1] > stretch - 0.5 * step:
+            state[3 + int(state[0]) % _RING] = position
+            state[0] += 1.0
+            state[1] = 0.0
+    age = state[1]
+    latest = int(state[0]) - 1
+    if delay <= age:
+        along = delay / age if age > 0.0 else 0.0
+        return position + along * (state[3 + latest % _RING] - position)
+    back = min((delay - age) / stretch, _RING - 3.0)
+    whole = int(back)
+    newer = state[3 + (latest - whole) % _RING]
+    older = state[3 + (latest - whole - 1) % _RING]
+    return newer + (back - whole) * (older - newer)
+
+
 @effect_function
 def law_value(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     """Return the value of the formula alone."""
@@ -99,6 +127,15 @@ def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 
 
 @effect_function
+def _late_reading(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
+    if sample[TIME] <= 0.0:
+        state[0] = 0.0
+        state[1] = 0.0
+    late = value_of(parameters, state, sample, sample[POSITION])
+    return _seen_late(state, sample[POSITION], sample[TIME_STEP], max(late, 0.0), parameters[98])
+
+
+@effect_function
 def _shift_torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # The true angle is θ + e(θ); its derivatives follow from where the shaft is a moment on.
     moved = sample[VELOCITY] * _TIME_STEP
@@ -121,8 +158,8 @@ _STAGES = {
     'delay': {'actuation': _act},
     # The load is met elsewhere; the shaft itself moves as it was measured.
     'load_shift': {'shift': _shift},
-    # The brake itself knows nothing of a sensor that is late.
-    'position_delay': {},
+    # The brake itself knows nothing of a sensor that is late; its controller knows nothing else.
+    'position_delay': {'sensing': _late_reading},
 }
 _EQUATIONS = {
     'torque': 'T = f', 'friction_gain': 'T_C = T_C (1 + f)', 'load_gain': 'T_L = T_L (1 + f)',

@@ -9,15 +9,37 @@ import math
 import re
 from typing import Any
 
+from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.effects.base import Parameter
 from engb_core.errors import InputError
 from engb_core.laws.adopted import adopted_effect
-from engb_core.laws.grammar import Call, Expression, Name, parameters_of, parse, walk
+from engb_core.laws.grammar import (
+    Call,
+    COORDINATES,
+    coordinates_of,
+    Expression,
+    Name,
+    parameters_of,
+    parse,
+    walk,
+)
+from engb_core.laws.line import with_error
 
 __all__ = ['effect_text', 'test_text']
 
-# How far beside its value a number may lie: a size, a width or order, a place.
-_SIZE, _WIDTH, _ORDER, _PLACE = 30.0, 20.0, 1.5, 3.0
+# What may be another one on the next machine, or later on this one. A size: so many times as
+# large, with either sign. A width or a time: by this factor, and by what its own error leaves
+# open.
+_SIZE, _WIDTH = 10.0, 5.0
+# Standard errors that are left open of a number.
+_ERRORS = 5.0
+# An order is that of a part: it stays, as far as the law itself and the region tell it. A quarter
+# of a period over the region is what a search for orders resolves (atoms.py); of a wave that goes
+# on beyond the region, which is not kept then, a part of the order.
+_PART_OF_PERIOD, _PART_OF_ORDER = 0.25, 0.05
+# A place may be anywhere in the region, and so far beyond as a part of it; without a region, so
+# many times its value away.
+_BEYOND, _PLACE = 0.1, 3.0
 _WIDTHS = ('step', 'bell', 'lag', 'heat', 'travel_lag', 'stop', 'drag', 'rested',
            'highest')
 
@@ -44,14 +66,20 @@ def effect_text(name: str, law: Mapping[str, Any], within: Mapping[str, tuple[fl
         raise InputError('diagnosis.json: unexplained.law lacks pattern, acts_as or parameters; '
                          'write it anew with engb diagnose')
     expression = parse(pattern)
-    parameters = tuple(_parameter(entry, index == 0, expression, given)
-                       for index, entry in enumerate(parameters_of(expression)))
     title = name.replace('_', ' ').capitalize()
     spans = {key: (float(low), float(high)) for key, (low, high) in within.items()}
+    made = [_parameter(entry, index == 0, expression, given, spans)
+            for index, entry in enumerate(parameters_of(expression))]
+    parameters = tuple(entry for entry, _ in made)
     # Whoever reads the file later gets no surprise: it is made once here.
     adopted_effect(name, title, pattern, acts_as, parameters, origin, spans)
-    lines = '\n'.join(f'        {_written(entry)},' for entry in parameters)
-    return f'''"""{title}: a law that was found in recordings and adopted by name."""
+    lines = '\n'.join(f'        # {why}\n        {_written(entry)},' for entry, why in made)
+    seen = '; '.join(f'{key} {low:.4g} to {high:.4g} {COORDINATES[key].unit}'
+                     for key, (low, high) in spans.items()) or 'not recorded'
+    return f'''"""{title}: a law that was found in recordings and adopted by name.
+
+The region in which it was seen: {seen}.
+"""
 
 from engb_core.effects.base import Parameter
 from engb_core.laws.adopted import adopted_effect
@@ -136,44 +164,72 @@ test_text.__test__ = False  # type: ignore[attr-defined]
 
 
 def _parameter(name: str, sizing: bool, expression: Expression, given: Mapping[str, Any],
-               ) -> Parameter:
+               within: Mapping[str, tuple[float, float]]) -> tuple[Parameter, str]:
+    """Return a parameter with bounds from its estimate and the region, and why these."""
     try:
         entry = given[name]
         value, unit = float(entry['value']), str(entry['unit'])
-        if not math.isfinite(value):
+        error = float(entry.get('std') or 0.0)
+        if not (math.isfinite(value) and math.isfinite(error)):
             raise ValueError
     except (TypeError, KeyError, ValueError):
         raise InputError(f'diagnosis.json: unexplained.law.parameters.{name} has no value and '
                          'unit; write it anew with engb diagnose') from None
+    seen = f'{name} was {with_error(ParameterEstimate(value, error or None, unit))}'
+    open_ = _ERRORS * error
     if sizing:
-        return Parameter(name, unit, -_SIZE * abs(value), _SIZE * abs(value), none=0.0,
-                         starts=(value,))
-    role = _role(name, expression)
+        most = max(_SIZE * abs(value), abs(value) + open_)
+        return Parameter(name, unit, -most, most, none=0.0, starts=(value,)), \
+            f'{seen}: up to {_SIZE:g} times that, with either sign'
+    role, coordinate = _role(name, expression)
     if role == 'phase':
-        return Parameter(name, unit, -20.0, 20.0, starts=(value,))
-    if role in ('width', 'order') and value > 0.0:
-        factor = _WIDTH if role == 'width' else _ORDER
+        turn = 2.0 * math.pi
+        return Parameter(name, unit, value - turn, value + turn, starts=(value,)), \
+            f'{seen}: a phase may be any'
+    region = within.get(coordinate)
+    if role == 'order':
+        period = _PART_OF_PERIOD * 2.0 * math.pi / (region[1] - region[0]) if region else \
+            _PART_OF_ORDER * abs(value)
+        reach = min(max(open_, period), 0.5 * abs(value))
+        return Parameter(name, unit, value - reach, value + reach, starts=(value,)), \
+            f'{seen}: a part keeps its order, as far as error and region tell it'
+    if role == 'width' and value > 0.0:
+        factor = max(_WIDTH, 1.0 + open_ / value)
         return Parameter(name, unit, value / factor, value * factor, starts=(value,),
-                         logarithmic=True)
-    reach = _PLACE * max(abs(value), 1e-6)
-    return Parameter(name, unit, value - reach, value + reach, starts=(value,))
+                         logarithmic=True), f'{seen}: a {factor:.2g}th to {factor:.2g} times that'
+    if region:
+        beyond = _BEYOND * (region[1] - region[0])
+        low, high = (min(region[0] - beyond, value - open_), max(region[1] + beyond,
+                                                                 value + open_))
+        return Parameter(name, unit, low, high, starts=(value,)), \
+            f'{seen}: anywhere in the region of {coordinate}'
+    reach = max(_PLACE * max(abs(value), 1e-6), open_)
+    return Parameter(name, unit, value - reach, value + reach, starts=(value,)), \
+        f'{seen}: within {_PLACE:g} times that'
 
 
-def _role(name: str, expression: Expression) -> str:
-    """Return what a parameter is in its formula: a phase, an order, a width or a place."""
+def _role(name: str, expression: Expression) -> tuple[str, str]:
+    """Return what a parameter is in its formula (a phase, an order, a width or a place), and the
+    coordinate that it is compared with or multiplies ('' for none of them alone)."""
     for entry in walk(expression):
         if not isinstance(entry, Call):
             continue
         inside = [Name(name) in list(walk(argument)) for argument in entry.arguments]
+        if not any(inside):
+            continue
+        beside = coordinates_of(entry)
+        coordinate = beside[0] if len(set(beside)) == 1 else ''
         if entry.function in ('sin', 'cos') and inside[0]:
             product = any(isinstance(part, Call) and part.function == '*'
                           and Name(name) in part.arguments for part in walk(entry.arguments[0]))
-            return 'order' if product else 'phase'
+            return 'order' if product else 'phase', coordinate
         if entry.function in _WIDTHS and inside[-1]:
-            return 'width'
+            return 'width', coordinate
         if entry.function == 'rested' or (entry.function == '/' and inside[1]):
-            return 'width'
-    return 'place'
+            return 'width', coordinate
+        if entry.function in ('+', '-'):
+            return 'place', coordinate
+    return 'place', ''
 
 
 def _written(entry: Parameter) -> str:

@@ -166,6 +166,10 @@ def _efforts(s: Scales) -> list[Atom]:
     for part in (0.2, 0.5):
         level = Slot('N·m', part * s.effort, 0.0, s.effort)
         found.append(Atom('effort hinge', 'positive(abs(effort) - {0})', (level,), u))
+    for part in (0.5, 0.8):
+        # What is asked beyond a level is given to a part only; to none by a size of −1.
+        found.append(Atom('effort limit', 'positive(abs(effort) - {0}) / abs(effort)',
+                          (Slot('N·m', part * s.effort, 0.05 * s.effort, s.effort),)))
     for part in (0.05, 0.2):
         wide = replace(width, start=part * s.effort)
         found += [Atom('small effort', 'bell(effort, {0})', (wide,)),

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
 
@@ -41,7 +41,7 @@ from engb_core.laws.judgement import (
     Nearest,
     WORTH,
 )
-from engb_core.laws.statement import formula_of, said_line, said_names, statement_of
+from engb_core.laws.statement import formula_of, said_line, said_names, statement_of, told_as
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
 
@@ -53,6 +53,9 @@ Array = NDArray[np.float64]
 # not beat it: the law is the plainer thing.
 CLEARLY = 0.9
 BINS = 30
+# Where a law is this part of its largest size it acts; and it goes with a name's torque if half of
+# the one is along the other there (cosine of the angle between them).
+ACTS, ALONG = 0.1, 0.5
 # To the contract a delay is one, whichever of the two signals is late, and so is a position that
 # is off, whether to the sensor or to the load.
 TOLD_AS = {'position_delay': 'delay', 'load_shift': 'position_shift'}
@@ -344,17 +347,37 @@ def _won(fitter: Fitter, found: Found, told: CorrectedModels, named: Fit) -> Won
         for run in fitter.problem.runs])
     kept = fit.hypothesis.ids
     fallen = tuple(effect for effect in named.hypothesis.ids if effect not in kept)
-    return Won(found, fitter, explanation, model, fallen, contribution, _finding(found))
+    return Won(found, fitter, explanation, model, fallen, contribution,
+               _finding(found, _corrected_by(found)))
 
 
-def _finding(found: Found) -> LawFinding:
-    candidate = found.candidate
+def _corrected_by(found: Found) -> tuple[str, ...]:
+    """Return the titles of the names beside a law whose form it corrects: it speaks of the
+    coordinate that reveals the name, and where it acts it goes with the name's own torque."""
+    fitter, fit = found.fitter, found.candidate.fit
+    told = {SAME_AS.get(name, name) for name in depends_on(found.candidate)}
+    law = found.contribution
+    acts = np.abs(law) >= ACTS * np.max(np.abs(law), initial=0.0)
+    titles = []
+    for index, variant in enumerate(fit.hypothesis.variants[:-1]):
+        effect = variant.effect
+        if effect.unnamed or SAME_AS.get(effect.reveals, effect.reveals) not in told:
+            continue
+        own = (fit.predicted - fitter.predict(*without_effects(fit, {index})))[acts]
+        size = float(np.linalg.norm(own) * np.linalg.norm(law[acts]))
+        if size > 0.0 and abs(float(own @ law[acts])) >= ALONG * size:
+            titles.append(effect.title)
+    return tuple(titles)
+
+
+def _finding(found: Found, corrects: Sequence[str] = ()) -> LawFinding:
+    candidate, line = found.candidate, said_line(found)
     return LawFinding(
         formula=formula_of(candidate), pattern=candidate.form.formula,
         acts_as=TOLD_AS.get(candidate.form.acts_as, candidate.form.acts_as),
-        parameters=found.parameters, line=said_line(found), statement=statement_of(found),
-        alternatives=tuple(f'{entry.form.acts_as}: {formula_of(entry)}'
-                           for entry in found.alternatives),
+        parameters=found.parameters, line=line.text, below=line.below,
+        statement=statement_of(found, corrects),
+        alternatives=tuple(told_as(entry) for entry in found.alternatives),
         settled=found.settled, explained=found.explained, picture=_picture(found))
 
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from engb_core.laws.grammar import coordinates_of, parse, printed, with_values
 from engb_core.laws.judgement import depends_on, Found
 from engb_core.laws.law_search import Candidate
-from engb_core.laws.line import line_of
+from engb_core.laws.line import Line, line_of
 
-__all__ = ['formula_of', 'said_line', 'said_names', 'statement_of']
+__all__ = ['formula_of', 'said_line', 'said_names', 'statement_of', 'told_as']
 
 _SAYS = {'torque': 'A torque that', 'friction_gain': 'The friction changes by a part that',
          'load_gain': 'The load torque changes by a part that',
@@ -67,6 +67,7 @@ _CAUSES = {
     'effort sign': 'a current sensor or amplifier whose gain differs with the sign',
     'effort': 'a motor or amplifier whose gain changes with the current',
     'effort2': 'a motor that saturates', 'effort hinge': 'a motor or supply that saturates',
+    'effort limit': 'a drive or supply that gives no more than a limit, whatever is asked of it',
     'small effort': 'a dead band or offset of the amplifier',
     'disc': 'the disc and its bearing', 'disc slow': 'pad friction that falls with disc speed',
     'disc level': 'pad friction that levels off over disc speed',
@@ -84,8 +85,13 @@ def formula_of(candidate: Candidate, digits: int = 4) -> str:
     return printed(with_values(parse(candidate.form.formula), candidate.values), digits)
 
 
-def said_line(found: Found) -> str:
-    """Return the law as one line with units and standard errors."""
+def told_as(candidate: Candidate) -> str:
+    """Return where a law acts and its formula, by which it is known beside others."""
+    return f'{candidate.form.acts_as}: {formula_of(candidate)}'
+
+
+def said_line(found: Found) -> Line:
+    """Return the law as one line with units and standard errors, and what is told below it."""
     form = found.candidate.form
     return line_of(form.acts_as, parse(form.formula), found.parameters)
 
@@ -96,8 +102,13 @@ def said_names(coordinates: Sequence[str]) -> str:
     return ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
-def statement_of(found: Found) -> str:
-    """Return one or two sentences for a brake engineer."""
+def statement_of(found: Found, corrects: Sequence[str] = ()) -> str:
+    """Return one or two sentences for a brake engineer.
+
+    Args:
+        found: the law.
+        corrects: titles of named effects whose form does not fit without it.
+    """
     candidate = found.candidate
     acts = candidate.form.acts_as
     # What the place to act brings in need not be told: an inertia takes acceleration, …
@@ -114,6 +125,8 @@ def statement_of(found: Found) -> str:
     cause = _cause(candidate)
     if cause and not found.approximate:
         text += f' A machine does so with {cause}.'
+    if corrects:
+        text += f' It corrects the form of {" and ".join(title.lower() for title in corrects)}.'
     text += f' It explains {100.0 * found.explained:.0f} % of what was left.'
     if not found.settled:
         text += f' {_to_settle(found) if found.alternatives else _to_measure(found)}'

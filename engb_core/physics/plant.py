@@ -77,7 +77,7 @@ class Physics:
         cogging: (k, 3) order, amplitude, phase of the model's own cogging terms.
         stages: per stage the (function, effect) pairs, for whole motions.
         functions: the k effect functions in order of stage, as kernels take them.
-        bounds: (9,) where each stage begins in `functions`; the last entry is their number.
+        bounds: (10,) where each stage begins in `functions`; the last entry is their number.
         owner: (k,) which effect a function belongs to.
         parameters: (effects, PARAMETER_SIZE) parameters and constants.
         time_shifts: (effect, its row in `parameters`) of those by which torque comes late.

@@ -48,7 +48,7 @@ from engb_core.physics.plant import (
 from engb_core.recording import Recording
 
 __all__ = ['BrakePlant', 'INNER_STEP', 'LOOP_SIZE', 'acted_reference', 'advance_steps',
-           'loop_effort', 'loop_of', 'recorded_effort', 'simulate_closed_loop']
+           'loop_effort', 'loop_of', 'recorded_effort', 'seen_position', 'simulate_closed_loop']
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -183,6 +183,21 @@ def recorded_effort(functions: object, bounds: Places, owner: Places, parameters
 
 
 @compiled
+def seen_position(functions: object, bounds: Places, owner: Places, parameters: Array,
+                  state: Array, sample: Numbers, duration: float) -> float:
+    """Return the position [rad] that the sensor says, `duration` [s] after it was last asked."""
+    inner = sample[TIME_STEP]
+    true = sample[POSITION]
+    sample[TIME_STEP] = duration
+    for index in range(bounds[8], bounds[9]):
+        sample[POSITION] = call_effect(functions, index, parameters, owner[index], state, sample)
+    seen = sample[POSITION]
+    sample[POSITION] = true
+    sample[TIME_STEP] = inner
+    return seen
+
+
+@compiled
 def loop_effort(functions: object, bounds: Places, owner: Places, parameters: Array, state: Array,
                 sample: Numbers, loop: Numbers, reference: float, speed: float,
                 feedforward: float) -> float:
@@ -214,10 +229,21 @@ def _run_loop(nominal: Array, cogging: Array, functions: object, bounds: Places,
     for row in range(ticks.shape[0]):
         sample[DISC_SPEED] = ticks[row, 3]
         sample[PAD_TEMPERATURE] = ticks[row, 4]
+        position = sample[POSITION]
+        velocity = sample[VELOCITY]
+        if bounds[9] > bounds[8]:
+            # The loop knows no more of the motion than the sensor says.
+            seen = seen_position(functions, bounds, owner, parameters, state, sample,
+                                 loop[_CYCLE])
+            sample[POSITION] = seen
+            if row > 0:
+                sample[VELOCITY] = (seen - out[row - 1, 0]) / loop[_CYCLE]
         effort = loop_effort(functions, bounds, owner, parameters, state, sample, loop,
                              ticks[row, 0], ticks[row, 1], ticks[row, 2])
         out[row, 0] = sample[POSITION]
         out[row, 1] = sample[VELOCITY]
+        sample[POSITION] = position
+        sample[VELOCITY] = velocity
         advance_steps(nominal, cogging, functions, bounds, owner, parameters, state, sample,
                       effort, steps)
 
@@ -281,6 +307,12 @@ class BrakePlant:
         return float(recorded_effort(physics.functions, physics.bounds, physics.owner,
                                      physics.parameters, self._state, self._sample, torque,
                                      duration))
+
+    def measured_position(self, duration: float) -> float:
+        """Return the angle [rad] that the sensor says after another `duration` [s]."""
+        physics = self._physics
+        return float(seen_position(physics.functions, physics.bounds, physics.owner,
+                                   physics.parameters, self._state, self._sample, duration))
 
     @property
     def time(self) -> float:
@@ -348,6 +380,8 @@ def simulate_closed_loop(recording: Recording, model: Model) -> tuple[Array, Arr
                   physics.owner, physics.parameters, state, sample, loop, ticks[:own], steps,
                   out[:own])
         out[own:] = sample[POSITION], sample[VELOCITY]
+        if physics.stages['sensing']:
+            out[own:] = out[own - 1, 0] + tick * out[own - 1, 1], out[own - 1, 1]
         rows = slice(*np.searchsorted(recording.time, (time[0], time[-1]), side='left'))
         if first + own >= size:
             rows = slice(rows.start, None)

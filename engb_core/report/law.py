@@ -26,6 +26,8 @@ def add_law(page: Page, law: LawFinding, units: Units) -> None:
     """Add the law, what was measured and what it says, its numbers, and what does as well."""
     page.subsection('A law for it')
     page.call(Html(f'<b>{escape(law.line)}</b>'))
+    if law.below:
+        page.text(f'where {", ".join(law.below)}')
     facts = [('Formula', law.formula), ('It acts as', _ACTS.get(law.acts_as, law.acts_as)),
              ('Explained of what was left', percent(law.explained))]
     facts += [(name, estimate(value)) for name, value in law.parameters.items()]

@@ -20,6 +20,7 @@ examples:
   engb diagnose bench.csv --simulated simulation.csv --out result
   engb diagnose run1 --fmu simulator.fmu --out result
   engb diagnose run1 --model robot.xml --joint wheel --out result
+  engb diagnose run1 --model nominal.yaml --mechanism mechanism.yaml --out result
 
 A recording is a rosbag2 folder, an .mcap or a .db3 file (plain or zstd) that holds joint_states.
 Without --holdout a part of the recordings is kept out of every fit. A mismatch is a result:
@@ -96,6 +97,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='recordings that no fit sees, on which the result is judged')
     parser.add_argument('--level', type=float, metavar='P', help='tell sets of causes that hold '
                         'the true one in this part of the cases (default: 0.9)')
+    parser.add_argument('--mechanism', metavar='FILE', help='mechanism file (gear_ratio, '
+                        'screw_lead, …): a law that repeats along the stroke then says which part '
+                        'turns so')
     add_effects(parser)
     add_namespace(parser)
     add_progress(parser)
@@ -107,6 +111,10 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.level is not None:
         from engb_core.diagnose.cause_sets import checked_level
         checked_level(arguments.level)
+    mechanism = None
+    if arguments.mechanism is not None:
+        from engb_core.control.clamp_force import read_mechanism
+        mechanism = read_mechanism(arguments.mechanism)
     model, lacks = model_given(arguments)
     simulator = simulator_paths(arguments)
     request = request_of(arguments, model)
@@ -114,7 +122,8 @@ def run(arguments: argparse.Namespace) -> None:
     names = FILES if model else (*FILES, SURROGATE) if simulator else (*FILES, *FIRST)
     with Progress(arguments) as progress, folder_output(
             arguments.out, (*names, *recording_names(given)),
-            [*([arguments.model] if model else []), *simulator, *given]) as scratch:
+            [*([arguments.model] if model else []),
+             *([arguments.mechanism] if mechanism else []), *simulator, *given]) as scratch:
         inputs = read_inputs(given, model, arguments.namespace, progress, request)
         if not simulator:
             # What is no recording of a machine is told in one line, not below those of columns.
@@ -145,6 +154,9 @@ def run(arguments: argparse.Namespace) -> None:
                                                         for text in first.not_told))
             from engb_core.diagnose.engine import diagnose
             diagnosis = diagnose(recordings, model, holdout=holdout, progress=progress)
+        if mechanism is not None:
+            from engb_core.laws.shafts import with_mechanism
+            diagnosis = with_mechanism(diagnosis, mechanism)
         if arguments.level is not None:
             from engb_core.diagnose.cause_sets import with_cause_sets
             diagnosis = replace(diagnosis, effects=with_cause_sets(diagnosis.effects,

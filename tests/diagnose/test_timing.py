@@ -73,7 +73,7 @@ def test_a_recording_without_a_mismatch_is_told_nothing():
 
 @pytest.mark.slow
 def test_it_is_told_beside_what_is_missing():
-    said = diagnose([apart(0.9, brake_with('asymmetric_friction', asymmetry=0.3))], NOMINAL)
+    said = diagnose([apart(0.55, brake_with('asymmetric_friction', asymmetry=0.3))], NOMINAL)
     assert said.effects[0].effect == 'asymmetric_friction'
     assert said.timing is not None
     assert said.timing.causes == ('actuation_lag', 'sampling_delay')

@@ -132,8 +132,26 @@ def test_a_likely_name_stands_beside_a_law():
     assert diagnosis.verdict == 'partly_explained'
     assert diagnosis.unexplained is not None and diagnosis.unexplained.law is not None
     assert {'position', 'velocity'} <= set(diagnosis.unexplained.depends_on)
+    assert 'corrects the form' not in diagnosis.unexplained.statement
     assert [setting.effect for setting in diagnosis.model.effects][-1] == 'law'
     assert 'cogging_torque' in [setting.effect for setting in diagnosis.model.effects]
+
+
+def test_a_name_whose_form_does_not_fit_gets_its_correction_as_a_law():
+    """Cogging that grows from one place of the stroke on keeps its name, and says by how much."""
+    diagnosis = diagnose([recorded(
+        EffectSetting('cogging_torque', {'order': 6.0, 'amplitude': 0.02, 'phase': 1.0}),
+        law('a * positive(position - 14) * sin(6 * position + 1)', 'torque', a=0.008))], MODEL,
+        threads=1)
+    assert [entry.effect for entry in diagnosis.effects if entry.probability >= 0.5] \
+        == ['cogging_torque']
+    assert diagnosis.unexplained is not None and diagnosis.unexplained.law is not None
+    assert 'corrects the form of' in diagnosis.unexplained.statement
+    assert diagnosis.unexplained.law.explained > 0.9
+    (effort,) = [entry for entry in diagnosis.held_out if entry.quantity == 'effort']
+    assert effort.rms_after < 1.3 * effort.noise_floor
+    assert [setting.effect for setting in diagnosis.model.effects][-2:] == [
+        'cogging_torque', 'law']
 
 
 @pytest.mark.parametrize(('name', 'hidden', 'falls'), [

@@ -16,6 +16,7 @@ from engb_core.effects.base import LOAD
 from engb_core.laws.forms import Atom, Form, Slot
 from engb_core.laws.judgement import depends_on, find_law, Found
 from engb_core.laws.resolved import orders_of, resolved_parts
+from engb_core.laws.statement import statement_of
 from engb_core.model import Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import physics_of
@@ -79,6 +80,15 @@ def test_a_supply_that_lacks_voltage():
     assert found.candidate.form.acts_as == 'effort_gain'
     assert {'effort', 'velocity'} <= set(depends_on(found.candidate))
     assert any(atom.kind == 'voltage' for atom in found.candidate.form.factors)
+
+
+def test_a_drive_that_gives_a_part_only_of_what_is_asked_beyond_a_limit():
+    found = found_in(recorded(law(
+        'a * positive(abs(effort) - b) / abs(effort)', 'effort_gain', a=-0.5, b=0.08)))
+    assert found is not None
+    assert [atom.kind for atom in found.candidate.form.factors] == ['effort limit']
+    assert found.parameters['b'].value == pytest.approx(0.08, rel=0.1)
+    assert 'no more than a limit' in statement_of(found)
 
 
 @pytest.mark.parametrize(('factors', 'goes_on'), [

@@ -80,15 +80,15 @@ def estimated(**values: tuple[float, float, str]) -> dict[str, ParameterEstimate
 def test_a_law_is_one_short_line():
     """Sizes with unit and standard error, shapes' numbers with errors where there is room."""
     assert line_of('torque', parse(PATTERN), estimated(
-        a=(0.031, 0.002, 'N·m'), b=(1.249, 0.001, '1/rad'), c=(3.84, 0.05, 'rad'))) == (
+        a=(0.031, 0.002, 'N·m'), b=(1.249, 0.001, '1/rad'), c=(3.84, 0.05, 'rad'))).text == (
             'T = 0.031(2) N·m · |load| · sin(1.249(1) θ + 3.84(5))')
     peak = line_of('torque', parse('a * peak(velocity / b) * step(position - c, d)'), estimated(
         a=(0.0079, 1e-4, 'N·m'), b=(16.4, 0.3, 'rad/s'), c=(-21.27, 0.02, 'rad'),
-        d=(0.0703, 0.02, 'rad')))
-    assert peak == 'T = 0.0079(1) N·m · peak(ω/16.4) · step(θ + 21.27, 0.0703)'
+        d=(0.0703, 0.02, 'rad'))).text
+    assert peak == 'T = 0.0079(1) N·m · peak(ω/16.4) · step(θ + 21.27, 0.07)'
     assert len(peak) <= LONGEST_LINE
     assert line_of('delay', parse('a * (abs(load) + b)'), estimated(
-        a=(0.02, 0.001, 's/N·m'), b=(1.0, 0.1, 'N·m'))) == (
+        a=(0.02, 0.001, 's/N·m'), b=(1.0, 0.1, 'N·m'))).text == (
             'delay = 0.020(1) s/N·m · (|load| + 1.0(1))')
 
 
