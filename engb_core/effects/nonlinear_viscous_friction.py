@@ -13,7 +13,9 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[2] < 0.5:
         return parameters[0] * sample[VELOCITY] * abs(sample[VELOCITY])
     # The model's viscous friction is that at high speed, so that it hardly moves beside this.
-    drag = parameters[0] * parameters[3] ** 2 * math.expm1(-abs(sample[VELOCITY]) / parameters[1])
+    # Only what rises first levels off: friction that falls from rest on is Stribeck's.
+    drag = min(parameters[0], 0.0) * parameters[3] ** 2 * math.expm1(
+        -abs(sample[VELOCITY]) / parameters[1])
     return drag if sample[VELOCITY] > 0.0 else -drag
 
 
@@ -23,10 +25,8 @@ def _statement(p: Mapping[str, float]) -> str:
         return (f"Drag {'grows faster' if quadratic > 0 else 'grows slower'} than in proportion "
                 f'to speed: an additional {quadratic:.3g}·ω·|ω| N·m, ω in rad/s.')
     most, speed = abs(quadratic) * p['mean_speed'] ** 2, p['transition_speed']
-    return (f"Drag grows {'more' if quadratic < 0 else 'less'} steeply at low speed than in "
-            f'proportion to speed and levels off: {most:.3g} N·m '
-            f"{'more' if quadratic < 0 else 'less'} at high speed, 63 % of it at "
-            f'{speed:.3g} rad/s.')
+    return (f'Drag grows more steeply at low speed than in proportion to speed and levels off: '
+            f'{most:.3g} N·m more at high speed, 63 % of it at {speed:.3g} rad/s.')
 
 
 EFFECT = Effect(
@@ -37,7 +37,7 @@ EFFECT = Effect(
                 Parameter('transition_speed', 'rad/s', 1e-3, 60.0, starts=(0.5, 2.0, 8.0),
                           logarithmic=True, form=0.14)),
     stages={'torque': _torque},
-    equation='T = B₂ ω |ω|, or, where it levels off, T = −B₂ ω_mean² (1 − exp(−|ω|/ω_t)) sgn ω',
+    equation='T = B₂ ω |ω|, or, where B₂ < 0 and it levels off, T = −B₂ ω_mean² (1 − exp(−|ω|/ω_t)) sgn ω',
     reference='Armstrong-Hélouvry et al., Automatica 30 (1994) 1083 (churning, thinning); Cross, '
               'J. Colloid Sci. 20 (1965) 417 (a lubricant that thins between two viscosities)',
     statement=_statement,

@@ -369,7 +369,7 @@ def test_segments_are_of_what_a_range_allows():
 
 def test_an_experiment_needs_rivals_and_a_segment_that_does_no_harm(monkeypatch):
     with pytest.raises(InputError, match='no fit of a rival is at hand'):
-        experiment._proposal(None, None, [], ())
+        experiment._proposal(None, None, [], (), False)
     time = np.linspace(0.0, 1.0, 11)
     recorded = SimpleNamespace(motion=SimpleNamespace(effort=np.ones(11)))
     fitter = SimpleNamespace(problem=SimpleNamespace(
@@ -388,7 +388,7 @@ def test_an_experiment_needs_rivals_and_a_segment_that_does_no_harm(monkeypatch)
 
 @pytest.mark.parametrize(('apart', 'little'), [(9.0, False), (0.01, True)])
 def test_a_small_difference_is_told_as_one(apart, little):
-    text = experiment._reason([('backlash', 'pad_creep', None)], [apart])
+    text = experiment._reason([experiment._Rivalry('backlash', 'pad_creep', None)], [apart])
     assert ('which is little' in text) == little and text.endswith('.')
 
 

@@ -46,6 +46,9 @@ def test_a_press_is_diagnosed_as_a_small_motor_is(effect, parameters, power):
     assert [entry.effect for entry in large.effects] == [entry.effect for entry in small.effects]
     assert small.effects[0].effect == effect
     for name, found in small.effects[0].parameters.items():
+        if found.std is None:
+            # It acts on nothing in this form of the effect.
+            continue
         assert large.effects[0].parameters[name].value == pytest.approx(
             found.value * force * length ** power, rel=0.02)
     assert large.effects[0].probability == pytest.approx(small.effects[0].probability, abs=0.05)

@@ -257,6 +257,6 @@ def test_torque_that_comes_late_is_judged_once_more_without_stops(monkeypatch, l
     monkeypatch.setattr(engine, 'problem_of', problem_of)
     monkeypatch.setattr(engine, 'judged_wide', lambda problem: False)
     monkeypatch.setattr(engine, '_judged', lambda *_: SimpleNamespace(corrected=None, fitter=None))
-    monkeypatch.setattr(engine, '_lateness', lambda model: lag)
+    monkeypatch.setattr(engine, 'lateness', lambda model: lag)
     problem, _ = engine._without_stops((), None, (), lambda text: None, 1)
     assert (problem.before_stop > 0.0) == (taken == 'again')
