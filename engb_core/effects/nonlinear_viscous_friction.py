@@ -37,7 +37,8 @@ EFFECT = Effect(
                 Parameter('transition_speed', 'rad/s', 1e-3, 60.0, starts=(0.5, 2.0, 8.0),
                           logarithmic=True, form=0.14)),
     stages={'torque': _torque},
-    equation='T = B₂ ω |ω|, or, where B₂ < 0 and it levels off, T = −B₂ ω_mean² (1 − exp(−|ω|/ω_t)) sgn ω',
+    equation='T = B₂ ω |ω|, or, where B₂ < 0 and it levels off, '
+             'T = −B₂ ω_mean² (1 − exp(−|ω|/ω_t)) sgn ω',
     reference='Armstrong-Hélouvry et al., Automatica 30 (1994) 1083 (churning, thinning); Cross, '
               'J. Colloid Sci. 20 (1965) 417 (a lubricant that thins between two viscosities)',
     statement=_statement,
