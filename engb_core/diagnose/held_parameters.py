@@ -51,11 +51,11 @@ def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[s
     whole = _left(base, file, [place for place, name in enumerate(names) if name == DELAY])
     free = [place for place, name in enumerate(names) if name != CURVATURE]
     taken = whole - _left(base, file, free)
-    if taken <= 0.0:
+    if taken <= CLEAN_EXCESS * float(sigma @ sigma):
         return ()
     # What the refit's own measure and formula may have left to the others of what it could not
-    # take away, and how well the level of the noise is known.
-    unsure = part_of_formula() * (whole - taken) + CLEAN_EXCESS * float(sigma @ sigma)
+    # take away.
+    unsure = part_of_formula() * (whole - taken)
 
     def odds(*held: str) -> float:
         """Return the odds that the file is the minimum over all numbers but these."""
