@@ -38,10 +38,6 @@ from engb_core.diagnose.wide_band import RESONANCE, rings
 __all__ = ['Selection', 'select', 'worth_a_further_effect']
 
 MOST_EFFECTS = 3
-# What refitted numbers leave in plain torque, in units of the noise's mean square, from which on
-# an effect may be named that leaves less than the larger part of it. A resonance is judged
-# elsewhere (wide_band.py): it follows every error of timing.
-PLAIN_NOISE = 2.5
 # A further effect may raise the plain mean square by this factor at most.
 HARM = 1.02
 
@@ -100,15 +96,16 @@ def _in_plain_torque(result: Search) -> Fit | None:
     """Return the effect that takes away most of what refitted numbers leave in plain torque.
 
     Where effort changes fast the weights forgive what timing alone could do, and with it physics
-    that acts at every reversal. An effect may be named by that if the numbers leave far more than
-    noise, and it clearly less.
+    that acts at every reversal. An effect may be named by that if the numbers leave more than may
+    be noise, and it takes away the larger part. A resonance is judged elsewhere (wide_band.py): it
+    follows every error of timing.
     """
     fitter, base = result.fitter, result.base
     noise = np.concatenate([run.noise for run in fitter.problem.runs])
     left = mean_square(base)
     known = [fit for fit in result.of_size(1) if fit.hypothesis.ids != (RESONANCE,)
              and not fit.hypothesis.variants[0].effect.unnamed]
-    if not known or left < PLAIN_NOISE * float(np.mean(noise ** 2)):
+    if not known or left < (1.0 + MOST_NOISE) * float(np.mean(noise ** 2)):
         return None
     best = min(known, key=mean_square)
     return best if mean_square(best) < LARGER_PART * left else None

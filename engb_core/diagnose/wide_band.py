@@ -16,7 +16,13 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, EDGE, LARGER_PART, STANDS_OUT
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    CONTAINING_PART,
+    EDGE,
+    LARGER_PART,
+    STANDS_OUT,
+)
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import something_known
@@ -43,8 +49,6 @@ RIVAL = 'backlash'
 # frequency [Hz] it is no wider than any other.
 OF_MOTION = 0.6
 LEAST_BAND = 25.0
-# A shaft that isn't linear must take away this part of what a linear one leaves.
-BENT_SHARE = 0.4
 # Its best starts that are followed; a linear one takes up with damping what isn't linear.
 BENT_KEPT = 3
 LIGHTLY = 0.03
@@ -188,7 +192,7 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
     one leaves."""
     left = reduced_chi_square(linear, fitter) - 1.0
     values = _values(linear)
-    best, least = linear, (1.0 - BENT_SHARE) * left
+    best, least = linear, (1.0 - CONTAINING_PART) * left
     for effect in NONLINEAR:
         added = effect.parameters[len(get_effect(RESONANCE).parameters):]
         settings = [{**values, **dict(zip((entry.name for entry in added), start, strict=True)),
