@@ -12,6 +12,7 @@ made: its formula and measure are others' (formula.py).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 import itertools
 
 import numpy as np
@@ -23,14 +24,25 @@ from engb_core.diagnose.fitted import Fit
 from engb_core.diagnose.formula import formula_odds, part_of_formula
 from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS
 
-__all__ = ['LOAD', 'held_parameters']
+__all__ = ['LOAD', 'held_odds', 'likeliest']
 
 LOAD = 'load curve'
 
 
-def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[str, ...]:
-    """Return the names of the numbers that a refit of the model file held, one or two (LOAD: all
-    numbers of the load curve); none where that does not explain how the file misses.
+def likeliest(odds: Mapping[tuple[str, ...], float]) -> tuple[str, ...]:
+    """Return the names of the numbers that a refit of the model file likely held: the likeliest
+    one, or, where none is likelier than not, the likeliest two; none where neither is."""
+    for count in (1, 2):
+        most, held = max(((value, held) for held, value in odds.items() if len(held) == count),
+                         default=(0.0, ()))
+        if most >= 1.0:
+            return held
+    return ()
+
+
+def held_odds(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> dict[tuple[str, ...], float]:
+    """Return the odds that a refit of the model file held one number or two (LOAD: all numbers of
+    the load curve) and no others; nothing where the file misses too little to tell.
 
     The question is put in plain torque, as a refit would put it, and answered linearly. It can
     only be put to the file itself, without effects that were settled before, and to all that a
@@ -42,7 +54,7 @@ def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[s
         sigma: (m,) noise [N·m].
     """
     if base.jacobian is None or not base.hypothesis.numbers:
-        return ()
+        return {}
     names = [number.name for number in base.hypothesis.numbers]
     groups = {name: {name} for name in names if name not in (DELAY, CURVATURE)
               and name not in LOAD_NUMBERS}
@@ -52,7 +64,7 @@ def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[s
     free = [place for place, name in enumerate(names) if name != CURVATURE]
     taken = whole - _left(base, file, free)
     if taken <= CLEAN_EXCESS * float(sigma @ sigma):
-        return ()
+        return {}
     # What the refit's own measure and formula may have left to the others of what it could not
     # take away.
     unsure = part_of_formula() * (whole - taken)
@@ -66,12 +78,9 @@ def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[s
 
     pairs = list(itertools.combinations(groups, 2))
     # One was held as often as two, and there are more pairs.
-    for candidates, prior in (([(group,) for group in groups], 1.0),
-                              (pairs, len(groups) / max(len(pairs), 1))):
-        most, held = max(((odds(*held), held) for held in candidates), default=(0.0, ()))
-        if prior * most >= 1.0:
-            return held
-    return ()
+    prior = len(groups) / max(len(pairs), 1)
+    return {**{(group,): odds(group) for group in groups},
+            **{pair: prior * odds(*pair) for pair in pairs}}
 
 
 def _left(base: Fit, file: Fit, free: list[int]) -> float:

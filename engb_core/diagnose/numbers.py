@@ -13,7 +13,12 @@ import itertools
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, LARGER_PART, REFITTED
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    LARGER_PART,
+    LEAST_PROBABILITY,
+    REFITTED,
+)
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.formula import part_of_formula
@@ -85,7 +90,8 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         # What is missing may have passed for one of them.
         kept = []
     insisted = [replace(finding, kept=finding.effect in kept) for finding in insisted]
-    held = [finding for finding in insisted if finding.kept]
+    held = [_or_another(fitter, finding, insisted) if len(kept) == 1 else finding
+            for finding in insisted if finding.kept]
     unnamed = explained.hypothesis.has_unnamed
     if kept and not held and unnamed:
         held = [replace(finding, kept=True) for finding in _insisted(
@@ -94,6 +100,18 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         # A file that was refitted around what is settled by now has all other numbers moved.
         return held
     return _fewest(fitter, explained, insisted, 2) or held
+
+
+def _or_another(fitter: Fitter, held: NumberFinding, insisted: list[NumberFinding],
+                ) -> NumberFinding:
+    """Return the one number that a refit seems to have held, with the others that it may have held
+    instead, by the odds of each."""
+    odds = {finding.effect: fitter.held_odds.get((name,), 0.0) for finding in insisted
+            for name, effect in _BY_NUMBER.items() if effect == finding.effect}
+    total = sum(odds.values())
+    return replace(held, rivals=(*held.rivals, *(
+        (effect, value / total) for effect, value in odds.items()
+        if effect != held.effect and value > LEAST_PROBABILITY * total)))
 
 
 def file_stands(fitter: Fitter, explained: Fit) -> bool:

@@ -218,6 +218,15 @@ def test_the_fewest_numbers_that_make_a_file_fit_are_told(levels, monkeypatch, a
     assert [finding.effect for finding in numbers_found] == found
 
 
+def test_what_a_refit_may_have_held_instead_is_told_with_its_odds():
+    fitter = SimpleNamespace(held_odds={('inertia',): 3.0, ('coulomb',): 1.0, ('load_gain',): 0.1,
+                                        ('inertia', 'coulomb'): 9.0})
+    insisted = [told('inertia_error', 9.0), told('coulomb_friction_error', 8.9),
+                told('load_dependent_friction', 7.0), told('viscous_friction_error', 6.0)]
+    found = numbers._or_another(fitter, insisted[0], insisted)
+    assert found.rivals == (('coulomb_friction_error', pytest.approx(1.0 / 4.1)),)
+
+
 def test_what_has_no_name_is_taken_off_before_numbers_are_asked():
     taken = []
 

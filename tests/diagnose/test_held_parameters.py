@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from engb_core.diagnose.held_parameters import held_parameters
+from engb_core.diagnose.held_parameters import held_odds, likeliest
 
 NAMES = ('inertia', 'viscous_friction', 'coulomb', 'load_gain')
 COUNT = 4000
@@ -35,7 +35,7 @@ def misses(wrong, refitted, missing=0.0):
                          ids='+'.join)
 @pytest.mark.parametrize('missing', [0.0, 0.5])
 def test_numbers_that_a_refit_held_are_found_also_beside_missing_physics(held, missing):
-    found = held_parameters(*misses(dict.fromkeys(held, 1.0), True, missing))
+    found = likeliest(held_odds(*misses(dict.fromkeys(held, 1.0), True, missing)))
     assert sorted(found) == sorted(held)
 
 
@@ -46,4 +46,11 @@ def test_numbers_that_a_refit_held_are_found_also_beside_missing_physics(held, m
     ({'inertia': 0.2}, True, 5.0),                              # or another formula's miss
     ({}, False, 1.0)])
 def test_none_is_found_where_no_refit_is_seen(wrong, refitted, missing):
-    assert held_parameters(*misses(wrong, refitted, missing)) == ()
+    assert likeliest(held_odds(*misses(wrong, refitted, missing))) == ()
+
+
+def test_none_was_held_that_another_number_makes_up_for():
+    base, file, sigma = misses({'coulomb': 1.0}, True)
+    base.jacobian[:, 1] = base.jacobian[:, 2] * (1.0 + 1e-4) + 1e-3 * base.jacobian[:, 0]
+    odds = held_odds(base, file, sigma)
+    assert odds[('coulomb',)] < 1.0 and odds[('viscous_friction',)] < 1.0
