@@ -126,8 +126,8 @@ def _or_two(result: Search, decided: Fit, rivals: list[Fit], held: list[Fit],
         return decided, rivals
     single = [fitter.refine(fit) for fit in held if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
     free = [fit for fit in result.of_size(1) if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
-    least = min(excess(fit, fitter) for fit in (result.base, *free))
-    if little_more(min(excess(fit, fitter) for fit in single), least):
+    least = min((result.base, *free), key=lambda fit: excess(fit, fitter))
+    if not _clearly_better(least, min(single, key=lambda fit: excess(fit, fitter)), fitter):
         # No second one can move it to where it were better.
         return decided, rivals
     pairs = both_moved(result, single)
@@ -140,7 +140,15 @@ def _or_two(result: Search, decided: Fit, rivals: list[Fit], held: list[Fit],
 def _better(best: Fit, others: list[Fit], fitter: Fitter) -> Fit:
     """Return the best of the `others`, where it is clearly better than `best`."""
     other = min(others, key=lambda fit: plain_price(fit, fitter), default=best)
-    return best if little_more(excess(best, fitter), excess(other, fitter)) else other
+    return other if _clearly_better(other, best, fitter) else best
+
+
+def _clearly_better(fit: Fit, than: Fit, fitter: Fitter) -> bool:
+    """Whether a fit leaves less than another one by more than the right formulas leave of what
+    the file misses, and by more than little."""
+    left, other = excess(fit, fitter), excess(than, fitter)
+    return not little_more(other, left) and other - left > formula_error(
+        excess(fitter.nominal(), fitter))
 
 
 def _made_up(fitter: Fitter) -> bool:
