@@ -16,11 +16,11 @@ from scipy.stats import norm
 
 from engb_core.diagnose.constants import STANDS_OUT
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import LOAD_NUMBERS
 from engb_core.diagnose.numbers import refitted, was_refitted
-from engb_core.diagnose.ranking import little_more
-from engb_core.diagnose.reduced_chi_square import excess
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
@@ -88,7 +88,9 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
     if factors is None or not factors.both_off_alike:
         return selection
     fit = _scaled(fitter, start)
-    if not little_more(excess(fit, fitter), excess(chosen, fitter)):
+    left, before = (reduced_chi_square(entry, fitter) for entry in (fit, chosen))
+    # No more than what another formulation of the right physics leaves.
+    if left > (1.0 + part_of_formula()) * before:
         return selection
     return replace(selection, chosen=fit, rivals=(),
                    excess_after=excess(fit, fitter),
