@@ -22,7 +22,6 @@ from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.numbers import refitted, was_refitted
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.ranking import (
-    little_more,
     number_price,
     plain_price,
     price,
@@ -126,8 +125,8 @@ def _or_two(result: Search, decided: Fit, rivals: list[Fit], held: list[Fit],
         return decided, rivals
     single = [fitter.refine(fit) for fit in held if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
     free = [fit for fit in result.of_size(1) if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
-    least = min((result.base, *free), key=lambda fit: excess(fit, fitter))
-    if not _clearly_better(least, min(single, key=lambda fit: excess(fit, fitter)), fitter):
+    least = min((result.base, *free), key=lambda fit: plain_price(fit, fitter))
+    if not _clearly_better(least, min(single, key=lambda fit: plain_price(fit, fitter)), fitter):
         # No second one can move it to where it were better.
         return decided, rivals
     pairs = both_moved(result, single)
@@ -144,11 +143,9 @@ def _better(best: Fit, others: list[Fit], fitter: Fitter) -> Fit:
 
 
 def _clearly_better(fit: Fit, than: Fit, fitter: Fitter) -> bool:
-    """Whether a fit leaves less than another one by more than the right formulas leave of what
-    the file misses, and by more than little."""
-    left, other = excess(fit, fitter), excess(than, fitter)
-    return not little_more(other, left) and other - left > formula_error(
-        excess(fitter.nominal(), fitter))
+    """Whether a fit leaves so much less than another one as another formulation of the same
+    physics usually misses, at the price of its parameters."""
+    return plain_price(fit, fitter) + part_of_formula() < plain_price(than, fitter)
 
 
 def _made_up(fitter: Fitter) -> bool:
