@@ -7,7 +7,8 @@ excess is what a level has above 1. Origin is one of: a *test* (level of signifi
 statement; any other may be asked for), *counted* (set by how often it was right on generated
 cases; to be replaced by a score on what was left out).
 Constants of a search (starts, rounds, companions) only cost time, and stand where they are used.
-What means the same is the same constant.
+What means the same is the same constant. Some that decide one effect alone (a shaft that rings, a
+wave that repeats) stand with it.
 """
 
 from __future__ import annotations
