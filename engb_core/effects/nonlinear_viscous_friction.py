@@ -33,7 +33,7 @@ EFFECT = Effect(
     id='nonlinear_viscous_friction',
     title='Nonlinear viscous friction',
     parameters=(Parameter('quadratic_viscous_friction', 'N·m·s²/rad²', -1e12, 1e12, none=0.0,
-                          starts=(1e-5,), form=0.014),
+                          starts=(-1e-5,), form=0.014),
                 Parameter('transition_speed', 'rad/s', 1e-3, 60.0, starts=(0.5, 2.0, 8.0),
                           logarithmic=True, form=0.14)),
     stages={'torque': _torque},
