@@ -18,11 +18,10 @@ and, before all of them, where effort is a command (command_law.py):
 
     command    returns the set-point on which the drive acts, given sample[REFERENCE] [rad]
 
-and, behind them, what a recording makes of it:
+and, behind them, what a recording makes of it, and for the position the controller is told:
 
     measurement  returns the effort that is recorded, given sample[EFFORT], the true one [N·m]
-    sensing      returns the position that the sensor says, to controller and recording, given
-                 sample[POSITION], the true one                                          [rad]
+    sensing      returns the position that the sensor says, given sample[POSITION]       [rad]
 
 What a sample holds, by the names of its places. From the beginning:
 
