@@ -167,34 +167,36 @@ def acted_reference(functions: object, bounds: Places, owner: Places, parameters
 
 
 @compiled
+def _as_told(functions: object, owner: Places, parameters: Array, state: Array, sample: Numbers,
+             place: int, value: float, begin: int, end: int, duration: float) -> float:
+    """Return what the functions from `begin` to `end` make of a value that stands at `place` of
+    the sample, `duration` [s] after they were last asked; the sample stays as it is."""
+    inner = sample[TIME_STEP]
+    before = sample[place]
+    sample[TIME_STEP] = duration
+    sample[place] = value
+    for index in range(begin, end):
+        sample[place] = call_effect(functions, index, parameters, owner[index], state, sample)
+    told = sample[place]
+    sample[place] = before
+    sample[TIME_STEP] = inner
+    return told
+
+
+@compiled
 def recorded_effort(functions: object, bounds: Places, owner: Places, parameters: Array,
                     state: Array, sample: Numbers, effort: float, duration: float) -> float:
     """Return what is recorded of an effort [N·m] that was held for `duration` [s]."""
-    inner = sample[TIME_STEP]
-    before = sample[EFFORT]
-    sample[TIME_STEP] = duration
-    sample[EFFORT] = effort
-    for index in range(bounds[7], bounds[8]):
-        sample[EFFORT] = call_effect(functions, index, parameters, owner[index], state, sample)
-    recorded = sample[EFFORT]
-    sample[EFFORT] = before
-    sample[TIME_STEP] = inner
-    return recorded
+    return _as_told(functions, owner, parameters, state, sample, EFFORT, effort, bounds[7],
+                    bounds[8], duration)
 
 
 @compiled
 def seen_position(functions: object, bounds: Places, owner: Places, parameters: Array,
                   state: Array, sample: Numbers, duration: float) -> float:
     """Return the position [rad] that the sensor says, `duration` [s] after it was last asked."""
-    inner = sample[TIME_STEP]
-    true = sample[POSITION]
-    sample[TIME_STEP] = duration
-    for index in range(bounds[8], bounds[9]):
-        sample[POSITION] = call_effect(functions, index, parameters, owner[index], state, sample)
-    seen = sample[POSITION]
-    sample[POSITION] = true
-    sample[TIME_STEP] = inner
-    return seen
+    return _as_told(functions, owner, parameters, state, sample, POSITION, sample[POSITION],
+                    bounds[8], bounds[9], duration)
 
 
 @compiled
