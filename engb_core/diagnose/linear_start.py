@@ -55,7 +55,13 @@ def start_columns(objective: Objective, hypothesis: Hypothesis, base: Fit,
         return (objective.predict(hypothesis, vector) - base.predicted)[:, None]
     assert sizing.none is not None, 'what is scalable has a size at which it vanishes'
     unit = sizing.starts[0] - sizing.none
-    columns = [(objective.predict(hypothesis, vector) - base.predicted) / unit]
+    change = objective.predict(hypothesis, vector) - base.predicted
+    if not change.any() and sizing.low <= sizing.none - unit <= sizing.high:
+        # An effect may act on the other side of none alone.
+        unit = -unit
+        vector[base.vector.size] = sizing.none + unit
+        change = objective.predict(hypothesis, vector) - base.predicted
+    columns = [change / unit]
     phases = _places_of(hypothesis, 'phase')
     if phases:
         vector[phases] += 0.5 * np.pi

@@ -25,7 +25,7 @@ def _statement(p: Mapping[str, float]) -> str:
         return (f"Drag {'grows faster' if quadratic > 0 else 'grows slower'} than in proportion "
                 f'to speed: an additional {quadratic:.3g}·ω·|ω| N·m, ω in rad/s.')
     most, speed = abs(quadratic) * p['mean_speed'] ** 2, p['transition_speed']
-    return (f'Drag grows more steeply at low speed than in proportion to speed and levels off: '
+    return ('Drag grows more steeply at low speed than in proportion to speed and levels off: '
             f'{most:.3g} N·m more at high speed, 63 % of it at {speed:.3g} rad/s.')
 
 
@@ -33,7 +33,7 @@ EFFECT = Effect(
     id='nonlinear_viscous_friction',
     title='Nonlinear viscous friction',
     parameters=(Parameter('quadratic_viscous_friction', 'N·m·s²/rad²', -1e12, 1e12, none=0.0,
-                          starts=(-1e-5,), form=0.014),
+                          starts=(1e-5,), form=0.014),
                 Parameter('transition_speed', 'rad/s', 1e-3, 60.0, starts=(0.5, 2.0, 8.0),
                           logarithmic=True, form=0.14)),
     stages={'torque': _torque},
