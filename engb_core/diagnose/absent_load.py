@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import PARAMETER_PRICE
+from engb_core.diagnose.constants import LARGER_PART, PARAMETER_PRICE
 from engb_core.diagnose.diagnosis import Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
@@ -31,8 +31,6 @@ from engb_core.physics.plant import load_torques, nominal_vector
 
 __all__ = ['AbsentLoad', 'absent_load']
 
-# A load is what is missing where it is the larger part of the mismatch.
-LARGER_PART = 0.5
 _NO_LOAD = ('none', 'offset')
 
 

@@ -14,7 +14,9 @@ import math
 
 from scipy.stats import norm
 
+from engb_core.diagnose.constants import STANDS_OUT
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import LOAD_NUMBERS
 from engb_core.diagnose.numbers import refitted, was_refitted
@@ -28,15 +30,11 @@ __all__ = ['Factors', 'with_effort_scale']
 SCALE, LOAD = 'effort_scale_error', 'load_stiffness_error'
 # What says that the load curve is off as a whole: judged anew beside the scale of effort.
 MOVERS = (LOAD, 'contact_shift', 'torque_offset')
-# Deviations by which inertia and load must each be off, and by which their factors may differ.
-DEVIATIONS = 2.0
 # How far apart the logarithms of two wrong numbers' factors are at most usually: each of them is
 # believed to 0.4 (nominal.py).
 APART = 0.4 * math.sqrt(2.0)
 # What numbers from masses and lengths are sure to at best: each effect's `form`.
 FORM = 0.01
-# Log mean square by which what was chosen may fit better.
-BETTER = 0.03
 
 
 @dataclass(frozen=True)
@@ -63,9 +61,9 @@ class Factors:
         """Whether both are off by more than such numbers usually are, to the same side, and
         agree."""
         return (self.inertia * self.load > 0.0
-                and abs(self.inertia) > DEVIATIONS * math.hypot(self.inertia_std, FORM)
-                and abs(self.load) > DEVIATIONS * math.hypot(self.load_std, FORM)
-                and abs(self.apart) < DEVIATIONS * self.std)
+                and abs(self.inertia) > STANDS_OUT * math.hypot(self.inertia_std, FORM)
+                and abs(self.load) > STANDS_OUT * math.hypot(self.load_std, FORM)
+                and abs(self.apart) < STANDS_OUT * self.std)
 
     def one_cause(self) -> float:
         """Return the probability that they agree for a reason, and not by chance: two numbers
@@ -91,7 +89,8 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
         return selection
     fit = _scaled(fitter, start)
     left, before = (reduced_chi_square(entry, fitter) for entry in (fit, chosen))
-    if math.log(left) > math.log(before) + BETTER:
+    # No more than what another formulation of the right physics leaves.
+    if left > (1.0 + part_of_formula()) * before:
         return selection
     return replace(selection, chosen=fit, rivals=(),
                    excess_after=excess(fit, fitter),

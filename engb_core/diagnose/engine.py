@@ -13,7 +13,12 @@ import numpy as np
 
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    LARGER_PART,
+    LEAST_PROBABILITY,
+    WORTH_PART,
+)
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import (
     Diagnosis,
@@ -36,6 +41,7 @@ from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.false_discovery import mismatched
 from engb_core.diagnose.findings import findings_of, in_order, number_findings
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.full_bandwidth import (
     at_full_bandwidth,
     CorrectedModels,
@@ -57,7 +63,6 @@ from engb_core.diagnose.numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.parallel_map import parallel_map, processors
-from engb_core.diagnose.probability import something_known
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search import search
@@ -81,13 +86,6 @@ from engb_core.signals.plausibility import refuse_implausible
 
 __all__ = ['diagnose']
 
-# A name that is surer to be wrong than this is not given.
-LEAST_PROBABILITY = 0.05
-# Mean square on what no fit has seen, as a part of a plainer model's, from which on a model is
-# clearly better.
-HELPS = 0.9
-# The same on most stretches, from which on a name may be given all the same.
-MUCH_BETTER = 0.5
 # A lag from here on [s] has efforts before a stop belong to a shaft that stands; for how long, as
 # a multiple of the lag.
 SHORTEST_LAG, LATE = 1e-3, 1.5
@@ -421,7 +419,7 @@ def _carries_over(told: CorrectedModels, file: Model) -> bool:
     if not before or min(told.unseen) < pooled(before):
         return True
     return any(np.median([pooled([now]) / pooled([then])
-                          for now, then in zip(after, before, strict=True)]) < MUCH_BETTER
+                          for now, then in zip(after, before, strict=True)]) < LARGER_PART
                for after in told.unseen_errors)
 
 
@@ -445,6 +443,6 @@ def _that_helps(told: CorrectedModels, otherwise: tuple[Model, ...]) -> Model:
     candidates = (*told.models, *otherwise)
     errors = (*told.unseen, *(pooled(unseen_errors(told.problem, model)) for model in otherwise))
     for place, candidate in enumerate(candidates[:-1]):
-        if errors[place] <= HELPS * min(errors[place + 1:]):
+        if errors[place] <= (1.0 - WORTH_PART) * min(errors[place + 1:]):
             return candidate
     return candidates[-1]

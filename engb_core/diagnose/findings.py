@@ -8,19 +8,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import LARGER_PART, SURE
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
+from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
 from engb_core.diagnose.numbers import file_stands, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.probability import (
-    own_part_left,
-    part_left,
-    rival_weights,
-    something_known,
-)
+from engb_core.diagnose.probability import own_part_left, part_left, rival_weights
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.spike_and_slab import with_averaged_numbers
@@ -33,12 +30,6 @@ __all__ = ['findings_of', 'in_order', 'number_findings']
 Array = NDArray[np.float64]
 # A rival is worth telling from here on.
 TOLD = 0.02
-# How sure a named effect can be beside what has no name, where that leads or may be all of it.
-COMPANION = 0.45
-# A finding is sure from here on.
-SURE = 2.0 / 3.0
-# How sure a wrong number is beside what has no name.
-NUMBER_BESIDE = 0.9
 
 
 def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: Fit,
@@ -85,7 +76,7 @@ def in_order(findings: list[EffectFinding], stands: bool = False) -> list[Effect
     more than half of the least of that."""
     sure = [finding for finding in findings if finding.probability >= SURE]
     physics = [] if stands else [finding for finding in sure if not _is_number(finding)]
-    most = 0.5 * min((finding.share for finding in physics or sure), default=2.0)
+    most = LARGER_PART * min((finding.share for finding in physics or sure), default=2.0)
 
     def leads(finding: EffectFinding) -> bool:
         return finding in physics if physics else finding in sure
@@ -125,9 +116,9 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
     total = sum(matters)
     nameless = sum(part for part, variant in zip(matters, variants, strict=True)
                    if variant.effect.unnamed)
-    if nameless > 0.5 * total:
+    if nameless > LARGER_PART * total:
         # What leads has no name: a companion may well be a makeshift for its details.
-        known *= COMPANION
+        known *= LARGER_PART
     findings = []
     for index, variant in enumerate(variants):
         if variant.effect.unnamed:
@@ -142,7 +133,7 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         if not stands_out(chosen, fitter, index):
             believed = 0.0
         elif _something_left(explanation) and not repeats(fitter, variant.effect, values):
-            believed *= COMPANION
+            believed *= LARGER_PART
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
         weights = rival_weights(chosen, rivals, fitter, to_explain)
@@ -202,8 +193,6 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
     after = excess(chosen, fitter)
     taken = max(0.0, 1.0 - after / before)
     known = something_known(part_left(fitter, nominal, chosen))
-    if _something_left(explanation):
-        known *= NUMBER_BESIDE
     findings = []
     for finding in numbers:
         effect = get_effect(finding.effect)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.descent import descended
 from engb_core.diagnose.fitted import Fit, StartColumns, without_effects
-from engb_core.diagnose.held_parameters import held_parameters
+from engb_core.diagnose.held_parameters import held_odds, likeliest
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.linear_start import added, start_columns, start_vector
 from engb_core.diagnose.multistart import best_promised, Promise, promises
@@ -74,10 +74,15 @@ class Fitter(Objective):
 
     @cached_property
     def held(self) -> tuple[str, ...]:
-        """The numbers that a refit of the model file held, as `held_parameters` finds them."""
+        """The numbers that a refit of the model file likely held (LOAD: the load curve)."""
+        return likeliest(self.held_odds)
+
+    @cached_property
+    def held_odds(self) -> dict[tuple[str, ...], float]:
+        """The odds that a refit of the model file held these numbers alone."""
         if self.earlier is not None:
-            return self.earlier.held
-        return held_parameters(self.finish(self.base()), self.nominal(), self.sigma)
+            return self.earlier.held_odds
+        return held_odds(self.finish(self.base()), self.nominal(), self.sigma)
 
     def base(self, numbers: tuple[NominalNumber, ...] | None = None) -> Fit:
         """Return the refit of the nominal numbers alone."""

@@ -1,41 +1,48 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which numbers a refit of the model file left as they were.
 
-A file that was refitted on the recording fits as well as it can with the numbers that the refit
-held. If setting one more number free makes it fit clearly better, and all the others free do not,
-then that one was held, and the others moved to make up for it. So with two.
+A file that was refitted on the recording is the minimum of what it misses over all numbers but
+those that the refit held: if setting one more number free makes it fit better, and all the others
+free do not, then that one was held, and the others moved to make up for it. So with two. How
+likely that is follows from what the others take of all that is taken, the score (Lagrange
+multiplier) statistic of the hypothesis that the file is that minimum (Rao, Proceedings of the
+Cambridge Philosophical Society 44 (1948) 50), which noise does not limit but how the refit was
+made: its formula and measure are others' (formula.py).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 import itertools
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from engb_core.diagnose.constants import (
-    ALL_BUT,
-    AT_MOST,
-    NEXT_TO_NOTHING,
-    OF_NEXT,
-    OTHERS_TAKE,
-    TAKEN_LEAST,
-    TAKEN_MUCH,
-    TAKEN_PART,
-    WITHOUT_TWO,
-)
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.fitted import Fit
+from engb_core.diagnose.formula import formula_odds, part_of_formula
 from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS
 
-__all__ = ['LOAD', 'held_parameters']
+__all__ = ['LOAD', 'held_odds', 'likeliest']
 
 LOAD = 'load curve'
 
 
-def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[str, ...]:
-    """Return the names of the numbers that a refit of the model file held, one or two (LOAD: all
-    numbers of the load curve); none where that does not explain how the file misses.
+def likeliest(odds: Mapping[tuple[str, ...], float]) -> tuple[str, ...]:
+    """Return the names of the numbers that a refit of the model file likely held: the likeliest
+    one, or, where none is likelier than not, the likeliest two; none where neither is."""
+    for count in (1, 2):
+        most, held = max(((value, held) for held, value in odds.items() if len(held) == count),
+                         default=(0.0, ()))
+        if most >= 1.0:
+            return held
+    return ()
+
+
+def held_odds(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> dict[tuple[str, ...], float]:
+    """Return the odds that a refit of the model file held one number or two (LOAD: all numbers of
+    the load curve) and no others; nothing where the file misses too little to tell.
 
     The question is put in plain torque, as a refit would put it, and answered linearly. It can
     only be put to the file itself, without effects that were settled before, and to all that a
@@ -47,7 +54,7 @@ def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[s
         sigma: (m,) noise [N·m].
     """
     if base.jacobian is None or not base.hypothesis.numbers:
-        return ()
+        return {}
     names = [number.name for number in base.hypothesis.numbers]
     groups = {name: {name} for name in names if name not in (DELAY, CURVATURE)
               and name not in LOAD_NUMBERS}
@@ -56,28 +63,24 @@ def held_parameters(base: Fit, file: Fit, sigma: NDArray[np.float64]) -> tuple[s
     whole = _left(base, file, [place for place, name in enumerate(names) if name == DELAY])
     free = [place for place, name in enumerate(names) if name != CURVATURE]
     taken = whole - _left(base, file, free)
-    noise = float(sigma @ sigma)
-    much = taken >= TAKEN_PART * whole
-    if taken < (TAKEN_LEAST if much else TAKEN_MUCH) * noise:
-        return ()
+    if taken <= CLEAN_EXCESS * float(sigma @ sigma):
+        return {}
+    # What the refit's own measure and formula may have left to the others of what it could not
+    # take away.
+    unsure = part_of_formula() * (whole - taken)
 
-    def others_take(*held: str) -> float:
-        """Return the part of what is taken that is taken without these."""
+    def odds(*held: str) -> float:
+        """Return the odds that the file is the minimum over all numbers but these."""
         without = {name for group in held for name in groups[group]}
-        return (whole - _left(base, file, [place for place in free
-                                           if names[place] not in without])) / taken
+        others = whole - _left(base, file, [place for place in free
+                                            if names[place] not in without])
+        return formula_odds(max(0.0, others + unsure) / taken)
 
-    parts = sorted((others_take(group), group) for group in groups)
-    least, first = parts[0]
-    if least <= (OTHERS_TAKE if much else NEXT_TO_NOTHING):
-        return (first,)
-    if len(parts) == 1:
-        return ()
-    both, pair = min((others_take(*two), two) for two in itertools.combinations(groups, 2))
-    numbers_alone = taken >= (1.0 - ALL_BUT) * whole
-    if both <= (WITHOUT_TWO if numbers_alone else NEXT_TO_NOTHING):
-        return pair
-    return (first,) if much and least <= min(AT_MOST, OF_NEXT * parts[1][0]) else ()
+    pairs = list(itertools.combinations(groups, 2))
+    # One was held as often as two, and there are more pairs.
+    prior = len(groups) / max(len(pairs), 1)
+    return {**{(group,): odds(group) for group in groups},
+            **{pair: prior * odds(*pair) for pair in pairs}}
 
 
 def _left(base: Fit, file: Fit, free: list[int]) -> float:

@@ -7,23 +7,9 @@ by one number, it tells rivals apart; where all of the file's numbers are right,
 
 from __future__ import annotations
 
-import math
-
-from engb_core.diagnose.constants import (
-    BESIDE_EFFECTS,
-    BESIDE_LOAD,
-    BETTER,
-    HELD_LOSS,
-    HELD_RISE,
-    INSISTED,
-    INSISTED_PART,
-    NUMBER_BONUS,
-    REFITTED,
-    STANDING_PART,
-    STANDS_BETTER,
-    STANDS_BETTER_PART,
-)
+from engb_core.diagnose.constants import CLEAN_EXCESS, CONTAINING_PART, FORMULA_ERROR, REFITTED
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.formula import formula_error, part_of_formula
 from engb_core.diagnose.held_load_curve import (
     best_of_each,
     both_moved,
@@ -35,7 +21,12 @@ from engb_core.diagnose.held_load_curve import (
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.numbers import refitted, was_refitted
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.ranking import plain_price, price, simplest
+from engb_core.diagnose.ranking import (
+    number_price,
+    plain_price,
+    price,
+    simplest,
+)
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.search import Search
 
@@ -43,9 +34,7 @@ __all__ = ['moved_by', 'standing', 'selected_by_load_curve']
 
 # Single causes of a moved load curve that may have a second one beside them.
 LEADING = 4
-# Hypotheses that are tried with the file's numbers as they stand, and how much better one must
-# fit so than what was chosen: in units of the noise, and as a part of what the file misses, since
-# no formula is perfect.
+# Hypotheses that are tried with the file's numbers as they stand.
 CLOSE = 8
 
 
@@ -58,9 +47,10 @@ def selected_by_load_curve(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]
     if size == 0:
         # Nothing is worth a name beside a free load curve, which may have taken it in.
         return moved_by(result, excess(fitter.nominal(), fitter))
-    near = excess(chosen, fitter) * 1.5 + 0.3
+    near = excess(chosen, fitter) / (1.0 - CONTAINING_PART) + CLEAN_EXCESS
     close = [chosen, *(fit for fit in others if excess(fit, fitter) < near)]
-    limit = reduced_chi_square(chosen, fitter) + max(HELD_LOSS, 0.3 * excess(chosen, fitter))
+    limit = reduced_chi_square(chosen, fitter) + max(
+        FORMULA_ERROR, CONTAINING_PART * excess(chosen, fitter))
     held = [fit for fit in load_held(result, close) if len(fit.hypothesis.variants) == size]
     decided, rivals = _decided(fitter, chosen, held, others, limit)
     if decided is chosen:
@@ -79,18 +69,19 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
         return chosen, rivals
     held = fitter.refit(chosen, numbers_without_load(fitter))
     rise = reduced_chi_square(held, fitter) - reduced_chi_square(chosen, fitter)
-    moved = load_moved(result, chosen) if rise >= INSISTED else []
+    moved = load_moved(result, chosen) if rise >= CLEAN_EXCESS else []
     if not moved:
         return chosen, rivals
     best = min(moved, key=lambda fit: price(fit, fitter)
-               - NUMBER_BONUS * fit.hypothesis.variants[-1].number_only)
-    lost = min(nominal - before, BESIDE_EFFECTS * before)
-    least = HELD_RISE * reduced_chi_square(chosen, fitter) if kept else BESIDE_LOAD * lost
+               - number_price() * fit.hypothesis.variants[-1].number_only)
+    # What the fit leaves is the noise that the curve has to stand out of, and what other formulas
+    # of the effects miss may lie along it.
+    least = max(CLEAN_EXCESS * reduced_chi_square(chosen, fitter), part_of_formula() * before)
     if rise < least and not _as_it_stands(best, chosen, fitter, rise):
         return chosen, rivals
-    if reduced_chi_square(best, fitter) >= limit + min(0.02 * rise, 0.3):
+    if reduced_chi_square(best, fitter) >= limit + formula_error(rise):
         return chosen, rivals
-    near = reduced_chi_square(best, fitter) + HELD_LOSS
+    near = reduced_chi_square(best, fitter) + FORMULA_ERROR
     others = [fit for fit in rivals if reduced_chi_square(fit, fitter) < near
               and len(fit.hypothesis.variants) == len(chosen.hypothesis.variants)]
     alike = best_of_each([*moved, *both_moved(result, others[:LEADING - 1])])
@@ -103,9 +94,8 @@ def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:
     """Whether a fit needs none of the file's numbers changed to be nearly as good as the chosen
     effects with all numbers free, seen beside the `rise` with the load curve unmoved: no refit
     has moved them."""
-    allowed = max(HELD_LOSS, STANDING_PART * rise)
     with_file = reduced_chi_square(fitter.with_file(fit), fitter)
-    return with_file < reduced_chi_square(chosen, fitter) + allowed
+    return with_file < reduced_chi_square(chosen, fitter) + formula_error(rise)
 
 
 def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
@@ -115,9 +105,9 @@ def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
         return base, []
     with_curve = fitter.refit(base, numbers_without_load(fitter))
     rise = reduced_chi_square(with_curve, fitter) - reduced_chi_square(base, fitter)
-    if rise < max(INSISTED, INSISTED_PART * nominal):
+    if rise < max(CLEAN_EXCESS, part_of_formula() * nominal):
         return base, []
-    limit = reduced_chi_square(base, fitter) + max(HELD_LOSS, min(0.1 * rise, 0.3))
+    limit = reduced_chi_square(base, fitter) + formula_error(rise)
     held = load_held(result, result.of_size(1))
     decided, rivals = _decided(fitter, base, held, [], limit)
     if decided is not base:
@@ -135,8 +125,8 @@ def _or_two(result: Search, decided: Fit, rivals: list[Fit], held: list[Fit],
         return decided, rivals
     single = [fitter.refine(fit) for fit in held if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
     free = [fit for fit in result.of_size(1) if fit.hypothesis.ids[0] in MOVE_THE_LOAD]
-    least = min(reduced_chi_square(fit, fitter) for fit in (result.base, *free))
-    if math.log(min(reduced_chi_square(fit, fitter) for fit in single) / least) < BETTER:
+    least = min((result.base, *free), key=lambda fit: plain_price(fit, fitter))
+    if not _clearly_better(least, min(single, key=lambda fit: plain_price(fit, fitter)), fitter):
         # No second one can move it to where it were better.
         return decided, rivals
     pairs = both_moved(result, single)
@@ -149,8 +139,13 @@ def _or_two(result: Search, decided: Fit, rivals: list[Fit], held: list[Fit],
 def _better(best: Fit, others: list[Fit], fitter: Fitter) -> Fit:
     """Return the best of the `others`, where it is clearly better than `best`."""
     other = min(others, key=lambda fit: plain_price(fit, fitter), default=best)
-    clearly = plain_price(other, fitter) + BETTER < plain_price(best, fitter)
-    return other if clearly else best
+    return other if _clearly_better(other, best, fitter) else best
+
+
+def _clearly_better(fit: Fit, than: Fit, fitter: Fitter) -> bool:
+    """Whether a fit leaves so much less than another one as another formulation of the same
+    physics usually misses, at the price of its parameters."""
+    return plain_price(fit, fitter) + part_of_formula() < plain_price(than, fitter)
 
 
 def _made_up(fitter: Fitter) -> bool:
@@ -174,7 +169,7 @@ def standing(fitter: Fitter, chosen: Fit, rivals: list[Fit]) -> tuple[Fit, list[
     has moved them, and whoever needs them moved is wrong. Such rivals come back as they fit with
     the file's numbers."""
     size = len(chosen.hypothesis.variants)
-    near = reduced_chi_square(chosen, fitter) + HELD_LOSS
+    near = reduced_chi_square(chosen, fitter) + FORMULA_ERROR
     close = [fit for fit in (chosen, *rivals) if len(fit.hypothesis.variants) == size
              and reduced_chi_square(fit, fitter) < near
              and not fit.hypothesis.has_unnamed][:CLOSE]
@@ -183,11 +178,11 @@ def standing(fitter: Fitter, chosen: Fit, rivals: list[Fit]) -> tuple[Fit, list[
     stand = list(parallel_map(lambda fit: fitter.refine(fitter.with_file(fit)), close,
                               fitter.threads))
     least = min(reduced_chi_square(fit, fitter) for fit in stand)
-    if least > reduced_chi_square(chosen, fitter) + HELD_LOSS:
+    if least > near:
         return chosen, rivals
     own = reduced_chi_square(stand[0], fitter)
     others = [fit for fit in rivals if fit not in close]
-    if own < least + max(STANDS_BETTER, STANDS_BETTER_PART * excess(fitter.nominal(), fitter)):
+    if own < least + formula_error(excess(fitter.nominal(), fitter)):
         return chosen, [*stand[1:], *others]
     place = min(range(len(stand)), key=lambda entry: price(stand[entry], fitter))
     if close[place].hypothesis.size > chosen.hypothesis.size and reduced_chi_square(

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, INSISTED
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
@@ -121,7 +121,7 @@ def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
                if number.name not in names]
     held = fitter.refit(explained, tuple(others))
     rise = reduced_chi_square(held, fitter) - reduced_chi_square(explained, fitter)
-    if rise < INSISTED:
+    if rise < CLEAN_EXCESS:
         return None
     return NumberFinding(LOAD_SHAPE, explained, rise, float(max(values, key=abs)))
 

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.full_bandwidth import CorrectedModels
@@ -25,9 +26,6 @@ from engb_core.laws.blocks import (
 )
 
 __all__ = ['that_carries']
-
-# Part of the file's excess that must be explained elsewhere.
-ELSEWHERE = 0.5
 
 
 def that_carries(fitter: Fitter, nominal: Fit, told: CorrectedModels) -> CorrectedModels:
@@ -54,7 +52,7 @@ def that_carries(fitter: Fitter, nominal: Fit, told: CorrectedModels) -> Correct
     missed = float(np.sum(weighted) / np.sum((fitter.sigma * fitter.weight) ** 2))
 
     def enough(left: float) -> bool:
-        return left - 1.0 < ELSEWHERE * (missed - 1.0)
+        return left - 1.0 < LARGER_PART * (missed - 1.0)
 
     kept = told.models
     if not all(enough(Blocks(fitter, fit, labels, free).without().level) for labels in kinds):

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import chi2
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, COLOURED, MOST_NOISE
+from engb_core.diagnose.constants import CHANCE, CLEAN_EXCESS, MOST_NOISE
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 
@@ -29,7 +29,7 @@ def is_noise(fitter: Fitter, fit: Fit) -> bool:
     """Return whether what a fit leaves is noise: within how well its level is known, or without
     colour and no more than as much again."""
     excess = reduced_chi_square(fit, fitter) - 1.0
-    return excess <= CLEAN_EXCESS or (excess <= MOST_NOISE and colour(fitter, fit) > COLOURED)
+    return excess <= CLEAN_EXCESS or (excess <= MOST_NOISE and colour(fitter, fit) > CHANCE)
 
 
 def colour(fitter: Fitter, fit: Fit) -> float:

@@ -14,22 +14,14 @@ import itertools
 import numpy as np
 
 from engb_core.diagnose.constants import (
-    BESIDE,
-    BESIDE_EFFECTS,
-    BESIDE_LEAVES,
-    HELD_LEFT,
-    INSISTED,
-    INSISTED_PART,
-    NO_SIGN,
-    NUMBERS_SUFFICE,
+    CLEAN_EXCESS,
+    LARGER_PART,
+    LEAST_PROBABILITY,
     REFITTED,
-    SECOND,
-    SHARPNESS,
-    TWO_LEAVE,
-    TWO_LEAVE_PART,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
+from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.held_load_curve import BY_ONE_NUMBER
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber, SHAPE_NUMBERS
@@ -92,19 +84,14 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     insisted = _insisted(fitter, explained, load_kept)
     if load_kept:
         # The file was not refitted, and may stand but for one number.
-        least = 0.0
-        if reduced_chi_square(fitter.base(), fitter) - 1.0 < NUMBERS_SUFFICE:
-            # Or it was: then the number may have moved a little along with the load curve.
-            least = INSISTED_PART * (reduced_chi_square(fitter.nominal(), fitter) - 1.0)
-        alone = next((finding for finding in insisted if finding.matters >= least
-                      and _all_but(fitter, explained, finding)), None)
-        return [] if alone is None else [alone]
+        return _fewest(fitter, explained, insisted, 1)
     kept = [_BY_NUMBER[name] for name in fitter.held if name in _BY_NUMBER]
     if explained.hypothesis.variants and len(kept) > 1:
         # What is missing may have passed for one of them.
         kept = []
     insisted = [replace(finding, kept=finding.effect in kept) for finding in insisted]
-    held = [finding for finding in insisted if finding.kept]
+    held = [_or_another(fitter, finding, insisted) if len(kept) == 1 else finding
+            for finding in insisted if finding.kept]
     unnamed = explained.hypothesis.has_unnamed
     if kept and not held and unnamed:
         held = [replace(finding, kept=True) for finding in _insisted(
@@ -112,7 +99,19 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     if (explained.hypothesis.variants and held) or was_refitted(fitter):
         # A file that was refitted around what is settled by now has all other numbers moved.
         return held
-    return (insisted and _fewest(fitter, explained, insisted)) or held
+    return _fewest(fitter, explained, insisted, 2) or held
+
+
+def _or_another(fitter: Fitter, held: NumberFinding, insisted: list[NumberFinding],
+                ) -> NumberFinding:
+    """Return the one number that a refit seems to have held, with the others that it may have held
+    instead, by the odds of each."""
+    odds = {finding.effect: fitter.held_odds.get((name,), 0.0) for finding in insisted
+            for name, effect in _BY_NUMBER.items() if effect == finding.effect}
+    total = sum(odds.values())
+    return replace(held, rivals=(*held.rivals, *(
+        (effect, value / total) for effect, value in odds.items()
+        if effect != held.effect and value > LEAST_PROBABILITY * total)))
 
 
 def file_stands(fitter: Fitter, explained: Fit) -> bool:
@@ -138,7 +137,7 @@ def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
         if number.name not in (*SHAPE_NUMBERS, *NAMELESS)}
     off = sum(probability < 0.5 for probability in kept.values())
     # A refit that held the load curve has moved most of the others.
-    return kept if not fitter.held or 2 * off <= len(kept) else {}
+    return kept if not fitter.held or off <= LARGER_PART * len(kept) else {}
 
 
 def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
@@ -153,7 +152,7 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     if any(finding is None for finding in found):
         return []
     # What the fit leaves is the noise that a number has to stand out of.
-    least = INSISTED * max(1.0, reduced_chi_square(explained, fitter))
+    least = CLEAN_EXCESS * max(1.0, reduced_chi_square(explained, fitter))
     return sorted((replace(finding, moved=1.0 - kept[name])
                    for finding, name in zip(found, off, strict=True)
                    if finding is not None and finding.matters >= least),
@@ -180,13 +179,12 @@ def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[Number
     if any(variant.number_only for variant in variants) and not all(
             variant.number_only for variant in variants):
         return []
-    floor = reduced_chi_square(explained, fitter)
     rises = _rises(fitter, explained,
                    [number.name for number in explained.hypothesis.numbers
                     if number.name in _BY_NUMBER])
-    whole = _whole(fitter, explained)
-    least = {name: max(INSISTED, min(INSISTED_PART * whole, HELD_LEFT * max(floor - 1.0, 0.0))
-                       if told or name in fitter.held else INSISTED_PART * whole)
+    # What other formulas of all that the file misses could put into a number.
+    misses = part_of_formula() * _whole(fitter, explained)
+    least = {name: max(CLEAN_EXCESS, 0.0 if told or name in fitter.held else misses)
              for name in rises}
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least[name]
@@ -224,61 +222,23 @@ def _named_only(fitter: Fitter, explained: Fit) -> Fit:
 
 
 def _whole(fitter: Fitter, explained: Fit) -> float:
-    """Return the excess that a number's part is measured by: the file's, but beside effects not
-    much more than theirs, since a file that was not refitted may miss by any amount."""
+    """Return the excess that a number's part is measured by: the file's, but beside effects no
+    more than theirs, since a file that was not refitted may miss by any amount."""
     file = excess(fitter.nominal(), fitter)
     if not explained.hypothesis.variants:
         return file
-    return min(file, BESIDE_EFFECTS * excess(fitter.base(), fitter))
+    return min(file, excess(fitter.base(), fitter))
 
 
-def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding],
+def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding], most: int,
             ) -> list[NumberFinding]:
-    """Return the fewest of the numbers that make the file fit; beside effects one, or two beside
-    which all others of the file stand."""
-    floor = reduced_chi_square(explained, fitter)
-    whole = excess(fitter.nominal(), fitter)
-    if explained.hypothesis.variants:
-        before = excess(fitter.base(), fitter)
-        if refitted(fitter):
-            return []
-        alone = [finding.effect for finding in insisted
-                 if _all_but(fitter, explained, finding)]
-        apart = [finding for finding in insisted if finding.effect in alone
-                 or not _moved_along(fitter, explained, finding)]
-        least = SECOND * max((finding.matters for finding in apart), default=0.0)
-        one = [finding for finding in apart
-               if finding.matters >= least and (finding.matters > BESIDE * (whole - before)
-                                                or finding.effect in alone)][:1]
-        if one and one[0].effect in alone:
-            return one
-        return next((list(pair) for pair in itertools.combinations(insisted, 2)
-                     if _all_but(fitter, explained, *pair)), one)
-    for finding in insisted:
-        if _with_only(fitter, explained, (finding,)) < floor + max(INSISTED,
-                                                                   0.1 * finding.matters):
-            return [finding]
-    for pair in itertools.combinations(insisted, 2):
-        leave = TWO_LEAVE if fitter.held else max(TWO_LEAVE, TWO_LEAVE_PART * pair[1].matters)
-        if _with_only(fitter, explained, pair) < floor + leave:
-            return list(pair)
-    held = [finding for finding in insisted if finding.kept]
-    if held:
-        # The file's other numbers moved to make up for it.
-        return held
-    return _one_of(insisted)
-
-
-def _one_of(insisted: list[NumberFinding]) -> list[NumberFinding]:
-    """Return the number that the data insist on most, and those that it may as well be."""
-    first = insisted[0]
-    if first.matters < NO_SIGN:
+    """Return the fewest of the numbers beside which all others of the file stand, so many at
+    most; none where there are more, or where the file was refitted around the effects."""
+    if explained.hypothesis.variants and refitted(fitter):
         return []
-    weights = {finding.effect: (finding.matters / first.matters) ** SHARPNESS
-               for finding in insisted if finding.matters >= SECOND * first.matters}
-    total = sum(weights.values())
-    return [replace(first, rivals=tuple((effect, weight / total) for effect, weight
-                                        in weights.items() if effect != first.effect))]
+    return next((list(wrong) for count in range(1, most + 1)
+                 for wrong in itertools.combinations(insisted, count)
+                 if _all_but(fitter, explained, *wrong)), [])
 
 
 def refitted(fitter: Fitter) -> bool:
@@ -303,27 +263,12 @@ def was_refitted(fitter: Fitter) -> bool:
     return fitter.earlier is not None and refitted(fitter.earlier)
 
 
-def _moved_along(fitter: Fitter, explained: Fit, finding: NumberFinding) -> bool:
-    """Whether the file has the number nearer to what a refit without the effects gives than to
-    what it is with them: then it was refitted around them."""
-    place = number_place(explained.hypothesis.numbers, finding.effect)
-    name = explained.hypothesis.numbers[place].name
-    base = fitter.base()
-    moved = next(value for number, value in zip(base.hypothesis.numbers, base.vector, strict=True)
-                 if number.name == name)
-    file = explained.hypothesis.start_of_numbers()[place]
-    if name == 'load_gain' and file <= explained.hypothesis.bounds[0][place]:
-        # A file without load-dependent friction is none that was refitted so.
-        return False
-    return bool(abs(file - moved) < 0.5 * abs(file - explained.vector[place]))
-
-
 def _all_but(fitter: Fitter, explained: Fit, *wrong: NumberFinding) -> bool:
     """Whether the file's other numbers fit as they stand beside the effects, as far as the least
     of the wrong ones matters."""
     least = min(finding.matters for finding in wrong)
     return _with_only(fitter, explained, wrong) < reduced_chi_square(explained, fitter) + max(
-        INSISTED, BESIDE_LEAVES * least)
+        CLEAN_EXCESS, part_of_formula() * least)
 
 
 def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, NAMELESS_PRICE
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
+from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.multistart import best_promised, is_multimodal, promises, search_around
 from engb_core.diagnose.onset import cost_by_onset, Onset
@@ -23,7 +24,7 @@ from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.ranking import price
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.diagnose.search import physics_effects, variants_and_starts
-from engb_core.diagnose.selection import FURTHER_OF_WHOLE, Selection, worth_a_further_effect
+from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
 
@@ -106,7 +107,7 @@ def _begins(fitter: Fitter, fit: Fit, throughout: Fit, whole: float) -> bool:
                                  for _, onset in fit.hypothesis.onsets])
     old, new = (reduced_chi_square_of(entry, fitter, rows) - 1.0 for entry in (throughout, fit))
     gain = float(np.mean(rows)) * (old - new)
-    return worth_a_further_effect(old, new, 0.0) and gain > FURTHER_OF_WHOLE * whole
+    return worth_a_further_effect(old, new, 0.0) and gain > part_of_formula() * whole
 
 
 def _refined(fitter: Fitter, fit: Fit) -> Fit:

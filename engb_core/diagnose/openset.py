@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, NAMED_PART, TABLE_WORTH
+from engb_core.diagnose.constants import CONTAINING_PART, FORMULA_ERROR, NAMED_PART, WORTH_PART
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table, Flexible
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
@@ -67,7 +67,7 @@ class Explanation:
 def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
     """Hold the chosen effects against flexible models, and decide what is named."""
     after = reduced_chi_square(chosen, fitter)
-    if after - 1.0 < 0.5 * CLEAN_EXCESS:
+    if after - 1.0 < FORMULA_ERROR:
         return Explanation(chosen, None, 1.0, after)
     before = max(reduced_chi_square(fit, fitter) for fit in (fitter.nominal(), fitter.base()))
     rest = _described(fitter, chosen)
@@ -80,7 +80,7 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
         return _kept(rest, chosen, adequacy, after, ())
     base = fitter.finish(fitter.base())
     alone = _described(fitter, base)
-    if alone[2] > rest[2] + 0.35 * (after - rest[2]):
+    if alone[2] > rest[2] + CONTAINING_PART * (after - rest[2]):
         # The table needs the effects: they are part of the truth, if not all of it.
         return _kept(rest, chosen, adequacy, after, ())
     return _kept(alone, base, adequacy, reduced_chi_square(base, fitter), chosen.hypothesis.ids)
@@ -89,7 +89,7 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
 def _kept(rest: tuple[Fit, Flexible | None, float], fit: Fit, adequacy: float, after: float,
           dropped: tuple[str, ...]) -> Explanation:
     described, table, reached = rest
-    if after - reached < TABLE_WORTH * max(after - 1.0, 1e-9):
+    if after - reached < max(FORMULA_ERROR, WORTH_PART * (after - 1.0)):
         return Explanation(fit, None, adequacy, after, dropped)
     return Explanation(described, table, adequacy, reached, dropped)
 

@@ -14,24 +14,21 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.stats import t as student
 
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     CONTAINING,
-    FORMULA_ERROR,
-    FORMULA_MISSES,
-    FORMULA_TAILS,
-    KNOWN_ODDS,
+    PARAMETER_PRICE,
     PHYSICS_FOR_NUMBER,
     TEMPER,
     UNNAMED,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
+from engb_core.diagnose.formula import formula_error
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 
-__all__ = ['formula_error', 'own_part_left', 'part_left', 'rival_weights', 'something_known']
+__all__ = ['own_part_left', 'part_left', 'rival_weights']
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -45,7 +42,7 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
     size = chosen.hypothesis.size
 
     def score(fit: Fit) -> float:
-        return 0.02 * (fit.hypothesis.size - size) + math.log(
+        return PARAMETER_PRICE * (fit.hypothesis.size - size) + math.log(
             excess(fit, fitter) + formula_error(before))
 
     best = score(chosen)
@@ -53,12 +50,6 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
                        for fit in rivals]
     total = sum(weights)
     return [weight / total for weight in weights]
-
-
-def formula_error(before: float) -> float:
-    """Return the excess that even the right formulas leave, in units of the noise's mean square,
-    where numbers alone leave `before`."""
-    return FORMULA_ERROR + 0.01 * before
 
 
 def _prior(fit: Fit, chosen: Fit) -> float:
@@ -72,22 +63,6 @@ def _prior(fit: Fit, chosen: Fit) -> float:
     if contained & set(chosen.hypothesis.ids):
         prior *= CONTAINING
     return prior
-
-
-def something_known(left: float) -> float:
-    """Return the probability that the named effects are physics of the library at all.
-
-    By Bayes' rule from the root of what they leave. If they are, it is what their formulas miss:
-    of Student's distribution about none. If they are not, but were the best makeshift for
-    something else, any part may be left: each is as likely as the next. How many they are says
-    nothing of that: each has shown itself in what is lost without it.
-
-    Args:
-        left: part of the excess that they leave on what no fit has seen (`part_left`).
-    """
-    by_formula = 2.0 * float(student.pdf(math.sqrt(left), FORMULA_TAILS, scale=FORMULA_MISSES))
-    odds = KNOWN_ODDS * by_formula
-    return odds / (1.0 + odds)
 
 
 def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from engb_core.diagnose.constants import LINE_LEVEL
+from engb_core.diagnose.constants import CHANCE
 from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.parallel_map import OwnSamples
 from engb_core.diagnose.position_noise import position_noise
@@ -336,7 +336,7 @@ def _line_above(recording: Recording, model: Model, bandwidth: float, highest: f
                                              motion.speed))
     left = motion.effort - effort_of_motion(motion.samples(), motion.step, physics_of(model))
     above = left - filtered(left, gaussian_kernel(corner, motion.step))
-    order = order_periodogram(motion, moving, corner, above).strongest_line(LINE_LEVEL)
+    order = order_periodogram(motion, moving, corner, above).strongest_line(CHANCE)
     if order is None:
         return 0.0
     # At a constant speed all that counts do may be such a line.

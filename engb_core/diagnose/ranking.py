@@ -11,14 +11,15 @@ import math
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     CONTAINING_PART,
+    FORMULA_ERROR,
     NAMELESS_PRICE,
-    NUMBER_BONUS,
     PARAMETER_PRICE,
+    PHYSICS_FOR_NUMBER,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 
-__all__ = ['plain_price', 'price', 'simplest']
+__all__ = ['little_more', 'number_price', 'plain_price', 'price', 'simplest']
 
 
 def price(fit: Fit, fitter: Fitter) -> float:
@@ -26,7 +27,7 @@ def price(fit: Fit, fitter: Fitter) -> float:
     more for what has no name."""
     variants = fit.hypothesis.variants
     number = bool(variants) and all(variant.number_only for variant in variants)
-    return plain_price(fit, fitter) - NUMBER_BONUS * number \
+    return plain_price(fit, fitter) - number_price() * number \
         + NAMELESS_PRICE * sum(variant.effect.unnamed for variant in variants)
 
 
@@ -34,6 +35,18 @@ def plain_price(fit: Fit, fitter: Fitter) -> float:
     """Return log mean square plus a price a parameter."""
     parameters = fit.hypothesis.size - len(fit.hypothesis.numbers)
     return math.log(max(reduced_chi_square(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters
+
+
+def number_price() -> float:
+    """Return the log mean square by which one wrong number may fit worse than physics and is
+    preferred: its odds beforehand, at the price that a parameter has."""
+    return -PARAMETER_PRICE * math.log(PHYSICS_FOR_NUMBER)
+
+
+def little_more(simple: float, rich: float) -> bool:
+    """Whether the excess that a simpler hypothesis leaves is little more than that of one which
+    contains it: then it is preferred."""
+    return simple - rich < max(CONTAINING_PART * simple, FORMULA_ERROR)
 
 
 def simplest(candidates: list[Fit], fitter: Fitter) -> Fit:
@@ -45,10 +58,8 @@ def simplest(candidates: list[Fit], fitter: Fitter) -> Fit:
                      if not fit.hypothesis.has_unnamed
                      and excess(fit, fitter) <= CLEAN_EXCESS), best)
     for other in candidates[1:]:
-        if _contained(other, best):
-            left, right = excess(other, fitter), excess(best, fitter)
-            if left - right < max(CONTAINING_PART * left, 0.08):
-                return other
+        if _contained(other, best) and little_more(excess(other, fitter), excess(best, fitter)):
+            return other
     return best
 
 

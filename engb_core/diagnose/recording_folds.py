@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from engb_core.diagnose.constants import CHANCE
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.normal_equations import normal_equations
 
@@ -26,8 +27,6 @@ LEAST_RECORDINGS = 4
 # Part of the best told information below which a direction is not told at all: what rounding makes
 # of sums of products of thousands of values.
 _LEAST_TOLD = 1e-9
-# Chance of taking scatter among the recordings for a gain.
-CHANCE = 0.01
 
 
 def costs_left_out(fitter: Fitter, fit: Fit) -> Array:

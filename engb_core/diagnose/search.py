@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 import math
 
+from engb_core.diagnose.constants import FORMULA_ERROR
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.more_orders import with_more_orders
@@ -38,8 +39,6 @@ AHEAD = 2
 # lower the leading single's cost to this part of it.
 OTHER_WAY_ROUND = 4
 ASTRAY = 0.8
-# None is that leaves no more than this of the noise's mean square.
-NOTHING_LEFT = 0.15
 
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
 # is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
@@ -175,7 +174,7 @@ def _led_astray(result: Search) -> list[Fit]:
     leading, pairs = result.of_size(1)[0], result.of_size(2)
     lower = leading.cost if is_multimodal(leading) else ASTRAY * leading.cost
     return [fit for fit in pairs if fit.cost < min(lower, HOPELESS * pairs[0].cost)
-            and reduced_chi_square(fit, result.fitter) > 1.0 + NOTHING_LEFT
+            and reduced_chi_square(fit, result.fitter) > 1.0 + FORMULA_ERROR
             and fit.hypothesis.variants[0] == leading.hypothesis.variants[0]
             and not fit.hypothesis.has_unnamed
             and result.alone(fit.hypothesis.variants[1]) is not None][:OTHER_WAY_ROUND]

@@ -14,45 +14,32 @@ import math
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    CONTAINING_PART,
+    EDGE,
+    FIRST_PART,
+    FORMULA_ERROR,
+    LARGER_PART,
+    MOST_NOISE,
+)
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
+from engb_core.diagnose.formula import part_of_formula, something_known
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
-from engb_core.diagnose.probability import part_left, something_known
+from engb_core.diagnose.probability import part_left
 from engb_core.diagnose.ranking import price, simplest
 from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE, rings
 
-__all__ = ['FURTHER_OF_WHOLE', 'Selection', 'select', 'worth_a_further_effect']
+__all__ = ['Selection', 'select', 'worth_a_further_effect']
 
-# A further effect must take away this part of the remaining excess, this much in units of the
-# noise, and this part of the whole mismatch.
-FURTHER_PART = 0.28
-FIRST_PART = 0.15
-FURTHER_LEAST = 0.15
-FURTHER_OF_WHOLE = 0.02
-THIRD_OF_WHOLE = 0.06
-# How little of the whole does not matter if a second effect takes away half of the noise or more,
-# and this part of what is left, and if any pair without it leaves this multiple of what it leaves:
-# errors of the first one's formula suit no other effect so well.
-UNMISTAKABLE, MOST_OF_REST, NEXT_LEAVES = 0.5, 0.7, 2.0
 MOST_EFFECTS = 3
-# Refitted numbers suffice if they leave no more than this part of the file's excess, and no
-# more than this in units of the noise.
-NUMBERS_PART = 0.02
-NUMBERS_MOST = 0.7
-# What refitted numbers leave in plain torque, in units of the noise's mean square, from which on
-# an effect may be named that leaves no more than this part of it. A resonance is judged elsewhere
-# (wide_band.py): it follows every error of timing.
-PLAIN_NOISE = 2.5
-PLAIN_PART = 0.5
 # A further effect may raise the plain mean square by this factor at most.
 HARM = 1.02
-# Part of the largest size that is possible, from which on a further effect is not believed.
-EDGE = 0.97
 
 
 @dataclass(frozen=True)
@@ -93,7 +80,7 @@ def select(result: Search) -> Selection:
     nominal = excess(fitter.nominal(), fitter)
     if is_noise(fitter, fitter.nominal()):
         return Selection(result.base, (), nominal, before, before, consistent=True)
-    if before <= max(CLEAN_EXCESS, min(NUMBERS_PART * nominal, NUMBERS_MOST)):
+    if before <= max(CLEAN_EXCESS, min(part_of_formula() * nominal, MOST_NOISE)):
         plain = _in_plain_torque(result)
         if plain is not None:
             chosen, rivals = plain, [fit for fit in result.of_size(1) if fit is not plain]
@@ -109,18 +96,19 @@ def _in_plain_torque(result: Search) -> Fit | None:
     """Return the effect that takes away most of what refitted numbers leave in plain torque.
 
     Where effort changes fast the weights forgive what timing alone could do, and with it physics
-    that acts at every reversal. An effect may be named by that if the numbers leave far more than
-    noise, and it clearly less.
+    that acts at every reversal. An effect may be named by that if the numbers leave more than may
+    be noise, and it takes away the larger part. A resonance is judged elsewhere (wide_band.py): it
+    follows every error of timing.
     """
     fitter, base = result.fitter, result.base
     noise = np.concatenate([run.noise for run in fitter.problem.runs])
     left = mean_square(base)
     known = [fit for fit in result.of_size(1) if fit.hypothesis.ids != (RESONANCE,)
              and not fit.hypothesis.variants[0].effect.unnamed]
-    if not known or left < PLAIN_NOISE * float(np.mean(noise ** 2)):
+    if not known or left < (1.0 + MOST_NOISE) * float(np.mean(noise ** 2)):
         return None
     best = min(known, key=mean_square)
-    return best if mean_square(best) < PLAIN_PART * left else None
+    return best if mean_square(best) < LARGER_PART * left else None
 
 
 def _forward(result: Search, before: float) -> Fit:
@@ -133,7 +121,7 @@ def _forward(result: Search, before: float) -> Fit:
         if not candidates:
             break
         best = simplest(candidates, fitter)
-        wanted = partial(_worth, fitter=fitter, whole=before, others=candidates)
+        wanted = partial(_worth, fitter=fitter, whole=before)
         if size > 1 and wanted(chosen, best):
             chosen = _begun_again(result, chosen, best)
         elif size == 1 and not wanted(chosen, best):
@@ -142,7 +130,7 @@ def _forward(result: Search, before: float) -> Fit:
         if not wanted(chosen, best):
             break
         chosen = best
-        if excess(chosen, fitter) < FURTHER_LEAST:
+        if excess(chosen, fitter) < FORMULA_ERROR:
             break
     return chosen
 
@@ -163,7 +151,7 @@ def _of_best_pair(result: Search, single: Fit, before: float) -> Fit:
     if not pairs:
         return single
     pair = simplest(pairs, fitter)
-    if something_known(part_left(fitter, result.base, pair)) < 0.5:
+    if something_known(part_left(fitter, result.base, pair)) < LARGER_PART:
         return single
     again = _begun_again(result, single, pair)
     return again if before - excess(again, fitter) > FIRST_PART * before else pair
@@ -191,7 +179,7 @@ def _harmless(fit: Fit, chosen: Fit, fitter: Fitter) -> bool:
     for entry in range(fit.hypothesis.size - len(fit.hypothesis.numbers)):
         parameter = fit.hypothesis.parameter(entry)
         value = fit.vector[len(fit.hypothesis.numbers) + entry]
-        if parameter.name == 'frequency' and value > math.log(0.97 * parameter.high):
+        if parameter.name == 'frequency' and value > math.log(EDGE * parameter.high):
             # Driven to the edge of what can be seen, it stands for something else.
             return False
     return not _at_the_edge(fit, chosen) and mean_square(fit) <= HARM * mean_square(chosen)
@@ -214,25 +202,22 @@ def _at_the_edge(fit: Fit, chosen: Fit) -> bool:
     return False
 
 
-def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fit]) -> bool:
+def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
     """Whether `best` with its further effect is worth more than `chosen`; `whole` is the excess
-    without effects, `others` are all fits of the size of `best`."""
+    without effects."""
     old, new = excess(chosen, fitter), excess(best, fitter)
     gain = old - new
     if not chosen.hypothesis.variants:
-        return gain > FURTHER_LEAST and gain > FIRST_PART * old
-    pair = len(best.hypothesis.variants) == 2
-    least = FURTHER_OF_WHOLE if pair else THIRD_OF_WHOLE
-    further = set(best.hypothesis.ids) - set(chosen.hypothesis.ids)
-    unmistakable = pair and gain > max(UNMISTAKABLE, MOST_OF_REST * old) and all(
-        excess(other, fitter) > NEXT_LEAVES * new for other in others
-        if not further & set(other.hypothesis.ids))
-    return gain > FURTHER_LEAST and gain > FURTHER_PART * old and (
-        gain > least * whole or unmistakable or better_on_others(fitter, chosen, best))
+        return gain > FORMULA_ERROR and gain > FIRST_PART * old
+    # Less than another formula of the first one misses may suit it by chance, but not on
+    # recordings that it was not fitted to.
+    return gain > FORMULA_ERROR and gain > CONTAINING_PART * old and (
+        gain > part_of_formula() * whole or better_on_others(fitter, chosen, best))
 
 
 def worth_a_further_effect(old: float, new: float, whole: float) -> bool:
     """Whether an excess that falls from `old` to `new` is worth one effect more, where the excess
     without any is `whole`."""
     gain = max(old, 0.0) - max(new, 0.0)
-    return gain > FURTHER_LEAST and gain > FURTHER_PART * old and gain > FURTHER_OF_WHOLE * whole
+    return (gain > FORMULA_ERROR and gain > CONTAINING_PART * old
+            and gain > part_of_formula() * whole)

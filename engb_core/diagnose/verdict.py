@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
+from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.locate import zones
 from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.openset import Explanation
@@ -27,7 +28,7 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
     named = explanation.fit
     described = explanation.table is not None or named.hypothesis.has_unnamed
     after = excess(named, fitter)
-    if not described and (after <= 0.02 * before or is_noise(fitter, named)):
+    if not described and (after <= part_of_formula() * before or is_noise(fitter, named)):
         # Refitted numbers alone, none of which stands out, are an explanation too.
         return 'explained', None
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))

@@ -16,15 +16,22 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, STANDS_OUT
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    CONTAINING_PART,
+    EDGE,
+    LARGER_PART,
+    STANDS_OUT,
+)
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.multistart import followed, Promise, promises, search_around
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.probability import part_left, something_known
+from engb_core.diagnose.probability import part_left
 from engb_core.diagnose.problem import Problem, problem_of, Run
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
@@ -42,8 +49,6 @@ RIVAL = 'backlash'
 # frequency [Hz] it is no wider than any other.
 OF_MOTION = 0.6
 LEAST_BAND = 25.0
-# A shaft that isn't linear must take away this part of what a linear one leaves.
-BENT_SHARE = 0.4
 # Its best starts that are followed; a linear one takes up with damping what isn't linear.
 BENT_KEPT = 3
 LIGHTLY = 0.03
@@ -121,7 +126,7 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
         return None
     for fit in _shafts(fitter):
         known = something_known(part_left(fitter, base, fit))
-        if known < 0.5 or not _rings(fit, fitter):
+        if known < LARGER_PART or not _rings(fit, fitter):
             continue
         left = reduced_chi_square(fit, fitter)
         if any(reduced_chi_square(rival, fitter) < left
@@ -187,7 +192,7 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
     one leaves."""
     left = reduced_chi_square(linear, fitter) - 1.0
     values = _values(linear)
-    best, least = linear, (1.0 - BENT_SHARE) * left
+    best, least = linear, (1.0 - CONTAINING_PART) * left
     for effect in NONLINEAR:
         added = effect.parameters[len(get_effect(RESONANCE).parameters):]
         settings = [{**values, **dict(zip((entry.name for entry in added), start, strict=True)),
@@ -245,7 +250,7 @@ def _damping(values: Mapping[str, float]) -> float:
 
 
 def _found(values: Mapping[str, float]) -> bool:
-    return _damping(values) < 0.97
+    return _damping(values) < EDGE
 
 
 def rings(values: Mapping[str, float], bandwidth: float) -> bool:

@@ -16,7 +16,8 @@ from engb_core.diagnose.held_load_curve import numbers_without_load
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.problem import Problem
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.ranking import little_more
+from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.wide_band import RESONANCE, RIVAL
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import EffectSetting
@@ -26,12 +27,6 @@ __all__ = ['with_resonance']
 LINEAR = 1.0
 # Twists by the load that are tried, in parts of what a linear drivetrain would give.
 TRIED = (0.0, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, LINEAR, 1.2)
-# Mean square that refitted numbers may leave, as a multiple of the least, for a twist to be one
-# that the motion allows.
-ALLOWED = 1.1
-# A linear drivetrain is preferred up to this multiple of what the file's load curve leaves; or
-# where that, scaled, leaves no more than with any other twist, and nearly as little as a free one.
-PREFERRED = 1.6
 
 
 def with_resonance(problem: Problem, resonance: EffectSetting, threads: int) -> Problem:
@@ -43,26 +38,27 @@ def with_resonance(problem: Problem, resonance: EffectSetting, threads: int) -> 
             problem.model, effects=(*problem.model.effects, setting)))
         fitter = Fitter(beyond)
         held = fitter.base(numbers_without_load(fitter))
-        return _Tried(beyond, reduced_chi_square(fitter.base(), fitter),
-                      reduced_chi_square(held, fitter),
+        return _Tried(beyond, excess(fitter.base(), fitter), excess(held, fitter),
                       _scaled(fitter, held) if part == LINEAR else np.inf)
 
     found: dict[float, _Tried] = dict(zip(TRIED, parallel_map(tried, TRIED, threads),
                                           strict=True))
     least = min(entry.free for entry in found.values())
-    allowed = [part for part in TRIED if found[part].free <= ALLOWED * least]
+    # The motion allows a twist beside which refitted numbers leave little more than beside any.
+    allowed = [part for part in TRIED if little_more(found[part].free, least)]
     best = min((found[part] for part in allowed), key=lambda entry: entry.held)
     linear = found[LINEAR]
-    if LINEAR in allowed and (linear.held <= PREFERRED * best.held
-                              or linear.scaled <= min(best.held, ALLOWED * linear.free)):
+    # A linear drivetrain is the simpler one; the file's load curve may be scaled beside it.
+    if LINEAR in allowed and (little_more(linear.held, best.held) or (
+            linear.scaled <= best.held and little_more(linear.scaled, linear.free))):
         best = linear
     return best.problem
 
 
 @dataclass(frozen=True)
 class _Tried:
-    """A problem with the drivetrain twisted so far, and the mean squares that a free load curve
-    leaves, the file's, and the file's when it is scaled."""
+    """A problem with the drivetrain twisted so far, and the excess that a free load curve leaves,
+    the file's, and the file's when it is scaled."""
 
     problem: Problem
     free: float
@@ -71,6 +67,6 @@ class _Tried:
 
 
 def _scaled(fitter: Fitter, held: Fit) -> float:
-    """Return the mean square that the file's load curve leaves when it is scaled."""
+    """Return the excess that the file's load curve leaves when it is scaled."""
     (variant,) = variants_of(get_effect('load_stiffness_error'), fitter.problem.scene)
-    return reduced_chi_square(fitter.refine(fitter.fit(variant, held)), fitter)
+    return excess(fitter.refine(fitter.fit(variant, held)), fitter)

@@ -13,19 +13,19 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     NAMED_PART,
-    TABLE_WORTH,
     TEMPER,
     UNNAMED,
+    WORTH_PART,
 )
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.flexible import left_out
+from engb_core.diagnose.formula import formula_error
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.probability import formula_error
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
@@ -49,9 +49,6 @@ __all__ = ['Won', 'law_for', 'law_instead', 'nearest_told']
 
 Array = NDArray[np.float64]
 
-# A table or file that is no better than this part of the law's error on what no fit has seen does
-# not beat it: the law is the plainer thing.
-CLEARLY = 0.9
 BINS = 30
 # Where a law is this part of its largest size it acts; and it goes with a name's torque if half of
 # the one is along the other there (cosine of the angle between them).
@@ -204,7 +201,7 @@ def _bases(fitter: Fitter, plain: Fitter) -> Iterator[tuple[Fitter, Fit]]:
     freed = free.refine(free.base())
     # By the one measure of noise for both. Where the table leaves noise there is nothing to find.
     left, leaves = reduced_chi_square(base, plain) - 1.0, reduced_chi_square(freed, plain) - 1.0
-    if leaves > CLEAN_EXCESS and left - leaves > max(CLEAN_EXCESS, TABLE_WORTH * left):
+    if leaves > CLEAN_EXCESS and left - leaves > max(CLEAN_EXCESS, WORTH_PART * left):
         yield free, free.finish(freed)
 
 
@@ -335,10 +332,10 @@ def _won(fitter: Fitter, found: Found, told: CorrectedModels, named: Fit) -> Won
     errors = [pooled(unseen_errors(problem, model)) for model in models]
     model = models[int(np.argmin(errors))]
     file = pooled(unseen_errors(problem, fitter.problem.model))
-    if min(*told.unseen, file) < CLEARLY * min(errors):
+    if min(*told.unseen, file) < (1.0 - WORTH_PART) * min(errors):
         return None
     # Of an approximation nothing else says that it is good for anything.
-    if found.approximate and not (min(errors) <= CLEARLY * file
+    if found.approximate and not (min(errors) <= (1.0 - WORTH_PART) * file
                                   and fits_elsewhere(found.fitter, found.candidate.fit)):
         return None
     bare_model = replace(model, effects=model.effects[:-1])

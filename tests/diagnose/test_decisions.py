@@ -207,32 +207,24 @@ def told(name, matters, **more):
     return numbers.NumberFinding(name, None, matters, 0.0, **more)
 
 
-def test_numbers_that_hardly_matter_are_none_and_one_may_be_another():
-    assert numbers._one_of([told('inertia_error', 0.5 * numbers.NO_SIGN)]) == []
-    first, = numbers._one_of([told('inertia_error', 9.0), told('coulomb_friction_error', 8.9),
-                              told('torque_offset', 1e-6)])
-    assert first.effect == 'inertia_error'
-    (rival, weight), = first.rivals
-    assert rival == 'coulomb_friction_error' and 0.4 < weight < 0.5
-
-
 @pytest.mark.parametrize(('alone', 'pair', 'found'), [
     (0.0, 0.0, ['inertia_error']), (50.0, 0.0, ['inertia_error', 'coulomb_friction_error']),
-    (50.0, 50.0, ['inertia_error'])])
+    (50.0, 50.0, [])])
 def test_the_fewest_numbers_that_make_a_file_fit_are_told(levels, monkeypatch, alone, pair, found):
     insisted = [told('inertia_error', 9.0), told('coulomb_friction_error', 8.9)]
     monkeypatch.setattr(numbers, '_with_only', lambda fitter, explained, wrong: (
         1.0 + (alone if len(wrong) == 1 else pair)))
-    fitter = SimpleNamespace(nominal=lambda: Level((), 20.0), base=lambda: Level((), 0.0), held=())
-    numbers_found = numbers._fewest(fitter, Level((), 0.0), insisted)
+    numbers_found = numbers._fewest(None, Level((), 0.0), insisted, 2)
     assert [finding.effect for finding in numbers_found] == found
 
 
-def test_a_number_that_a_refit_held_is_told_where_nothing_else_fits(levels, monkeypatch):
-    insisted = [told('inertia_error', 9.0), told('coulomb_friction_error', 8.9, kept=True)]
-    monkeypatch.setattr(numbers, '_with_only', lambda *_: 99.0)
-    fitter = SimpleNamespace(nominal=lambda: Level((), 20.0), held=('coulomb',))
-    assert numbers._fewest(fitter, Level((), 0.0), insisted) == insisted[1:]
+def test_what_a_refit_may_have_held_instead_is_told_with_its_odds():
+    fitter = SimpleNamespace(held_odds={('inertia',): 3.0, ('coulomb',): 1.0, ('load_gain',): 0.1,
+                                        ('inertia', 'coulomb'): 9.0})
+    insisted = [told('inertia_error', 9.0), told('coulomb_friction_error', 8.9),
+                told('load_dependent_friction', 7.0), told('viscous_friction_error', 6.0)]
+    found = numbers._or_another(fitter, insisted[0], insisted)
+    assert found.rivals == (('coulomb_friction_error', pytest.approx(1.0 / 4.1)),)
 
 
 def test_what_has_no_name_is_taken_off_before_numbers_are_asked():

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.probability import part_left, something_known
+from engb_core.diagnose.formula import something_known
+from engb_core.diagnose.probability import part_left
 from engb_core.diagnose.problem import problem_of
 
 from .simulated_brake import brake_with, lively, NOMINAL

@@ -1,0 +1,57 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""What a formula that is only nearly right leaves: the priors of it, as probability and level.
+
+Another formulation of the same physics, or a refit by another measure, leaves a part of the torque
+that it makes up. How large that part is beforehand is one prior, whatever is asked: whether a name
+is right at all, whether a further effect is more than what the formulas of the others miss, and
+whether what numbers of the file do not make up for is what a refit left.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scipy.stats import t as student
+
+from engb_core.diagnose.constants import (
+    FORMULA_ERROR,
+    FORMULA_MISSES,
+    FORMULA_TAILS,
+    KNOWN_ODDS,
+)
+
+__all__ = ['formula_error', 'formula_odds', 'part_of_formula', 'something_known']
+
+
+def part_of_formula() -> float:
+    """Return the part of the mean square that the right physics in another formulation usually
+    leaves."""
+    return FORMULA_MISSES ** 2
+
+
+def formula_error(before: float) -> float:
+    """Return the excess that even the right formulas leave, in units of the noise's mean square,
+    where numbers alone leave `before`."""
+    return FORMULA_ERROR + FORMULA_ERROR ** 2 * before
+
+
+def something_known(left: float) -> float:
+    """Return the probability that the named effects are physics of the library at all.
+
+    By Bayes' rule from the root of what they leave. If they are, it is what their formulas miss:
+    of Student's distribution about none. If they are not, but were the best makeshift for
+    something else, any part may be left: each is as likely as the next. How many they are says
+    nothing of that: each has shown itself in what is lost without it.
+
+    Args:
+        left: part of the excess that they leave on what no fit has seen (`part_left`).
+    """
+    odds = formula_odds(left)
+    return odds / (1.0 + odds)
+
+
+def formula_odds(left: float) -> float:
+    """Return the odds of `something_known`: that a part of the mean square is left by the formula,
+    against any part by chance."""
+    return KNOWN_ODDS * 2.0 * float(
+        student.pdf(math.sqrt(left), FORMULA_TAILS, scale=FORMULA_MISSES))
