@@ -12,7 +12,7 @@ from engb_core.diagnose.constants import LARGER_PART, SURE
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
-from engb_core.diagnose.formula import something_known
+from engb_core.diagnose.formula import further_odds, something_known
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
 from engb_core.diagnose.numbers import file_stands, number_place, NumberFinding
@@ -107,12 +107,10 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
     # What wrong numbers or another load curve explain says nothing of how nearly right an effect's
     # formula is: rivals are weighed by what the same numbers leave without any effect.
     to_explain = excess(fitter.base(chosen.hypothesis.numbers), fitter)
-    matters = []
-    for index in range(len(variants)):
-        smaller = fitter.base(chosen.hypothesis.numbers) if len(variants) == 1 \
-            else fitter.without(chosen, index)
-        matters.append(max(reduced_chi_square(smaller, fitter)
-                           - reduced_chi_square(chosen, fitter), 1e-6))
+    smaller = [fitter.base(chosen.hypothesis.numbers)] if len(variants) == 1 else [
+        fitter.without(chosen, index) for index in range(len(variants))]
+    matters = [max(reduced_chi_square(fit, fitter) - reduced_chi_square(chosen, fitter), 1e-6)
+               for fit in smaller]
     total = sum(matters)
     nameless = sum(part for part, variant in zip(matters, variants, strict=True)
                    if variant.effect.unnamed)
@@ -126,9 +124,13 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         values = told.hypothesis.named(told.vector, index)
         parameters = estimates(told, fitter, index)
         surely = known
+        if len(variants) > 1:
+            rest = excess(smaller[index], fitter) / max(excess(without, fitter), 1e-9)
+            odds = further_odds(min(1.0, rest), part_left(fitter, smaller[index], chosen))
+            surely = min(known, odds / (1.0 + odds))
         if is_line(fitter, variant.effect, values):
             # What else is missing is no line at that order: it says nothing of this one.
-            surely = max(known, something_known(own_part_left(fitter, chosen, index)))
+            surely = max(surely, something_known(own_part_left(fitter, chosen, index)))
         believed = surely * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not stands_out(chosen, fitter, index):
             believed = 0.0

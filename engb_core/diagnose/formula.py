@@ -20,7 +20,7 @@ from engb_core.diagnose.constants import (
     KNOWN_ODDS,
 )
 
-__all__ = ['formula_error', 'formula_odds', 'part_of_formula', 'something_known']
+__all__ = ['formula_error', 'formula_odds', 'further_odds', 'part_of_formula', 'something_known']
 
 
 def part_of_formula() -> float:
@@ -48,6 +48,22 @@ def something_known(left: float) -> float:
     """
     odds = formula_odds(left)
     return odds / (1.0 + odds)
+
+
+def further_odds(rest: float, left: float) -> float:
+    """Return the odds that a further effect is physics, and no makeshift for what the formulas of
+    the others miss.
+
+    Physics that is missing beside them may leave any part of the whole, of which its effect leaves
+    what its formula misses. What their formulas miss is a part of the whole by the prior of that,
+    of which an effect that happens to suit it leaves any part.
+
+    Args:
+        rest: part (0 to 1) of the whole excess that the others leave without it.
+        left: part (0 to 1) of that which is left with it.
+    """
+    missed = 2.0 * float(student.pdf(math.sqrt(rest), FORMULA_TAILS, scale=FORMULA_MISSES))
+    return formula_odds(left) / missed
 
 
 def formula_odds(left: float) -> float:

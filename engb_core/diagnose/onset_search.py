@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, NAMELESS_PRICE
 from engb_core.diagnose.fit import Fit, Fitter, StartColumns
-from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.multistart import best_promised, is_multimodal, promises, search_around
 from engb_core.diagnose.onset import cost_by_onset, Onset
@@ -101,13 +100,11 @@ def _preferred(fit: Fit, chosen: Fit, fitter: Fitter, whole: float) -> bool:
 
 def _begins(fitter: Fitter, fit: Fit, throughout: Fit, whole: float) -> bool:
     """Whether effects begin where a fit says so, and do not act throughout: before the onset they
-    must explain so much less than nothing as a further effect has to explain, and matter so much
-    in all that was recorded."""
+    must explain so much less than nothing as a further effect has to explain."""
     rows = np.logical_or.reduce([onset.before(fitter.problem.times)
                                  for _, onset in fit.hypothesis.onsets])
     old, new = (reduced_chi_square_of(entry, fitter, rows) - 1.0 for entry in (throughout, fit))
-    gain = float(np.mean(rows)) * (old - new)
-    return worth_a_further_effect(old, new, 0.0) and gain > part_of_formula() * whole
+    return worth_a_further_effect(old, new, whole, float(np.mean(rows)))
 
 
 def _refined(fitter: Fitter, fit: Fit) -> Fit:

@@ -15,7 +15,6 @@ import math
 import numpy as np
 
 from engb_core.diagnose.constants import (
-    CLEAN_EXCESS,
     CONTAINING_PART,
     EDGE,
     FIRST_PART,
@@ -25,7 +24,7 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.formula import part_of_formula, something_known
+from engb_core.diagnose.formula import further_odds, something_known
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.probability import part_left
@@ -80,7 +79,7 @@ def select(result: Search) -> Selection:
     nominal = excess(fitter.nominal(), fitter)
     if is_noise(fitter, fitter.nominal()):
         return Selection(result.base, (), nominal, before, before, consistent=True)
-    if before <= max(CLEAN_EXCESS, min(part_of_formula() * nominal, MOST_NOISE)):
+    if is_noise(fitter, result.base):
         plain = _in_plain_torque(result)
         if plain is not None:
             chosen, rivals = plain, [fit for fit in result.of_size(1) if fit is not plain]
@@ -209,15 +208,24 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
     gain = old - new
     if not chosen.hypothesis.variants:
         return gain > FORMULA_ERROR and gain > FIRST_PART * old
-    # Less than another formula of the first one misses may suit it by chance, but not on
-    # recordings that it was not fitted to.
-    return gain > FORMULA_ERROR and gain > CONTAINING_PART * old and (
-        gain > part_of_formula() * whole or better_on_others(fitter, chosen, best))
+    # What another formula of the first one misses may suit it by chance, but not on recordings
+    # that it was not fitted to.
+    return worth_a_further_effect(old, new, whole) or (
+        gain > FORMULA_ERROR and gain > CONTAINING_PART * old
+        and better_on_others(fitter, chosen, best))
 
 
-def worth_a_further_effect(old: float, new: float, whole: float) -> bool:
-    """Whether an excess that falls from `old` to `new` is worth one effect more, where the excess
-    without any is `whole`."""
-    gain = max(old, 0.0) - max(new, 0.0)
-    return (gain > FORMULA_ERROR and gain > CONTAINING_PART * old
-            and gain > part_of_formula() * whole)
+def worth_a_further_effect(old: float, new: float, whole: float, share: float = 1.0) -> bool:
+    """Return whether an excess that falls from `old` to `new` is likelier to be physics than what
+    the formulas of the other effects miss.
+
+    Args:
+        old, new: excess without and with the further effect.
+        whole: excess without any effect, of all that was recorded.
+        share: part of what was recorded of which `old` and `new` are.
+    """
+    old, new = max(old, 0.0), max(new, 0.0)
+    if old - new <= FORMULA_ERROR:
+        return False
+    rest = min(1.0, share * old / whole) if whole > 0.0 else 1.0
+    return further_odds(rest, new / old) > 1.0
