@@ -99,7 +99,9 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     if (explained.hypothesis.variants and held) or was_refitted(fitter):
         # A file that was refitted around what is settled by now has all other numbers moved.
         return held
-    return _fewest(fitter, explained, insisted, 2) or held
+    # A file with one number wrong is plainer than a refit that held it, and that than two of them.
+    return _fewest(fitter, explained, insisted, 1) or held or _fewest(
+        fitter, explained, insisted, 2)
 
 
 def _or_another(fitter: Fitter, held: NumberFinding, insisted: list[NumberFinding],

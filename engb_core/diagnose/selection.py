@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
     CONTAINING_PART,
     EDGE,
     FIRST_PART,
@@ -24,7 +25,7 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.formula import further_odds, something_known
+from engb_core.diagnose.formula import further_odds, part_of_formula, something_known
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.probability import part_left
@@ -79,16 +80,26 @@ def select(result: Search) -> Selection:
     nominal = excess(fitter.nominal(), fitter)
     if is_noise(fitter, fitter.nominal()):
         return Selection(result.base, (), nominal, before, before, consistent=True)
-    if is_noise(fitter, result.base):
+    named = result.base if is_noise(fitter, result.base) else _forward(result, before)
+    if _numbers_suffice(before, excess(named, fitter), nominal):
         plain = _in_plain_torque(result)
         if plain is not None:
             chosen, rivals = plain, [fit for fit in result.of_size(1) if fit is not plain]
         else:
             chosen, rivals = moved_by(result, nominal)
     else:
-        chosen, rivals = selected_by_load_curve(result, _forward(result, before))
+        chosen, rivals = selected_by_load_curve(result, named)
     chosen, rivals = standing(fitter, chosen, rivals)
     return Selection(chosen, tuple(rivals), nominal, before, excess(chosen, fitter))
+
+
+def _numbers_suffice(before: float, named: float, nominal: float) -> bool:
+    """Whether refitted numbers explain the file's excess `nominal`: they leave, `before`, what may
+    be noise and no more than what other formulas miss of that, and the effects beside them, which
+    leave `named`, are no likelier to be physics than such a miss."""
+    return before <= CLEAN_EXCESS or (
+        before <= min(part_of_formula() * nominal, MOST_NOISE)
+        and not worth_a_further_effect(before, named, nominal))
 
 
 def _in_plain_torque(result: Search) -> Fit | None:
