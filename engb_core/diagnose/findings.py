@@ -12,12 +12,17 @@ from engb_core.diagnose.constants import LARGER_PART, SURE
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
-from engb_core.diagnose.formula import further_odds, something_known
+from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
 from engb_core.diagnose.numbers import file_stands, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.probability import own_part_left, part_left, rival_weights
+from engb_core.diagnose.probability import (
+    further_known,
+    own_part_left,
+    part_left,
+    rival_weights,
+)
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.spike_and_slab import with_averaged_numbers
@@ -125,9 +130,7 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         parameters = estimates(told, fitter, index)
         surely = known
         if len(variants) > 1:
-            rest = excess(smaller[index], fitter) / max(excess(without, fitter), 1e-9)
-            odds = further_odds(min(1.0, rest), part_left(fitter, smaller[index], chosen))
-            surely = min(known, odds / (1.0 + odds))
+            surely = min(known, further_known(fitter, without, smaller[index], chosen))
         if is_line(fitter, variant.effect, values):
             # What else is missing is no line at that order: it says nothing of this one.
             surely = max(surely, something_known(own_part_left(fitter, chosen, index)))

@@ -16,7 +16,6 @@ import numpy as np
 
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
-    CONTAINING_PART,
     EDGE,
     FIRST_PART,
     FORMULA_ERROR,
@@ -29,7 +28,7 @@ from engb_core.diagnose.formula import further_odds, part_of_formula, something_
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.probability import part_left
-from engb_core.diagnose.ranking import price, simplest
+from engb_core.diagnose.ranking import little_more, price, simplest
 from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.search import extend, Search
@@ -222,8 +221,7 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
     # What another formula of the first one misses may suit it by chance, but not on recordings
     # that it was not fitted to.
     return worth_a_further_effect(old, new, whole) or (
-        gain > FORMULA_ERROR and gain > CONTAINING_PART * old
-        and better_on_others(fitter, chosen, best))
+        not little_more(old, new) and better_on_others(fitter, chosen, best))
 
 
 def worth_a_further_effect(old: float, new: float, whole: float, share: float = 1.0) -> bool:
@@ -236,7 +234,7 @@ def worth_a_further_effect(old: float, new: float, whole: float, share: float = 
         share: part of what was recorded of which `old` and `new` are.
     """
     old, new = max(old, 0.0), max(new, 0.0)
-    if old - new <= FORMULA_ERROR:
+    if little_more(old, new):
         return False
     rest = min(1.0, share * old / whole) if whole > 0.0 else 1.0
     return further_odds(rest, new / old) > 1.0

@@ -218,6 +218,24 @@ def test_the_fewest_numbers_that_make_a_file_fit_are_told(levels, monkeypatch, a
     assert [finding.effect for finding in numbers_found] == found
 
 
+@pytest.mark.parametrize(('before', 'named', 'nominal', 'suffice'), [
+    (0.2, 0.0, 0.2, True), (0.9, 0.9, 600.0, True), (0.9, 0.5, 600.0, True),
+    (0.9, 0.01, 600.0, False), (0.9, 0.9, 3.0, False), (5.0, 5.0, 600.0, False)],
+    ids=['noise', 'nothing helps', 'a miss of the numbers', 'physics', 'not refitted',
+         'more than may be noise'])
+def test_refitted_numbers_suffice_where_they_leave_a_miss_or_noise(before, named, nominal,
+                                                                   suffice):
+    assert selection._numbers_suffice(before, named, nominal) == suffice
+
+
+@pytest.mark.parametrize(('old', 'new', 'whole', 'worth'), [
+    (50.0, 10.0, 100.0, True), (4.0, 2.0, 100.0, False), (4.0, 0.1, 100.0, True),
+    (50.0, 40.0, 100.0, False), (0.1, 0.0, 100.0, False)],
+    ids=['half of all', 'a miss', 'all of little', 'little more', 'noise'])
+def test_a_further_effect_is_worth_more_than_what_formulas_miss(old, new, whole, worth):
+    assert selection.worth_a_further_effect(old, new, whole) == worth
+
+
 def test_what_a_refit_may_have_held_instead_is_told_with_its_odds():
     fitter = SimpleNamespace(held_odds={('inertia',): 3.0, ('coulomb',): 1.0, ('load_gain',): 0.1,
                                         ('inertia', 'coulomb'): 9.0})

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.formula import something_known
-from engb_core.diagnose.probability import part_left
+from engb_core.diagnose.formula import further_odds, something_known
+from engb_core.diagnose.probability import further_known, part_left
 from engb_core.diagnose.problem import problem_of
 
 from .simulated_brake import brake_with, lively, NOMINAL
@@ -48,3 +48,22 @@ def test_what_lies_in_no_stretch_left_out_is_asked_of_all(fitter):
     once = scaled(once, ~fitter.fitted, 0.0)
     assert part_left(fitter, once, scaled(once, fitter.fitted, 0.5)) == pytest.approx(
         0.25, abs=0.05)
+
+
+def test_an_effect_beside_others_is_held_against_what_their_formulas_miss():
+    # Half of all, gone with it; a part as small as formulas miss, half gone; such a part, gone.
+    assert further_odds(0.5, 0.0) > 30.0
+    assert further_odds(0.04, 0.5) < 0.3
+    assert 1.0 < further_odds(0.0, 0.0) < 5.0
+    for rest in (0.01, 0.1, 0.5):
+        odds = [further_odds(rest, left) for left in (0.0, 0.1, 0.3, 1.0)]
+        assert odds == sorted(odds, reverse=True)
+
+
+def test_an_effect_beside_others_is_no_surer_than_it_is_needed_there(fitter):
+    base = scaled(fitter.base(), np.array(True), 20.0)
+    beside = scaled(base, np.array(True), 0.3)
+    known = [further_known(fitter, base, beside, scaled(beside, np.array(True), factor))
+             for factor in (0.1, 0.5, 0.8)]
+    assert known[0] > 0.85 and known[1] < 0.75 and known[2] < 0.2
+    assert something_known(part_left(fitter, base, scaled(beside, np.array(True), 0.8))) > 0.6
