@@ -15,7 +15,6 @@ import math
 import numpy as np
 
 from engb_core.diagnose.constants import (
-    CLEAN_EXCESS,
     EDGE,
     FIRST_PART,
     FORMULA_ERROR,
@@ -79,8 +78,8 @@ def select(result: Search) -> Selection:
     nominal = excess(fitter.nominal(), fitter)
     if is_noise(fitter, fitter.nominal()):
         return Selection(result.base, (), nominal, before, before, consistent=True)
-    named = result.base if is_noise(fitter, result.base) else _forward(result, before)
-    if _numbers_suffice(before, excess(named, fitter), nominal):
+    named = None if is_noise(fitter, result.base) else _forward(result, before)
+    if named is None or _a_miss_of_numbers(before, excess(named, fitter), nominal):
         plain = _in_plain_torque(result)
         if plain is not None:
             chosen, rivals = plain, [fit for fit in result.of_size(1) if fit is not plain]
@@ -92,13 +91,12 @@ def select(result: Search) -> Selection:
     return Selection(chosen, tuple(rivals), nominal, before, excess(chosen, fitter))
 
 
-def _numbers_suffice(before: float, named: float, nominal: float) -> bool:
-    """Whether refitted numbers explain the file's excess `nominal`: they leave, `before`, what may
-    be noise and no more than what other formulas miss of that, and the effects beside them, which
-    leave `named`, are no likelier to be physics than such a miss."""
-    return before <= CLEAN_EXCESS or (
-        before <= min(part_of_formula() * nominal, MOST_NOISE)
-        and not worth_a_further_effect(before, named, nominal))
+def _a_miss_of_numbers(before: float, named: float, nominal: float) -> bool:
+    """Whether what refitted numbers leave, `before`, is what other formulas miss of the file's
+    excess `nominal`: no more than that, nor than may be noise, and effects beside the numbers,
+    which leave `named`, are no likelier to be physics."""
+    return before <= min(part_of_formula() * nominal, MOST_NOISE) \
+        and not worth_a_further_effect(before, named, nominal)
 
 
 def _in_plain_torque(result: Search) -> Fit | None:
@@ -225,8 +223,9 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
 
 
 def worth_a_further_effect(old: float, new: float, whole: float, share: float = 1.0) -> bool:
-    """Return whether an excess that falls from `old` to `new` is likelier to be physics than what
-    the formulas of the other effects miss.
+    """Return whether an excess that falls from `old` to `new` is worth one effect more: not little
+    more, and more than other formulas of the other effects usually miss, or likelier physics than
+    that for how little it leaves.
 
     Args:
         old, new: excess without and with the further effect.
@@ -236,5 +235,6 @@ def worth_a_further_effect(old: float, new: float, whole: float, share: float = 
     old, new = max(old, 0.0), max(new, 0.0)
     if little_more(old, new):
         return False
-    rest = min(1.0, share * old / whole) if whole > 0.0 else 1.0
-    return further_odds(rest, new / old) > 1.0
+    if share * (old - new) > part_of_formula() * whole:
+        return True
+    return further_odds(min(1.0, share * old / whole), new / old) > 1.0

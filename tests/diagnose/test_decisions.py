@@ -218,14 +218,13 @@ def test_the_fewest_numbers_that_make_a_file_fit_are_told(levels, monkeypatch, a
     assert [finding.effect for finding in numbers_found] == found
 
 
-@pytest.mark.parametrize(('before', 'named', 'nominal', 'suffice'), [
-    (0.2, 0.0, 0.2, True), (0.9, 0.9, 600.0, True), (0.9, 0.5, 600.0, True),
-    (0.9, 0.01, 600.0, False), (0.9, 0.9, 3.0, False), (5.0, 5.0, 600.0, False)],
-    ids=['noise', 'nothing helps', 'a miss of the numbers', 'physics', 'not refitted',
-         'more than may be noise'])
-def test_refitted_numbers_suffice_where_they_leave_a_miss_or_noise(before, named, nominal,
-                                                                   suffice):
-    assert selection._numbers_suffice(before, named, nominal) == suffice
+@pytest.mark.parametrize(('before', 'named', 'nominal', 'missed'), [
+    (0.9, 0.9, 600.0, True), (0.9, 0.5, 600.0, True), (0.9, 0.01, 600.0, False),
+    (0.9, 0.9, 3.0, False), (5.0, 5.0, 600.0, False)],
+    ids=['nothing helps', 'little helps', 'physics', 'more of the whole', 'more than noise'])
+def test_what_refitted_numbers_leave_may_be_a_miss_of_their_formulas(before, named, nominal,
+                                                                     missed):
+    assert selection._a_miss_of_numbers(before, named, nominal) == missed
 
 
 @pytest.mark.parametrize(('old', 'new', 'whole', 'worth'), [
