@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
     EDGE,
     FIRST_PART,
     FORMULA_ERROR,
@@ -78,8 +79,8 @@ def select(result: Search) -> Selection:
     nominal = excess(fitter.nominal(), fitter)
     if is_noise(fitter, fitter.nominal()):
         return Selection(result.base, (), nominal, before, before, consistent=True)
-    named = None if is_noise(fitter, result.base) else _forward(result, before)
-    if named is None or _a_miss_of_numbers(before, excess(named, fitter), nominal):
+    named = result.base if before <= CLEAN_EXCESS else _forward(result, before)
+    if before <= CLEAN_EXCESS or _a_miss_of_numbers(before, excess(named, fitter), nominal):
         plain = _in_plain_torque(result)
         if plain is not None:
             chosen, rivals = plain, [fit for fit in result.of_size(1) if fit is not plain]
