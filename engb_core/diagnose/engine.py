@@ -249,8 +249,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
             earlier: Fitter | None = None) -> _Outcome:
     fitter = Fitter(problem, threads, earlier)
     tell('refitting the nominal numbers')
-    nominal = fitter.nominal()
-    selection = select(search(fitter, tell))
+    nominal, selection = fitter.nominal(), select(search(fitter, tell))
+    by_file = fitter, nominal, selection
     if not selection.consistent:
         tell('asking whether the load curve has another form')
         free = with_free_load_curve(fitter, selection)
@@ -288,6 +288,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     if findings and not (_carries_over(told, problem.model) and (
             any(_is_physics(entry, selection) for entry in findings)
             or that_carries(fitter, nominal, told).models)):
+        # Nor does a free load curve carry over that is told with them.
+        fitter, nominal, selection = by_file
         told = _without_names(fitter, explanation, findings)
         explanation, findings, mismatch = told.explanation, [], nominal.residual
     absent = absent_load(fitter, nominal)

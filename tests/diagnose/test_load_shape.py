@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from engb_core.diagnose import engine
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
@@ -72,6 +73,14 @@ def test_the_form_of_the_load_curve_is_told_and_held_in_the_corrected_model(shap
     assert LOAD_SHAPE in [entry.effect for entry in found.model.effects]
     effort = next(entry for entry in found.held_out if entry.quantity == 'effort')
     assert effort.rms_after < 0.3 * effort.rms_before
+
+
+def test_a_form_that_does_not_carry_over_explains_nothing(shaped, monkeypatch):
+    """Nothing is named then, and what the table takes away is no explanation."""
+    monkeypatch.setattr(engine, '_carries_over', lambda *_: False)
+    found = engine.diagnose([shaped], NOMINAL)
+    assert not found.effects and found.verdict == 'unexplained'
+    assert found.unexplained.share > 0.9
 
 
 def test_an_effect_is_named_beside_it():
