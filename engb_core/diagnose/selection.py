@@ -129,7 +129,7 @@ def _forward(result: Search, before: float) -> Fit:
         if not candidates:
             break
         best = simplest(candidates, fitter)
-        wanted = partial(_worth, fitter=fitter, whole=before)
+        wanted = partial(_worth, fitter=fitter, whole=before, others=candidates)
         if size > 1 and wanted(chosen, best):
             chosen = _begun_again(result, chosen, best)
         elif size == 1 and not wanted(chosen, best):
@@ -210,17 +210,25 @@ def _at_the_edge(fit: Fit, chosen: Fit) -> bool:
     return False
 
 
-def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
+def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fit]) -> bool:
     """Whether `best` with its further effect is worth more than `chosen`; `whole` is the excess
-    without effects."""
+    without effects, `others` are all fits of the size of `best`."""
     old, new = excess(chosen, fitter), excess(best, fitter)
     gain = old - new
     if not chosen.hypothesis.variants:
         return gain > FORMULA_ERROR and gain > FIRST_PART * old
-    # What another formula of the first one misses may suit it by chance, but not on recordings
-    # that it was not fitted to.
-    return worth_a_further_effect(old, new, whole) or (
-        not little_more(old, new) and better_on_others(fitter, chosen, best))
+    if little_more(old, new):
+        return False
+    if gain > part_of_formula() * whole:
+        return True
+    # What another formula of the first one misses may suit it by chance, but hardly it alone of
+    # all known effects, and not on recordings that it was not fitted to.
+    ids = set(chosen.hypothesis.ids)
+    alone = not any(little_more(excess(fit, fitter), new) for fit in others
+                    if fit.hypothesis.ids != best.hypothesis.ids
+                    and ids < set(fit.hypothesis.ids) and not fit.hypothesis.has_unnamed)
+    return (alone and worth_a_further_effect(old, new, whole)) or better_on_others(
+        fitter, chosen, best)
 
 
 def worth_a_further_effect(old: float, new: float, whole: float, share: float = 1.0) -> bool:
