@@ -130,7 +130,7 @@ def _forward(result: Search, before: float) -> Fit:
             break
         best = simplest(candidates, fitter)
         wanted = partial(_worth, fitter=fitter, whole=before, others=candidates)
-        if size > 1 and wanted(chosen, best):
+        if size > 1 and not little_more(excess(chosen, fitter), excess(best, fitter)):
             chosen = _begun_again(result, chosen, best)
         elif size == 1 and not wanted(chosen, best):
             # Alone each may be in the wrong place, or hide behind the other.
