@@ -130,7 +130,7 @@ def _forward(result: Search, before: float) -> Fit:
             break
         best = simplest(candidates, fitter)
         wanted = partial(_worth, fitter=fitter, whole=before, others=candidates)
-        if size > 1 and not little_more(excess(chosen, fitter), excess(best, fitter)):
+        if size > 1 and _worth(chosen, best, fitter, before, []):
             chosen = _begun_again(result, chosen, best)
         elif size == 1 and not wanted(chosen, best):
             # Alone each may be in the wrong place, or hide behind the other.
@@ -212,7 +212,7 @@ def _at_the_edge(fit: Fit, chosen: Fit) -> bool:
 
 def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fit]) -> bool:
     """Whether `best` with its further effect is worth more than `chosen`; `whole` is the excess
-    without effects, `others` are all fits of the size of `best`."""
+    without effects, `others` are the fits of the size of `best` that it is told from."""
     old, new = excess(chosen, fitter), excess(best, fitter)
     gain = old - new
     if not chosen.hypothesis.variants:
