@@ -20,7 +20,8 @@ from engb_core.diagnose.constants import (
     KNOWN_ODDS,
 )
 
-__all__ = ['formula_error', 'formula_odds', 'further_odds', 'part_of_formula', 'something_known']
+__all__ = ['formula_error', 'formula_odds', 'further_odds', 'part_of_formula', 'probability',
+           'something_known']
 
 
 def part_of_formula() -> float:
@@ -46,8 +47,7 @@ def something_known(left: float) -> float:
     Args:
         left: part of the excess that they leave on what no fit has seen (`part_left`).
     """
-    odds = formula_odds(left)
-    return odds / (1.0 + odds)
+    return probability(formula_odds(left))
 
 
 def further_odds(rest: float, left: float) -> float:
@@ -62,12 +62,20 @@ def further_odds(rest: float, left: float) -> float:
         rest: part (0 to 1) of the whole excess that the others leave without it.
         left: part (0 to 1) of that which is left with it.
     """
-    missed = 2.0 * float(student.pdf(math.sqrt(rest), FORMULA_TAILS, scale=FORMULA_MISSES))
-    return formula_odds(left) / missed
+    return formula_odds(left) / _missed(rest)
 
 
 def formula_odds(left: float) -> float:
     """Return the odds of `something_known`: that a part of the mean square is left by the formula,
     against any part by chance."""
-    return KNOWN_ODDS * 2.0 * float(
-        student.pdf(math.sqrt(left), FORMULA_TAILS, scale=FORMULA_MISSES))
+    return KNOWN_ODDS * _missed(left)
+
+
+def probability(odds: float) -> float:
+    """Return the probability of what has these odds."""
+    return odds / (1.0 + odds)
+
+
+def _missed(part: float) -> float:
+    """Return the density that a formula leaves this part of the mean square, over its root."""
+    return 2.0 * float(student.pdf(math.sqrt(part), FORMULA_TAILS, scale=FORMULA_MISSES))

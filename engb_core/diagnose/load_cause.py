@@ -21,12 +21,7 @@ from engb_core.diagnose.held_load_curve import (
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.numbers import refitted, was_refitted
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.ranking import (
-    number_price,
-    plain_price,
-    price,
-    simplest,
-)
+from engb_core.diagnose.ranking import number_price, plain_price, price, simplest
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.search import Search
 

@@ -25,7 +25,7 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
-from engb_core.diagnose.formula import formula_error, further_odds
+from engb_core.diagnose.formula import formula_error, further_odds, probability
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 
 __all__ = ['further_known', 'own_part_left', 'part_left', 'rival_weights']
@@ -87,8 +87,7 @@ def further_known(fitter: Fitter, whole: Fit, without: Fit, with_it: Fit) -> flo
     """Return the probability that an effect beside others is physics, and no makeshift for what
     their formulas miss: from how much of the `whole` is left `without` it and `with_it`."""
     rest = excess(without, fitter) / max(excess(whole, fitter), 1e-9)
-    odds = further_odds(min(1.0, rest), part_left(fitter, without, with_it))
-    return odds / (1.0 + odds)
+    return probability(further_odds(min(1.0, rest), part_left(fitter, without, with_it)))
 
 
 def own_part_left(fitter: Fitter, fit: Fit, index: int) -> float:

@@ -130,7 +130,7 @@ def _forward(result: Search, before: float) -> Fit:
             break
         best = simplest(candidates, fitter)
         wanted = partial(_worth, fitter=fitter, whole=before, others=candidates)
-        if size > 1 and _worth(chosen, best, fitter, before, []):
+        if size > 1 and _needed(chosen, best, fitter, before):
             chosen = _begun_again(result, chosen, best)
         elif size == 1 and not wanted(chosen, best):
             # Alone each may be in the wrong place, or hide behind the other.
@@ -212,23 +212,33 @@ def _at_the_edge(fit: Fit, chosen: Fit) -> bool:
 
 def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fit]) -> bool:
     """Whether `best` with its further effect is worth more than `chosen`; `whole` is the excess
-    without effects, `others` are the fits of the size of `best` that it is told from."""
+    without effects, `others` are all fits of the size of `best`."""
     old, new = excess(chosen, fitter), excess(best, fitter)
-    gain = old - new
     if not chosen.hypothesis.variants:
-        return gain > FORMULA_ERROR and gain > FIRST_PART * old
-    if little_more(old, new):
+        return old - new > FORMULA_ERROR and old - new > FIRST_PART * old
+    if not _needed(chosen, best, fitter, whole):
         return False
-    if gain > part_of_formula() * whole:
-        return True
     # What another formula of the first one misses may suit it by chance, but hardly it alone of
     # all known effects, and not on recordings that it was not fitted to.
-    ids = set(chosen.hypothesis.ids)
-    alone = not any(little_more(excess(fit, fitter), new) for fit in others
-                    if fit.hypothesis.ids != best.hypothesis.ids
-                    and ids < set(fit.hypothesis.ids) and not fit.hypothesis.has_unnamed)
-    return (alone and worth_a_further_effect(old, new, whole)) or better_on_others(
-        fitter, chosen, best)
+    return old - new > part_of_formula() * whole or _alone(chosen, best, fitter, others) \
+        or better_on_others(fitter, chosen, best)
+
+
+def _needed(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
+    """Whether something is missing beside the chosen effects that the further effect of `best`
+    takes away, be it this one or another: it is worth it, or recordings that it was not fitted to
+    are better with it."""
+    old, new = excess(chosen, fitter), excess(best, fitter)
+    return worth_a_further_effect(old, new, whole) or (
+        not little_more(old, new) and better_on_others(fitter, chosen, best))
+
+
+def _alone(chosen: Fit, best: Fit, fitter: Fitter, others: list[Fit]) -> bool:
+    """Whether no other known effect beside the chosen ones leaves little more than `best`."""
+    ids, least = set(chosen.hypothesis.ids), excess(best, fitter)
+    return not any(little_more(excess(fit, fitter), least) for fit in others
+                   if ids < set(fit.hypothesis.ids) and not fit.hypothesis.has_unnamed
+                   and fit.hypothesis.ids != best.hypothesis.ids)
 
 
 def worth_a_further_effect(old: float, new: float, whole: float, share: float = 1.0) -> bool:
