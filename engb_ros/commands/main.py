@@ -16,6 +16,7 @@ import os
 import signal
 import sys
 import textwrap
+import threading
 from types import FrameType, ModuleType
 from typing import Any, NoReturn
 
@@ -80,6 +81,9 @@ class _Stopped(BaseException):
 _SIGNALS = {name: getattr(signal, name) for name in ('SIGINT', 'SIGTERM', 'SIGHUP')
             if hasattr(signal, name)}
 _TOLD = {'SIGINT': 'interrupted', 'SIGTERM': 'terminated', 'SIGHUP': 'hung up'}
+# From a signal until it is given again, where the program goes on all the same [s]: what is
+# half-written is cleared away long before.
+_AGAIN = 5.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -205,7 +209,8 @@ def _guarded(action: Callable[[], int], came: list[int]) -> int:
 
     The numbers of signals that came are put into `came`.
     """
-    previous = _catch_signals(came)
+    given_again: list[threading.Timer] = []
+    previous = _catch_signals(came, given_again)
     try:
         status = action()
         sys.stdout.flush()
@@ -237,14 +242,24 @@ def _guarded(action: Callable[[], int], came: list[int]) -> int:
         return _complain(f'a fault of the program ({type(error).__name__}: {error}); '
                          'ENGB_TRACEBACK=1 shows where', FAULT)
     finally:
+        for timer in given_again:
+            timer.cancel()
         for number, handler in previous.items():
             signal.signal(number, handler)
 
 
-def _catch_signals(came: list[int]) -> dict[int, Any]:
-    """Have each signal raise `_Stopped` where the program is; return the handlers before."""
+def _catch_signals(came: list[int], given_again: list[threading.Timer]) -> dict[int, Any]:
+    """Have each signal raise `_Stopped` where the program is; return the handlers before.
+
+    Python drops what is raised within a finalizer: the program would go on as if no signal had
+    come. So each is given again after a while, by a timer that is put into `given_again`.
+    """
     def stop(number: int, frame: FrameType | None) -> None:
         came.append(number)
+        timer = threading.Timer(_AGAIN, os.kill, (os.getpid(), number))
+        timer.daemon = True
+        given_again.append(timer)
+        timer.start()
         raise _Stopped(number)
 
     previous = {}

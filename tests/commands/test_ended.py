@@ -2,6 +2,7 @@
 """However a command ends, it is one line and a status; a signal counts for more than its wake."""
 
 import signal
+import subprocess
 import sys
 import warnings
 
@@ -46,18 +47,41 @@ def test_a_traceback_is_shown_to_who_asks_for_it(capsys, monkeypatch):
 def test_a_signal_that_is_ignored_stays_so():
     """A shell's background job ignores SIGINT, nohup SIGHUP."""
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    came = []
+    came, given_again = [], []
     try:
-        previous = program._catch_signals(came)
+        previous = program._catch_signals(came, given_again)
         assert signal.SIGHUP not in previous
         assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
         with pytest.raises(program._Stopped):
             signal.raise_signal(signal.SIGTERM)
         assert came == [signal.SIGTERM]
     finally:
+        for timer in given_again:
+            timer.cancel()
         for number, handler in previous.items():
             signal.signal(number, handler)
         signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_within_a_finalizer_ends_the_program_all_the_same(tmp_path, number):
+    """Python drops what a handler raises there; the import of a table went on for two minutes."""
+    (tmp_path / 'swallows.py').write_text(
+        'import os, time\n'
+        'class Swallows:\n'
+        '    def __del__(self):\n'
+        f'        os.kill(os.getpid(), {int(number)})\n'
+        '        time.sleep(0.1)\n'
+        'Swallows()\n'
+        'print("goes on", flush=True)\n'
+        'time.sleep(600)\n')
+    ended = subprocess.run(
+        [sys.executable, '-m', 'engb_ros.commands.main', 'diagnose', 'nothing', '--effects',
+         str(tmp_path), '--out', str(tmp_path / 'out')], capture_output=True, text=True,
+        check=False, timeout=300)
+    assert 'goes on' in ended.stdout
+    assert ended.returncode == 128 + number
+    assert ended.stderr.splitlines()[-1] == f'engb: {program._TOLD[number.name]}'
 
 
 @pytest.mark.parametrize(('options', 'shown'), [([], 0), (['default'], 1)])

@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 import signal
 import socket
+import subprocess
 import sys
 import tempfile
 import time
@@ -95,11 +96,22 @@ class ForkedReader:
                 self._code = os.waitstatus_to_exitcode(status)
         return self._code
 
-    def wait(self) -> int:
+    def wait(self, timeout: float | None = None) -> int:
         """As of subprocess.Popen."""
+        if timeout is not None:
+            given_up = time.monotonic() + timeout
+            while self.poll() is None:
+                if time.monotonic() > given_up:
+                    raise subprocess.TimeoutExpired('reader', timeout)
+                time.sleep(0.001)
         if self._code is None:
             self._code = os.waitstatus_to_exitcode(os.waitpid(self._child, 0)[1])
         return self._code
+
+    def terminate(self) -> None:
+        """As of subprocess.Popen."""
+        if self.poll() is None:
+            os.kill(self._child, signal.SIGTERM)
 
     def kill(self) -> None:
         """As of subprocess.Popen."""
