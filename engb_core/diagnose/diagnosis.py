@@ -174,6 +174,8 @@ class Unexplained:
         where: ranges in which it is.
         statement: a sentence for a brake engineer.
         law: for what is left; None where none was found.
+        nearest: (effect, part of what is left that it would take away) of known effects that are
+            not named, most first.
     """
 
     share: float
@@ -183,6 +185,7 @@ class Unexplained:
     where: tuple[Zone, ...]
     statement: str
     law: LawFinding | None = None
+    nearest: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True)

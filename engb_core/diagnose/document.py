@@ -106,6 +106,9 @@ def _unexplained(rest: Unexplained) -> dict[str, Any]:
     }
     if rest.law is not None:
         found['law'] = _law(rest.law)
+    if rest.nearest:
+        found['nearest'] = [{'effect': name, 'share': _fraction(part)}
+                            for name, part in rest.nearest]
     return found
 
 

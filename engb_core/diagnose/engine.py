@@ -69,7 +69,7 @@ from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.timing import lateness, timing_of
-from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
+from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of, with_nearest
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.diagnose.wind_up import with_resonance
 from engb_core.effects.catalogue import get_effect
@@ -138,7 +138,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         partial(_proposed, outcome),
         partial(simulated_loops, problem, outcome.corrected))
     proposal, loops = parallel_map(lambda work: work(), last, threads)
-    unexplained = outcome.unexplained or nameless_curve(findings)
+    unexplained = with_nearest(outcome.unexplained) or nameless_curve(findings)
     if model.joint.type == 'prismatic':
         findings = [finding_of_slider(finding) for finding in findings]
         unexplained = unexplained_of_slider(unexplained)
@@ -300,7 +300,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
                         told, load_is_absent=True)
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
-        findings, mismatch)
+        findings, mismatch, selection.further)
     corrected = problem.model
     if verdict != 'consistent':
         # What is likelier wrong than right is told, but has to carry over to be in the model.

@@ -12,10 +12,11 @@ from engb_core.diagnose.constants import LARGER_PART, SURE
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
+from engb_core.diagnose.flexible import form_left
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
-from engb_core.diagnose.numbers import file_stands, number_place, NumberFinding
+from engb_core.diagnose.numbers import file_stands, held_at_file, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import (
     further_known,
@@ -128,9 +129,10 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
             continue
         values = told.hypothesis.named(told.vector, index)
         parameters = estimates(told, fitter, index)
-        surely = known
+        own = form_left(fitter, smaller[index], chosen, variant.effect.reveals)
+        surely = known if own is None else something_known(own)
         if len(variants) > 1:
-            surely = min(known, further_known(fitter, without, smaller[index], chosen))
+            surely = min(surely, further_known(fitter, without, smaller[index], chosen, own))
         if is_line(fitter, variant.effect, values):
             # What else is missing is no line at that order: it says nothing of this one.
             surely = max(surely, something_known(own_part_left(fitter, chosen, index)))
@@ -203,11 +205,14 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
         effect = get_effect(finding.effect)
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
+        own = None if finding.effect == LOAD_SHAPE else form_left(
+            fitter, held_at_file(fitter, finding.fit, effect.id), finding.fit, effect.reveals)
+        surely = known if own is None else something_known(own)
         findings.append((EffectFinding(
-            effect=effect.id, probability=known * finding.moved * (1.0 - others),
+            effect=effect.id, probability=surely * finding.moved * (1.0 - others),
             parameters=parameters,
             share=min(1.0, taken * finding.matters / total),
-            alternatives=tuple((other, known * weight) for other, weight in finding.rivals),
+            alternatives=tuple((other, surely * weight) for other, weight in finding.rivals),
             statement=effect.statement({
                 **finding.fit.hypothesis.given(effect.id),
                 **{name: entry.value for name, entry in parameters.items()}})), finding.matters))

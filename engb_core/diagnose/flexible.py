@@ -13,10 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import FORMULA_ERROR, LARGER_PART
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.problem import Run
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.effects.base import (
+    ACCELERATION,
     DIRECTION,
     DISC_SPEED,
     LOAD,
@@ -34,7 +36,7 @@ from engb_core.model import EffectSetting
 from engb_core.physics.compiled import compiled
 from engb_core.physics.inverse_dynamics import effort_of_motion
 
-__all__ = ['Flexible', 'Table', 'best_table', 'left_out']
+__all__ = ['Flexible', 'Table', 'best_table', 'form_left', 'left_out']
 
 Array = NDArray[np.float64]
 
@@ -68,6 +70,13 @@ _DISC_TABLES = (
 _WARM_TABLES = (
     (Axis('pad_temperature', float(PAD_TEMPERATURE), 8), Axis('load', float(LOAD), 6)),
 )
+# Any form of what shows itself over one coordinate, by the coordinate's name.
+_FORMS = {
+    'position': _TABLES[0], 'velocity': _TABLES[1], 'motor_angle': _TABLES[2],
+    'load': (Axis('load', float(LOAD), 12), _DIRECTION),
+    'acceleration': (Axis('acceleration', float(ACCELERATION), 28), _NOTHING),
+    'disc_speed': _DISC_TABLES[0], 'pad_temperature': _WARM_TABLES[0],
+}
 
 
 @dataclass(frozen=True)
@@ -126,14 +135,10 @@ def best_table(fitter: Fitter, fit: Fit) -> Flexible | None:
         tables += _DISC_TABLES
     if scene.temperature_range is not None:
         tables += _WARM_TABLES
-    runs = fitter.problem.runs
-    for index, run in enumerate(runs):
-        # Fills in the load, level and direction of each sample under this fit.
-        effort_of_motion(run.samples, run.motion.step,
-                         fit.hypothesis.physics(fit.vector, index))
+    _fill_in_samples(fitter, fit)
     best = None
     for x, y in tables:
-        made = _made(runs, x, y)
+        made = _made(fitter.problem.runs, x, y)
         if made is None:
             continue
         found = _fitted(fitter, fit, made)
@@ -142,6 +147,45 @@ def best_table(fitter: Fitter, fit: Fit) -> Flexible | None:
     if best is None or best.level > reduced_chi_square(fit, fitter) - 0.02:
         return None
     return best
+
+
+def form_left(fitter: Fitter, without: Fit, with_it: Fit, coordinate: str) -> float | None:
+    """Return the part (0 to 1) of what any form over its own coordinate explains that the formula
+    of an effect leaves to be explained by a form over it.
+
+    What else is missing depends on other things, and says little of whether this formula is right.
+
+    Args:
+        fitter: of the problem.
+        without, with_it: fits without and with the effect.
+        coordinate: over which the effect shows itself (`Effect.reveals`).
+
+    Returns:
+        the part; None where a form over the coordinate does not say what the effect does.
+    """
+    if coordinate not in _FORMS:
+        return None
+    _fill_in_samples(fitter, with_it)
+    made = _made(fitter.problem.runs, *_FORMS[coordinate])
+    if made is None:
+        return None
+    folds = _folds(fitter)
+    before, after = (_Regression(fitter, fit if fit.jacobian is not None else fitter.finish(fit),
+                                 made) for fit in (without, with_it))
+    alone, explained = before.alone(folds), before.best(folds)[0]
+    leaves = after.alone(folds)
+    if alone - explained < LARGER_PART * max(alone - leaves, FORMULA_ERROR):
+        return None
+    # Fits are told apart by no less than the formula's error.
+    left = max(0.0, leaves - after.best(folds)[0] - FORMULA_ERROR)
+    return min(1.0, left / (alone - explained))
+
+
+def _fill_in_samples(fitter: Fitter, fit: Fit) -> None:
+    """Fill in the load, level and direction of each sample under a fit."""
+    for index, run in enumerate(fitter.problem.runs):
+        effort_of_motion(run.samples, run.motion.step,
+                         fit.hypothesis.physics(fit.vector, index))
 
 
 def _values(run: Run, axis: Axis) -> Array:
@@ -249,15 +293,23 @@ class _Regression:
     def best(self, labels: NDArray[np.int64]) -> tuple[float, float]:
         """Return the least mean square (noise = 1) of values left out by label, and at which
         smoothness."""
-        found = []
-        for smoothness in SMOOTHNESS:
-            left = np.empty_like(self._target)
-            for label in np.unique(labels):
-                out = labels == label
-                solution = self.solved(self._fitter.fitted & ~out, smoothness)
-                left[out] = (self._target - self._design @ solution)[out]
-            found.append((float(np.sum(left ** 2)) / self._noise, smoothness))
-        return min(found)
+        return min((self._level(labels, smoothness, self._design.shape[1]), smoothness)
+                   for smoothness in SMOOTHNESS)
+
+    def alone(self, labels: NDArray[np.int64]) -> float:
+        """Return the mean square (noise = 1) of values left out by label, of the numbers without
+        the table."""
+        return self._level(labels, SMOOTHNESS[0], self.norm.size)
+
+    def _level(self, labels: NDArray[np.int64], smoothness: float, size: int) -> float:
+        design, penalty = self._design[:, :size], smoothness * self._penalty[:size, :size]
+        left = np.empty_like(self._target)
+        for label in np.unique(labels):
+            out = labels == label
+            seen = self._fitter.fitted & ~out
+            left[out] = self._target[out] - design[out] @ _solve(
+                design[seen], self._target[seen], penalty)
+        return float(np.sum(left ** 2)) / self._noise
 
 
 def _folds(fitter: Fitter) -> NDArray[np.int64]:

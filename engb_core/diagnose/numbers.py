@@ -29,8 +29,8 @@ from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.spike_and_slab import average
 
-__all__ = ['NumberFinding', 'file_stands', 'number_place', 'refitted', 'was_refitted',
-           'wrong_numbers']
+__all__ = ['NumberFinding', 'file_stands', 'held_at_file', 'number_place', 'refitted',
+           'was_refitted', 'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
@@ -174,6 +174,14 @@ def number_place(numbers: tuple[NominalNumber, ...], effect: str) -> int:
                 if _BY_NUMBER.get(number.name) == effect)
 
 
+def held_at_file(fitter: Fitter, explained: Fit, effect: str) -> Fit:
+    """Return the fit with the number that an effect says to be wrong as the file has it, and all
+    others refitted."""
+    return fitter.refit(explained, tuple(
+        number for number in explained.hypothesis.numbers
+        if _BY_NUMBER.get(number.name) != effect))
+
+
 def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[NumberFinding]:
     """Return the numbers that the data insist on changing, the weightiest first; with less that
     they matter where it is `told` otherwise which of them is wrong."""
@@ -197,9 +205,8 @@ def _rises(fitter: Fitter, explained: Fit, names: list[str]) -> dict[str, float]
     """Return by how much the reduced chi-square rises with each of these numbers as the file has
     it, all others refitted."""
     floor = reduced_chi_square(explained, fitter)
-    held = parallel_map(lambda name: fitter.refit(explained, tuple(
-        number for number in explained.hypothesis.numbers if number.name != name)),
-        names, fitter.threads)
+    held = parallel_map(lambda name: held_at_file(fitter, explained, _BY_NUMBER[name]), names,
+                        fitter.threads)
     return {name: reduced_chi_square(fit, fitter) - floor
             for name, fit in zip(names, held, strict=True)}
 

@@ -83,11 +83,14 @@ def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:
     return 0.0
 
 
-def further_known(fitter: Fitter, whole: Fit, without: Fit, with_it: Fit) -> float:
+def further_known(fitter: Fitter, whole: Fit, without: Fit, with_it: Fit,
+                  own: float | None = None) -> float:
     """Return the probability that an effect beside others is physics, and no makeshift for what
-    their formulas miss: from how much of the `whole` is left `without` it and `with_it`."""
+    their formulas miss: from how much of the `whole` is left `without` it, and how much of that
+    `with_it`, or is `own` to what its formula misses (`flexible.form_left`)."""
     rest = excess(without, fitter) / max(excess(whole, fitter), 1e-9)
-    return probability(further_odds(min(1.0, rest), part_left(fitter, without, with_it)))
+    left = part_left(fitter, without, with_it) if own is None else own
+    return probability(further_odds(min(1.0, rest), left))
 
 
 def own_part_left(fitter: Fitter, fit: Fit, index: int) -> float:

@@ -21,6 +21,7 @@ from engb_core.diagnose.constants import (
     FORMULA_ERROR,
     LARGER_PART,
     MOST_NOISE,
+    WORTH_PART,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
@@ -54,6 +55,8 @@ class Selection:
         believed: effect → (its probability, its rival), where it follows from other evidence than
             how much of the mismatch is taken away.
         consistent: whether the model file leaves but noise.
+        further: (effect, part of what the chosen leave that it would take away) of known effects
+            beside them, most first.
     """
 
     chosen: Fit
@@ -63,6 +66,7 @@ class Selection:
     excess_after: float
     believed: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     consistent: bool = False
+    further: tuple[tuple[str, float], ...] = ()
 
     @property
     def share(self) -> float:
@@ -89,7 +93,24 @@ def select(result: Search) -> Selection:
     else:
         chosen, rivals = selected_by_load_curve(result, named)
     chosen, rivals = standing(fitter, chosen, rivals)
-    return Selection(chosen, tuple(rivals), nominal, before, excess(chosen, fitter))
+    return Selection(chosen, tuple(rivals), nominal, before, excess(chosen, fitter),
+                     further=_further(result, chosen))
+
+
+def _further(result: Search, chosen: Fit) -> tuple[tuple[str, float], ...]:
+    """Return the known effects that would take away a part of what the chosen ones leave, and
+    which part, most first."""
+    fitter, left = result.fitter, excess(chosen, result.fitter)
+    if not chosen.hypothesis.variants or left <= CLEAN_EXCESS:
+        return ()
+    ids, parts = set(chosen.hypothesis.ids), dict[str, float]()
+    for fit in _candidates(result, len(ids) + 1, chosen):
+        others = set(fit.hypothesis.ids)
+        part = 1.0 - excess(fit, fitter) / left
+        if ids < others and not fit.hypothesis.has_unnamed and part >= WORTH_PART:
+            (effect,) = others - ids
+            parts[effect] = max(part, parts.get(effect, 0.0))
+    return tuple(sorted(parts.items(), key=lambda entry: -entry[1]))
 
 
 def _a_miss_of_numbers(before: float, named: float, nominal: float) -> bool:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,13 +17,23 @@ from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.reduced_chi_square import excess
 
-__all__ = ['unless_nothing_helps', 'verdict_of']
+__all__ = ['unless_nothing_helps', 'verdict_of', 'with_nearest']
 
 
 def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
                findings: list[EffectFinding], mismatch: NDArray[np.float64],
-               ) -> tuple[str, Unexplained | None]:
-    """Return the verdict and, where structure remains, what can be said of it."""
+               further: tuple[tuple[str, float], ...] = ()) -> tuple[str, Unexplained | None]:
+    """Return the verdict and, where structure remains, what can be said of it.
+
+    Args:
+        fitter: of the problem.
+        nominal: the file's fit.
+        explanation: what is named and described.
+        findings: what is claimed.
+        mismatch: (m,) [N·m] that this makes up.
+        further: (effect, part of the rest that it would take away) of known effects that were not
+            chosen beside those that were.
+    """
     before = excess(nominal, fitter)
     if is_noise(fitter, nominal):
         return 'consistent', None
@@ -32,7 +44,8 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
         # Refitted numbers alone, none of which stands out, are an explanation too.
         return 'explained', None
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))
-    unexplained = _unexplained(fitter, explanation, left)
+    unexplained = replace(_unexplained(fitter, explanation, left),
+                          nearest=further if findings else ())
     return ('partly_explained' if findings else 'unexplained'), unexplained
 
 
@@ -79,6 +92,16 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
     return Unexplained(share=left, depends_on=tuple(dict.fromkeys(names)),
                        parity_in_velocity=_parity(what, np.sign(velocity)), memory=memory,
                        where=tuple(where), statement=text)
+
+
+def with_nearest(rest: Unexplained | None) -> Unexplained | None:
+    """Return what is unexplained with a sentence on the known effects that are nearest to it."""
+    if rest is None or not rest.nearest:
+        return rest
+    parts = ', '.join(f'{effect} {100.0 * part:.0f} %' for effect, part in rest.nearest)
+    return replace(rest, statement=(
+        f'{rest.statement} Of the known effects these would take away a part of it: {parts}; '
+        'another formula of what is named may miss as much, so none of them is named.'))
 
 
 def _told_by(fit: Fit, index: int) -> tuple[str, ...]:

@@ -74,6 +74,7 @@ class _Diagnosis:
     seconds: float
     model: dict
     timing: dict | None = None
+    nearest: tuple[str, ...] = ()
 
 
 # The terms that are taken out, whether the rest is refitted, and the model that is left.
@@ -149,7 +150,7 @@ def _prove_set(one: RealSet, among: list[RealSet], out: Path, jobs: int, progres
                           best, out, jobs)
     return {'name': one.name, 'train': len(one.train), 'holdout': len(one.holdout),
             'nominal_claims': first.claims, 'best_effects': best['effects'],
-            'expected': met(one.expected, first.claims, first.timing),
+            'expected': met(one.expected, first.claims, first.timing, first.nearest),
             'ladder': ladder, 'rows': rows, 'spread': apart, 'transfer': moved,
             'band': one.band, 'published': [vars(entry) for entry in one.published]}
 
@@ -184,22 +185,25 @@ def judged(terms: list[str], claims: list[str], anyway: list[str]) -> str:
 
 
 def met(expected: tuple[Expected, ...], claims: list[dict], timing: dict | None = None,
-        ) -> list[dict]:
+        nearest: Sequence[str] = ()) -> list[dict]:
     """How a machine's claims meet what an expert expects: the surest claim of each expectation,
-    and whether its number lies where it should, or the causes of `timing` that it is told among;
-    last, what is claimed beside, at 0.5 and more."""
+    and whether its number lies where it should, or the causes that it is told among: those of
+    `timing`, or the known effects that are `nearest` to what has no name; last, what is claimed
+    beside, at 0.5 and more."""
     found = []
     for one in expected:
         said = max((claim for claim in claims if claim['effect'] in one.names),
                    key=lambda claim: claim['probability'], default=None)
         number = None if said is None or not one.parameter else \
             said['parameters'].get(one.parameter)
+        sets = [] if said is not None else [
+            causes for causes in ((timing or {}).get('causes', ()), nearest)
+            if set(causes) & set(one.names)]
         found.append({
             'names': one.names, 'sure': one.sure,
             'said': None if said is None else said['effect'],
             'probability': 0.0 if said is None else said['probability'],
-            'in_set': list(timing['causes']) if said is None and timing is not None
-            and set(timing['causes']) & set(one.names) else [],
+            'in_set': list(sets[0]) if sets else [],
             'parameter': one.parameter, 'low': one.low, 'high': one.high,
             'value': None if number is None else number['value'],
             'std': None if number is None else number['std'],
@@ -258,7 +262,9 @@ def _diagnosed(one: RealSet, model: dict, at: Path) -> _Diagnosis:
     claims = sorted(content['effects'], key=lambda claim: -claim['share'])
     return _Diagnosis(claims, content['fit']['held_out'], seconds,
                       yaml.safe_load((at / 'model.yaml').read_text('utf8')),
-                      content.get('timing'))
+                      content.get('timing'), tuple(
+                          entry['effect'] for entry in
+                          (content.get('unexplained') or {}).get('nearest', ())))
 
 
 def _absolute(path: Path) -> str:

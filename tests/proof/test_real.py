@@ -68,6 +68,9 @@ def test_what_an_expert_expects_is_held_against_what_was_said() -> None:
     timing = {'causes': ['actuation_lag', 'sampling_delay']}
     assert met(expected, claims, timing)[1]['in_set'] == timing['causes']
     assert met(expected, claims, timing)[0]['in_set'] == []
+    nearest = ('cogging_torque', 'command_delay')
+    assert met(expected, claims, None, nearest)[1]['in_set'] == list(nearest)
+    assert met(expected, claims, timing, nearest)[1]['in_set'] == timing['causes']
     assert beside == {'beside': [('backlash', 0.6)]}
     assert met((), claims) == []
 
