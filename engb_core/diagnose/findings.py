@@ -109,7 +109,7 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
     # that is wrong: then what the others explain does not.
     wrong = all(variant.number_only for variant in variants)
     without = fitter.base(chosen.hypothesis.numbers if wrong else None)
-    known = something_known(part_left(fitter, without, chosen))
+    left = part_left(fitter, without, chosen)
     # What wrong numbers or another load curve explain says nothing of how nearly right an effect's
     # formula is: rivals are weighed by what the same numbers leave without any effect.
     to_explain = excess(fitter.base(chosen.hypothesis.numbers), fitter)
@@ -120,9 +120,10 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
     total = sum(matters)
     nameless = sum(part for part, variant in zip(matters, variants, strict=True)
                    if variant.effect.unnamed)
+    makeshift = 1.0
     if nameless > LARGER_PART * total:
         # What leads has no name: a companion may well be a makeshift for its details.
-        known *= LARGER_PART
+        makeshift = LARGER_PART
     findings = []
     for index, variant in enumerate(variants):
         if variant.effect.unnamed:
@@ -130,12 +131,13 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         values = told.hypothesis.named(told.vector, index)
         parameters = estimates(told, fitter, index)
         own = form_left(fitter, smaller[index], chosen, variant.effect.reveals)
-        surely = known if own is None else something_known(own)
+        surely = makeshift * something_known(left, own)
         if len(variants) > 1:
             surely = min(surely, further_known(fitter, without, smaller[index], chosen, own))
         if is_line(fitter, variant.effect, values):
             # What else is missing is no line at that order: it says nothing of this one.
-            surely = max(surely, something_known(own_part_left(fitter, chosen, index)))
+            line = own_part_left(fitter, chosen, index)
+            surely = max(surely, something_known(line, line))
         believed = surely * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not stands_out(chosen, fitter, index):
             believed = 0.0
@@ -199,7 +201,7 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
     total = sum(finding.matters for finding in numbers)
     after = excess(chosen, fitter)
     taken = max(0.0, 1.0 - after / before)
-    known = something_known(part_left(fitter, nominal, chosen))
+    left = part_left(fitter, nominal, chosen)
     findings = []
     for finding in numbers:
         effect = get_effect(finding.effect)
@@ -207,7 +209,7 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
         others = sum(weight for _, weight in finding.rivals)
         own = None if finding.effect == LOAD_SHAPE else form_left(
             fitter, held_at_file(fitter, finding.fit, effect.id), finding.fit, effect.reveals)
-        surely = known if own is None else something_known(own)
+        surely = something_known(left, own)
         findings.append((EffectFinding(
             effect=effect.id, probability=surely * finding.moved * (1.0 - others),
             parameters=parameters,

@@ -36,21 +36,26 @@ def formula_error(before: float) -> float:
     return FORMULA_ERROR + FORMULA_ERROR ** 2 * before
 
 
-def something_known(left: float) -> float:
+def something_known(left: float, own: float | None = None) -> float:
     """Return the probability that the named effects are physics of the library at all.
 
-    By Bayes' rule from the root of what they leave. If they are, it is what their formulas miss:
-    of Student's distribution about none. If they are not, but were the best makeshift for
-    something else, any part may be left: each is as likely as the next. How many they are says
-    nothing of that: each has shown itself in what is lost without it.
+    By Bayes' rule from the root of what they leave. If they are all that is missing, it is what
+    their formulas miss: of Student's distribution about none. If something that nobody wrote down
+    is missing beside them, any part may be left; what their own formulas miss then shows in what
+    they leave of their `own`, where that can be told. If they are not physics of the library, but
+    were the best makeshift for something else, any part may be left of both: each is as likely as
+    the next. How many they are says nothing of that: each has shown itself in what is lost
+    without it.
 
     Args:
         left: part of the excess that they leave on what no fit has seen (`part_left`).
+        own: part that one leaves of what shows over its own coordinate (`form_left`); None: that
+            cannot be told.
     """
-    return probability(formula_odds(left))
+    return probability(_known_odds(left, own))
 
 
-def further_odds(rest: float, left: float) -> float:
+def further_odds(rest: float, left: float, own: float | None = None) -> float:
     """Return the odds that a further effect is physics, and no makeshift for what the formulas of
     the others miss.
 
@@ -61,13 +66,22 @@ def further_odds(rest: float, left: float) -> float:
     Args:
         rest: part (0 to 1) of the whole excess that the others leave without it.
         left: part (0 to 1) of that which is left with it.
+        own: as in `something_known`.
     """
-    return formula_odds(left) / _missed(rest)
+    return _known_odds(left, own) / _missed(rest)
+
+
+def _known_odds(left: float, own: float | None) -> float:
+    """Return the odds of `something_known`. That something unwritten is missing beside is as
+    likely as it is of any cause."""
+    unwritten = probability(1.0 / KNOWN_ODDS)
+    beside = KNOWN_ODDS if own is None else formula_odds(own)
+    return (1.0 - unwritten) * formula_odds(left) + unwritten * beside
 
 
 def formula_odds(left: float) -> float:
-    """Return the odds of `something_known`: that a part of the mean square is left by the formula,
-    against any part by chance."""
+    """Return the odds that a part of the mean square is left by the formula of what the library
+    holds, against any part by chance."""
     return KNOWN_ODDS * _missed(left)
 
 

@@ -87,10 +87,10 @@ def further_known(fitter: Fitter, whole: Fit, without: Fit, with_it: Fit,
                   own: float | None = None) -> float:
     """Return the probability that an effect beside others is physics, and no makeshift for what
     their formulas miss: from how much of the `whole` is left `without` it, and how much of that
-    `with_it`, or is `own` to what its formula misses (`flexible.form_left`)."""
+    `with_it`, of all and of what shows over its `own` coordinate (`flexible.form_left`)."""
     rest = excess(without, fitter) / max(excess(whole, fitter), 1e-9)
-    left = part_left(fitter, without, with_it) if own is None else own
-    return probability(further_odds(min(1.0, rest), left))
+    left = part_left(fitter, without, with_it)
+    return probability(further_odds(min(1.0, rest), left, own))
 
 
 def own_part_left(fitter: Fitter, fit: Fit, index: int) -> float:
