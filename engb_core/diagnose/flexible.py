@@ -299,7 +299,7 @@ class _Regression:
     def alone(self, labels: NDArray[np.int64]) -> float:
         """Return the mean square (noise = 1) of values left out by label, of the numbers without
         the table."""
-        return self._level(labels, SMOOTHNESS[0], self.norm.size)
+        return min(self._level(labels, smoothness, self.norm.size) for smoothness in SMOOTHNESS)
 
     def _level(self, labels: NDArray[np.int64], smoothness: float, size: int) -> float:
         design, penalty = self._design[:, :size], smoothness * self._penalty[:size, :size]
