@@ -13,9 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CONTAINING_PART, FORMULA_ERROR, NAMED_PART, WORTH_PART
+from engb_core.diagnose.constants import (
+    CONTAINING_PART,
+    FORMULA_ERROR,
+    LARGER_PART,
+    WORTH_PART,
+)
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.flexible import best_table, Flexible
+from engb_core.diagnose.flexible import best_table, Flexible, form_left
+from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.model import EffectSetting, Model
@@ -76,14 +82,26 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
     gain = before - after
     further = max(after - rest[2], 0.0)
     adequacy = gain / max(gain + further, 1e-9)
-    if adequacy >= NAMED_PART:
+    likely = [index for index, variant in enumerate(chosen.hypothesis.variants)
+              if something_known(1.0 - adequacy, form_left(
+                  fitter, fitter.without(chosen, index), chosen, variant.effect.reveals))
+              >= LARGER_PART]
+    if len(likely) == len(chosen.hypothesis.variants):
         return _kept(rest, chosen, adequacy, after, ())
     base = fitter.finish(fitter.base())
     alone = _described(fitter, base)
     if alone[2] > rest[2] + CONTAINING_PART * (after - rest[2]):
         # The table needs the effects: they are part of the truth, if not all of it.
         return _kept(rest, chosen, adequacy, after, ())
-    return _kept(alone, base, adequacy, reduced_chi_square(base, fitter), chosen.hypothesis.ids)
+    dropped = tuple(variant.effect.id for index, variant in enumerate(chosen.hypothesis.variants)
+                    if index not in likely)
+    if likely:
+        for index in reversed(range(len(chosen.hypothesis.variants))):
+            if index not in likely:
+                chosen = fitter.without(chosen, index)
+        base = fitter.finish(fitter.refine(chosen))
+        alone = _described(fitter, base)
+    return _kept(alone, base, adequacy, reduced_chi_square(base, fitter), dropped)
 
 
 def _kept(rest: tuple[Fit, Flexible | None, float], fit: Fit, adequacy: float, after: float,
