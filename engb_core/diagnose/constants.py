@@ -15,7 +15,7 @@ from __future__ import annotations
 
 __all__ = ['CHANCE', 'CLEAN_EXCESS', 'CONTAINING', 'CONTAINING_PART', 'EDGE', 'FALSE_PART',
            'FIRST_PART', 'FORMULA_ERROR', 'FORMULA_MISSES', 'FORMULA_TAILS', 'KNOWN_ODDS',
-           'LARGER_PART', 'LEAST_PROBABILITY', 'MOST_NOISE', 'NAMED_PART', 'NAMELESS_PRICE',
+           'LARGER_PART', 'LEAST_PROBABILITY', 'MOST_NOISE', 'NAMELESS_PRICE',
            'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REFITTED', 'SET_LEVEL', 'STANDS_OUT', 'SURE',
            'TEMPER', 'UNNAMED', 'WORTH_PART']
 
@@ -87,9 +87,6 @@ SET_LEVEL = 0.9
 
 # -- is it named at all? --------------------------------------------------------------------------
 
-# Part [-] of all that can be explained which named effects must account for. Loss: a wrong name is
-# worse than none. Counted.
-NAMED_PART = 0.62
 # Probability [-] below which a name is not given. Loss: it is surer to be wrong than it is worth.
 LEAST_PROBABILITY = 0.05
 # Probability [-] from which on a finding is sure, and what is doubtful may be a makeshift for its

@@ -1,9 +1,9 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Is the best named physics good enough to be named? Tried against a flexible model.
 
-If tables over the recorded coordinates explain much of what the best effects leave, the effects
-are a makeshift: no name is given, and the table (or a line of fixed frequency) is what the
-corrected model gets.
+Where tables over the recorded coordinates explain so much of what the best effects leave that an
+effect is likelier a makeshift than physics, its name is not given, and the table (or a line of
+fixed frequency) is what the corrected model gets.
 """
 
 from __future__ import annotations
@@ -82,6 +82,7 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
     gain = before - after
     further = max(after - rest[2], 0.0)
     adequacy = gain / max(gain + further, 1e-9)
+    # What more could be explained is not theirs where their own form is right.
     likely = [index for index, variant in enumerate(chosen.hypothesis.variants)
               if something_known(1.0 - adequacy, form_left(
                   fitter, fitter.without(chosen, index), chosen, variant.effect.reveals))

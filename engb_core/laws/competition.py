@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
-    NAMED_PART,
+    LARGER_PART,
     TEMPER,
     UNNAMED,
     WORTH_PART,
@@ -22,7 +22,7 @@ from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.flexible import left_out
-from engb_core.diagnose.formula import formula_error
+from engb_core.diagnose.formula import formula_error, something_known
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.openset import Explanation
@@ -256,7 +256,8 @@ def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
         and law.candidate.fit.hypothesis.size < named.hypothesis.size
     if 0.5 * math.log(left / law.after) <= (-WORTH if plainer else WORTH):
         return False
-    if not likely or law.before - left < NAMED_PART * (law.before - law.after):
+    unsaid = (left - law.after) / max(law.before - law.after, 1e-12)
+    if not likely or something_known(min(1.0, max(0.0, unsaid))) < LARGER_PART:
         return True
     return _speaks_of_else(law, named) and not _without_idle_names(
         _beside(law, named)).candidate.fit.hypothesis.variants[:-1]

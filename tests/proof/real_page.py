@@ -201,7 +201,7 @@ def _told(entry: dict) -> str:
     if entry['said'] is not None:
         return effect_name(entry['said'])
     causes = ' or '.join(effect_name(name) for name in entry['in_set'])
-    return f'as a set, within a sample: {causes}' if causes else 'not named'
+    return f'as a set: {causes}' if causes else 'not named'
 
 
 def _value(row: dict) -> str:

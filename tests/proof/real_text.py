@@ -17,8 +17,9 @@ def _as_expected(expected: list[dict]) -> list[str]:
             beside = ', '.join(f'{name} {p:.2f}' for name, p in entry['beside']) or 'nothing'
             lines.append(f'  beside it, at {LIKELY:g} and more: {beside}')
             continue
-        said = 'not named' if entry['said'] is None else \
-            f'{entry["said"]} {entry["probability"]:.2f}'
+        said = f'{entry["said"]} {entry["probability"]:.2f}' if entry['said'] is not None else (
+            f'not named; in the set {" or ".join(entry["in_set"])}' if entry['in_set'] else
+            'not named')
         if entry['value'] is not None:
             said += (f'; {entry["parameter"]} {entry["value"]:.3g}, expected '
                      f'{entry["low"]:.3g} to {entry["high"]:.3g}')
