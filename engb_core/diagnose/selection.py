@@ -25,7 +25,7 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.formula import further_odds, part_of_formula, something_known
+from engb_core.diagnose.formula import formula_odds, further_odds, part_of_formula
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.probability import part_left
@@ -172,15 +172,16 @@ def _candidates(result: Search, size: int, chosen: Fit) -> list[Fit]:
 
 def _of_best_pair(result: Search, single: Fit, before: float) -> Fit:
     """Return the best fit of one effect, also of those begun where the best pair has them, if that
-    is likelier right than wrong, by what it leaves on what no fit has seen; the pair itself, where
-    neither of it is worth much of the excess `before` alone. Two that are worth nothing alone can
-    be bent to each other, and a wrong pair keeps other causes from being asked."""
+    is likelier all that is missing than a makeshift, by what it leaves on what no fit has seen;
+    the pair itself, where neither of it is worth much of the excess `before` alone. Two that are
+    worth nothing alone can be bent to each other, and a wrong pair keeps other causes from being
+    asked."""
     fitter = result.fitter
     pairs = _candidates(result, 2, result.base)
     if not pairs:
         return single
     pair = simplest(pairs, fitter)
-    if something_known(part_left(fitter, result.base, pair)) < LARGER_PART:
+    if formula_odds(part_left(fitter, result.base, pair)) < 1.0:
         return single
     again = _begun_again(result, single, pair)
     return again if before - excess(again, fitter) > FIRST_PART * before else pair

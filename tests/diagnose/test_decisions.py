@@ -145,7 +145,25 @@ def test_how_much_of_an_effect_is_not_there(monkeypatch, said, left, part):
 # ---- what is named beside a flexible model
 
 def fitter_of(file, base):
-    return SimpleNamespace(nominal=lambda: file, base=lambda *_: base, finish=lambda fit: fit)
+    return SimpleNamespace(nominal=lambda: file, base=lambda *_: base, finish=lambda fit: fit,
+                           refine=lambda fit: fit, without=lambda fit, index: Level(
+                               fit.names[:index] + fit.names[index + 1:], base.level))
+
+
+@pytest.mark.parametrize(('own', 'kept'), [
+    (None, ()), ({'load': 1.0, 'velocity': 1.0}, ()),
+    ({'load': 1.0, 'velocity': 0.0}, ('asymmetric_friction',)),
+    ({'load': 0.0, 'velocity': 0.0}, ('asymmetric_friction', 'self_energizing'))])
+def test_a_name_whose_own_form_is_right_stays_whatever_else_is_missing(levels, monkeypatch, own,
+                                                                       kept):
+    chosen, base = Level(('asymmetric_friction', 'self_energizing'), 6.0), Level((), 9.0)
+    monkeypatch.setattr(openset, 'form_left', lambda fitter, without, fit, coordinate:
+                        None if own is None else own[coordinate])
+    monkeypatch.setattr(openset, '_described', lambda fitter, fit: (
+        fit, SimpleNamespace(level=1.0), 1.1))
+    found = openset.explain(fitter_of(Level((), 10.0), base), chosen, None)
+    assert found.fit.names == kept
+    assert set(found.dropped) == set(chosen.names) - set(kept)
 
 
 @pytest.mark.parametrize(('after', 'with_table', 'alone', 'kept', 'table'), [
@@ -159,6 +177,7 @@ def test_a_name_is_kept_where_a_flexible_model_needs_it(levels, monkeypatch, aft
                                                         alone, kept, table):
     chosen, base = Level(('backlash',), after), Level((), 9.0)
     made = SimpleNamespace(level=1.0)
+    monkeypatch.setattr(openset, 'form_left', lambda *_: None)
     monkeypatch.setattr(openset, '_described', lambda fitter, fit: (
         fit, made, 1.0 + (with_table if fit is chosen else alone)))
     found = openset.explain(fitter_of(Level((), 10.0), base), chosen, None)
