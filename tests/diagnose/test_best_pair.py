@@ -77,3 +77,14 @@ def test_a_pair_that_explains_a_half_is_none(found):
     before = excess(found.base, found.fitter)
     assert selection._of_best_pair(pairs, single, before) is single
     assert selection._of_best_pair(led_astray(found), single, before) is not single
+
+
+def test_known_effects_that_are_nearest_to_what_one_leaves_come_first(found):
+    single = found.fits['cogging_torque',]
+    further = selection._further(found, single)
+    assert further[0][0] == 'torque_ripple' and further[0][1] > 0.5
+    assert [part for _, part in further] == sorted((part for _, part in further), reverse=True)
+    assert not {'cogging_torque'} & {effect for effect, _ in further}
+    # What leaves noise leaves nothing to name, and without a name all are nearest.
+    assert selection._further(found, select(found).chosen) == ()
+    assert selection._further(found, found.base) == ()

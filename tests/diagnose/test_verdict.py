@@ -11,7 +11,7 @@ from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of
+from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of, with_nearest
 from engb_core.effects.catalogue import get_effect
 from tests.laws.test_find_law import MODEL, recorded
 
@@ -61,3 +61,21 @@ def test_a_remainder_that_rounds_to_nothing_is_not_called_nothing(share, said):
     _, told = verdict_of(fitter, left, Explanation(left, None, 1.0, 2.0),
                          [replace(FINDING, share=share)], left.residual)
     assert told.statement.startswith(f'{said} of the mismatch is not explained')
+
+
+def test_known_effects_nearest_to_the_rest_are_told_beside_a_name():
+    fitter = Fitter(problem_of([recorded()], MODEL))
+    nominal = fitter.nominal()
+    left = replace(nominal, residual=nominal.residual + 1.0)
+    further = (('nonlinear_viscous_friction', 0.29), ('cogging_torque', 0.16))
+    told, none = (verdict_of(fitter, left, Explanation(left, None, 1.0, 2.0), findings,
+                             left.residual, further)[1]
+                  for findings in ([replace(FINDING, share=0.9)], []))
+    assert told.nearest == further
+    assert with_nearest(told).statement.endswith(
+        'Of the known effects these would take away a part of it: nonlinear_viscous_friction '
+        '29 %, cogging_torque 16 %; another formula of what is named may miss as much, so none '
+        'of them is named.')
+    # With nothing named there is nothing beside which they would be.
+    assert none.nearest == ()
+    assert with_nearest(none) is none and with_nearest(None) is None
