@@ -15,7 +15,7 @@ from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.flexible import form_left
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
+from engb_core.diagnose.load_shape import LOAD_SHAPE
 from engb_core.diagnose.numbers import file_stands, held_at_file, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import (
@@ -28,6 +28,7 @@ from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
+from engb_core.diagnose.waves import is_line, repeats
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 

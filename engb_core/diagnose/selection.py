@@ -28,11 +28,12 @@ from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.formula import formula_odds, further_odds, part_of_formula
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
-from engb_core.diagnose.probability import part_left
+from engb_core.diagnose.probability import own_part_left, part_left
 from engb_core.diagnose.ranking import little_more, price, simplest
 from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.search import extend, Search
+from engb_core.diagnose.waves import is_line
 from engb_core.diagnose.wide_band import RESONANCE, rings
 
 __all__ = ['Selection', 'select', 'worth_a_further_effect']
@@ -157,7 +158,10 @@ def _forward(result: Search, before: float) -> Fit:
             # Alone each may be in the wrong place, or hide behind the other.
             best = _of_best_pair(result, best, before)
         if not wanted(chosen, best):
-            break
+            line = next((fit for fit in candidates if _stands_alone(chosen, fit, fitter)), None)
+            if size == 1 or line is None:
+                break
+            best = line
         chosen = best
         if excess(chosen, fitter) < FORMULA_ERROR:
             break
@@ -253,6 +257,20 @@ def _needed(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
     old, new = excess(chosen, fitter), excess(best, fitter)
     return worth_a_further_effect(old, new, whole) or (
         not little_more(old, new) and better_on_others(fitter, chosen, best))
+
+
+def _stands_alone(chosen: Fit, best: Fit, fitter: Fitter) -> bool:
+    """Whether the further effect of `best` is a line among the orders that is there on what no fit
+    has seen: what else is missing is no line at that order, however much it is."""
+    further = [index for index, variant in enumerate(best.hypothesis.variants)
+               if variant.effect.id not in chosen.hypothesis.ids]
+    if len(further) != 1 or not set(chosen.hypothesis.ids) < set(best.hypothesis.ids) \
+            or excess(chosen, fitter) - excess(best, fitter) < FORMULA_ERROR:
+        return False
+    (index,) = further
+    return is_line(fitter, best.hypothesis.variants[index].effect,
+                   best.hypothesis.named(best.vector, index)) \
+        and formula_odds(own_part_left(fitter, best, index)) > 1.0
 
 
 def _alone(chosen: Fit, best: Fit, fitter: Fitter, others: list[Fit]) -> bool:
