@@ -135,8 +135,12 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         surely = makeshift * something_known(left, own)
         if len(variants) > 1:
             surely = min(surely, further_known(fitter, without, smaller[index], chosen, own))
+        rivals = [fit for fit in selection.rivals
+                  if _differs_by(fit, chosen, variant.effect.id)]
         if is_line(fitter, variant.effect, values):
             # What else is missing is no line at that order: it says nothing of this one.
+            rivals = [fit for fit in rivals
+                      if get_effect(_other(fit, chosen)).reveals == variant.effect.reveals]
             line = own_part_left(fitter, chosen, index)
             surely = max(surely, something_known(line, line))
         believed = surely * (variant.effect.credence(values) if variant.effect.credence else 1.0)
@@ -144,8 +148,6 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
             believed = 0.0
         elif _something_left(explanation) and not repeats(fitter, variant.effect, values):
             believed *= LARGER_PART
-        rivals = [fit for fit in selection.rivals
-                  if _differs_by(fit, chosen, variant.effect.id)]
         weights = rival_weights(chosen, rivals, fitter, to_explain)
         alternatives = tuple(
             (_other(fit, chosen), believed * weight)

@@ -63,6 +63,9 @@ SHARP_STEP = 1e-3
 # Share of a recording's duration that is kept out of every fit, in stretches.
 KEPT_OUT = 0.2
 STRETCHES = 4
+# Where in its part of the recording each lies follows the golden ratio: at equal distances they
+# would hold the same part of a motion that is repeated.
+GOLDEN = 0.5 * (5.0 ** 0.5 - 1.0)
 LEAST_POINTS = 40
 # Parts of the highest speed and load from which shaft or disc move, and the pad is in contact.
 MOVES, IN_CONTACT = 0.02, 0.1
@@ -231,14 +234,15 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     physics = physics_of(model)
 
     def ready(recording: Recording, motion: Motion, highest: float, noise: SamplingNoise,
-              judged: bool) -> Run:
+              place: int) -> Run:
         corner = min(bandwidth, highest)
         comparison = comparison_of(motion, corner, slowest, before_stop)
-        run = _run(recording, motion, comparison, corner, judged,
-                   position_noise(recording, motion, comparison, physics, noise), physics, noise)
+        run = _run(recording, motion, comparison, corner, place >= len(recordings),
+                   position_noise(recording, motion, comparison, physics, noise), physics, noise,
+                   place)
         return replace(run, coarse=highest < COMPARED)
 
-    every = tuple(ready(*given, place >= len(recordings)) for place, given in enumerate(
+    every = tuple(ready(*given, place) for place, given in enumerate(
         zip((*recordings, *held_out), motions, told, noises, strict=True)))
     runs, judged = every[:len(recordings)], every[len(recordings):]
     points = sum(int(run.fitted.sum()) for run in runs)
@@ -257,16 +261,17 @@ def sharper(problem: Problem) -> Problem:
     slowest = slowest_speed(motions, problem.model.friction.saturation_velocity,
                             problem.scene.speed)
 
-    def ready(run: Run, motion: Motion) -> Run:
+    def ready(run: Run, motion: Motion, place: int) -> Run:
         comparison = comparison_of(motion, problem.bandwidth, slowest, problem.before_stop)
         # The sharper chain takes the samples as they stand beside the counts' edges: what the
         # smoothed one makes of the counts is no measure of that.
         counts = np.zeros(comparison.grid.size)
         made = _run(run.recording, motion, comparison, problem.bandwidth, False, counts,
-                    physics_of(problem.model), run.sampling_noise)
+                    physics_of(problem.model), run.sampling_noise, place)
         return replace(made, fitted=np.ones_like(made.fitted)) if run.fitted.all() else made
 
-    return replace(problem, runs=tuple(map(ready, problem.runs, motions)), held_out=())
+    return replace(problem, runs=tuple(map(
+        ready, problem.runs, motions, range(len(motions)))), held_out=())
 
 
 def holding(problem: Problem, model: Model) -> Problem:
@@ -411,15 +416,25 @@ def _load_power(nominal: Array, low: float, high: float) -> float:
     return float(np.clip(np.log2(whole / half), *POWERS))
 
 
+def _kept_out(time: Array, duration: float, place: int) -> NDArray[np.bool_]:
+    """Return whether each time (m,) [s] is kept out of every fit, in the recording that is at this
+    place: one stretch in each of equal parts of its duration [s]."""
+    length = duration / STRETCHES
+    part = np.minimum((time / length).astype(int), STRETCHES - 1)
+    begin = (1.0 - KEPT_OUT) * (GOLDEN * (1 + part + STRETCHES * place) % 1.0)
+    within = time / length - part
+    return (begin <= within) & (within < begin + KEPT_OUT)
+
+
 def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth: float,
-         held_out: bool, counts: Array, physics: Physics, position: SamplingNoise) -> Run:
+         held_out: bool, counts: Array, physics: Physics, position: SamplingNoise,
+         place: int) -> Run:
     time = motion.time[comparison.grid]
     fitted = np.ones(time.size, bool)
     if held_out:
         fitted[:] = False
     else:
-        length = motion.time[-1] / STRETCHES
-        fitted = (time % length) < (1.0 - KEPT_OUT) * length
+        fitted = ~_kept_out(time, float(motion.time[-1]), place)
     resolution = float(np.median(np.abs(recording.effort))) * 1e-4
     if motion.commanded is not None:
         # A command's noise is what counts make of it, which a standing one does not show.

@@ -25,6 +25,7 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
+from engb_core.diagnose.flexible import form_left
 from engb_core.diagnose.formula import formula_odds, further_odds, part_of_formula
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
@@ -247,7 +248,8 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fi
     # What another formula of the first one misses may suit it by chance, but hardly it alone of
     # all known effects, and not on recordings that it was not fitted to.
     return old - new > part_of_formula() * whole or _alone(chosen, best, fitter, others) \
-        or better_on_others(fitter, chosen, best)
+        or better_on_others(fitter, chosen, best) \
+        or _likelier_physics(chosen, best, fitter, whole)
 
 
 def _needed(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
@@ -256,18 +258,36 @@ def _needed(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
     are better with it."""
     old, new = excess(chosen, fitter), excess(best, fitter)
     return worth_a_further_effect(old, new, whole) or (
-        not little_more(old, new) and better_on_others(fitter, chosen, best))
+        not little_more(old, new) and (better_on_others(fitter, chosen, best)
+                                       or _likelier_physics(chosen, best, fitter, whole)))
+
+
+def _likelier_physics(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
+    """Whether the further effect of `best` is likelier physics than what other formulas of the
+    chosen effects miss, by what it leaves over its own coordinate, too."""
+    further = _further_of(chosen, best)
+    if further is None or best.hypothesis.variants[further].effect.unnamed:
+        return False
+    old, new = excess(chosen, fitter), excess(best, fitter)
+    own = form_left(fitter, chosen, best, best.hypothesis.variants[further].effect.reveals)
+    return own is not None and further_odds(min(1.0, old / whole), new / old, own) > 1.0
+
+
+def _further_of(chosen: Fit, best: Fit) -> int | None:
+    """Return the place of the one effect that `best` has beside the chosen ones; None where it
+    differs by more."""
+    further = [index for index, variant in enumerate(best.hypothesis.variants)
+               if variant.effect.id not in chosen.hypothesis.ids]
+    alike = set(chosen.hypothesis.ids) < set(best.hypothesis.ids)
+    return further[0] if alike and len(further) == 1 else None
 
 
 def _stands_alone(chosen: Fit, best: Fit, fitter: Fitter) -> bool:
     """Whether the further effect of `best` is a line among the orders that is there on what no fit
     has seen: what else is missing is no line at that order, however much it is."""
-    further = [index for index, variant in enumerate(best.hypothesis.variants)
-               if variant.effect.id not in chosen.hypothesis.ids]
-    if len(further) != 1 or not set(chosen.hypothesis.ids) < set(best.hypothesis.ids) \
-            or excess(chosen, fitter) - excess(best, fitter) < FORMULA_ERROR:
+    index = _further_of(chosen, best)
+    if index is None or excess(chosen, fitter) - excess(best, fitter) < FORMULA_ERROR:
         return False
-    (index,) = further
     return is_line(fitter, best.hypothesis.variants[index].effect,
                    best.hypothesis.named(best.vector, index)) \
         and formula_odds(own_part_left(fitter, best, index)) > 1.0
