@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from engb_core.diagnose.constants import CHANCE
+from engb_core.diagnose.kept_out import kept_out
 from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.parallel_map import OwnSamples
 from engb_core.diagnose.position_noise import position_noise
@@ -60,12 +61,6 @@ Array = NDArray[np.float64]
 OF_RATE = 0.1
 # Step of a motion that is fitted as sharp as it is told [s].
 SHARP_STEP = 1e-3
-# Share of a recording's duration that is kept out of every fit, in stretches.
-KEPT_OUT = 0.2
-STRETCHES = 4
-# Where in its part of the recording each lies follows the golden ratio: at equal distances they
-# would hold the same part of a motion that is repeated.
-GOLDEN = 0.5 * (5.0 ** 0.5 - 1.0)
 LEAST_POINTS = 40
 # Parts of the highest speed and load from which shaft or disc move, and the pad is in contact.
 MOVES, IN_CONTACT = 0.02, 0.1
@@ -416,16 +411,6 @@ def _load_power(nominal: Array, low: float, high: float) -> float:
     return float(np.clip(np.log2(whole / half), *POWERS))
 
 
-def _kept_out(time: Array, duration: float, place: int) -> NDArray[np.bool_]:
-    """Return whether each time (m,) [s] is kept out of every fit, in the recording that is at this
-    place: one stretch in each of equal parts of its duration [s]."""
-    length = duration / STRETCHES
-    part = np.minimum((time / length).astype(int), STRETCHES - 1)
-    begin = (1.0 - KEPT_OUT) * (GOLDEN * (1 + part + STRETCHES * place) % 1.0)
-    within = time / length - part
-    return (begin <= within) & (within < begin + KEPT_OUT)
-
-
 def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth: float,
          held_out: bool, counts: Array, physics: Physics, position: SamplingNoise,
          place: int) -> Run:
@@ -434,7 +419,7 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
     if held_out:
         fitted[:] = False
     else:
-        fitted = ~_kept_out(time, float(motion.time[-1]), place)
+        fitted = ~kept_out(time, float(motion.time[-1]), place)
     resolution = float(np.median(np.abs(recording.effort))) * 1e-4
     if motion.commanded is not None:
         # A command's noise is what counts make of it, which a standing one does not show.
