@@ -15,7 +15,7 @@ from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.flexible import form_left
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.load_shape import LOAD_SHAPE
+from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
 from engb_core.diagnose.numbers import file_stands, held_at_file, number_place, NumberFinding
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import (
@@ -28,7 +28,6 @@ from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
-from engb_core.diagnose.waves import is_line, repeats
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 
@@ -135,12 +134,8 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         surely = makeshift * something_known(left, own)
         if len(variants) > 1:
             surely = min(surely, further_known(fitter, without, smaller[index], chosen, own))
-        rivals = [fit for fit in selection.rivals
-                  if _differs_by(fit, chosen, variant.effect.id)]
         if is_line(fitter, variant.effect, values):
             # What else is missing is no line at that order: it says nothing of this one.
-            rivals = [fit for fit in rivals
-                      if get_effect(_other(fit, chosen)).reveals == variant.effect.reveals]
             line = own_part_left(fitter, chosen, index)
             surely = max(surely, something_known(line, line))
         believed = surely * (variant.effect.credence(values) if variant.effect.credence else 1.0)
@@ -148,6 +143,8 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
             believed = 0.0
         elif _something_left(explanation) and not repeats(fitter, variant.effect, values):
             believed *= LARGER_PART
+        rivals = [fit for fit in selection.rivals
+                  if _differs_by(fit, chosen, variant.effect.id)]
         weights = rival_weights(chosen, rivals, fitter, to_explain)
         alternatives = tuple(
             (_other(fit, chosen), believed * weight)

@@ -21,13 +21,32 @@ from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
 from engb_core.diagnose.numbers import NumberFinding
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
-from engb_core.diagnose.waves import repeats
 from engb_core.effects.base import Effect
 from engb_core.effects.load_curve_shape import EFFECT
 
 __all__ = ['LOAD_SHAPE', 'load_shape_finding', 'nameless_curve', 'with_free_load_curve']
 
 LOAD_SHAPE = EFFECT.id
+# So often a wave must repeat along the stroke to be told from what stands in some places once.
+REPEATS = 5.0
+
+
+def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
+    """Return whether a wave over the motor angle, if that is what the effect is, comes often
+    enough to be told from the form of the load curve; one without an order comes once a turn."""
+    return effect.reveals != 'motor_angle' or _repeats(fitter, values.get('order', 1.0))
+
+
+def is_line(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
+    """Return whether an effect is a wave over the motor angle that comes often enough to be a line
+    among the orders."""
+    return effect.reveals == 'motor_angle' and 'order' in values and repeats(
+        fitter, effect, values)
+
+
+def _repeats(fitter: Fitter, order: float) -> bool:
+    low, high = fitter.problem.scene.position_range
+    return order * (high - low) >= 2.0 * np.pi * REPEATS
 
 
 def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
@@ -59,10 +78,9 @@ def _without_slow_waves(fitter: Fitter, fit: Fit, instead: set[int]) -> Fit:
     """Return a fit, not fitted anew, without the effects that may be the load curve; of a cogging
     torque of several orders those stay that repeat often enough."""
     for index in sorted(instead):
-        effect = fit.hypothesis.variants[index].effect
         values = fit.hypothesis.named(fit.vector, index)
         quick = [number for number, order in orders_of(values).items()
-                 if repeats(fitter, effect, {'order': order})] if 'order' in values else []
+                 if _repeats(fitter, order)] if 'order' in values else []
         if quick:
             fit = with_orders_only(fitter, fit, index, quick)
             instead = instead - {index}

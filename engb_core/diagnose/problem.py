@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from engb_core.diagnose.constants import CHANCE
-from engb_core.diagnose.kept_out import kept_out
 from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.parallel_map import OwnSamples
 from engb_core.diagnose.position_noise import position_noise
@@ -61,6 +60,9 @@ Array = NDArray[np.float64]
 OF_RATE = 0.1
 # Step of a motion that is fitted as sharp as it is told [s].
 SHARP_STEP = 1e-3
+# Share of a recording's duration that is kept out of every fit, in stretches.
+KEPT_OUT = 0.2
+STRETCHES = 4
 LEAST_POINTS = 40
 # Parts of the highest speed and load from which shaft or disc move, and the pad is in contact.
 MOVES, IN_CONTACT = 0.02, 0.1
@@ -229,15 +231,14 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     physics = physics_of(model)
 
     def ready(recording: Recording, motion: Motion, highest: float, noise: SamplingNoise,
-              place: int) -> Run:
+              judged: bool) -> Run:
         corner = min(bandwidth, highest)
         comparison = comparison_of(motion, corner, slowest, before_stop)
-        run = _run(recording, motion, comparison, corner, place >= len(recordings),
-                   position_noise(recording, motion, comparison, physics, noise), physics, noise,
-                   place)
+        run = _run(recording, motion, comparison, corner, judged,
+                   position_noise(recording, motion, comparison, physics, noise), physics, noise)
         return replace(run, coarse=highest < COMPARED)
 
-    every = tuple(ready(*given, place) for place, given in enumerate(
+    every = tuple(ready(*given, place >= len(recordings)) for place, given in enumerate(
         zip((*recordings, *held_out), motions, told, noises, strict=True)))
     runs, judged = every[:len(recordings)], every[len(recordings):]
     points = sum(int(run.fitted.sum()) for run in runs)
@@ -256,17 +257,16 @@ def sharper(problem: Problem) -> Problem:
     slowest = slowest_speed(motions, problem.model.friction.saturation_velocity,
                             problem.scene.speed)
 
-    def ready(run: Run, motion: Motion, place: int) -> Run:
+    def ready(run: Run, motion: Motion) -> Run:
         comparison = comparison_of(motion, problem.bandwidth, slowest, problem.before_stop)
         # The sharper chain takes the samples as they stand beside the counts' edges: what the
         # smoothed one makes of the counts is no measure of that.
         counts = np.zeros(comparison.grid.size)
         made = _run(run.recording, motion, comparison, problem.bandwidth, False, counts,
-                    physics_of(problem.model), run.sampling_noise, place)
+                    physics_of(problem.model), run.sampling_noise)
         return replace(made, fitted=np.ones_like(made.fitted)) if run.fitted.all() else made
 
-    return replace(problem, runs=tuple(map(
-        ready, problem.runs, motions, range(len(motions)))), held_out=())
+    return replace(problem, runs=tuple(map(ready, problem.runs, motions)), held_out=())
 
 
 def holding(problem: Problem, model: Model) -> Problem:
@@ -412,14 +412,14 @@ def _load_power(nominal: Array, low: float, high: float) -> float:
 
 
 def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth: float,
-         held_out: bool, counts: Array, physics: Physics, position: SamplingNoise,
-         place: int) -> Run:
+         held_out: bool, counts: Array, physics: Physics, position: SamplingNoise) -> Run:
     time = motion.time[comparison.grid]
     fitted = np.ones(time.size, bool)
     if held_out:
         fitted[:] = False
     else:
-        fitted = ~kept_out(time, float(motion.time[-1]), place)
+        length = motion.time[-1] / STRETCHES
+        fitted = (time % length) < (1.0 - KEPT_OUT) * length
     resolution = float(np.median(np.abs(recording.effort))) * 1e-4
     if motion.commanded is not None:
         # A command's noise is what counts make of it, which a standing one does not show.

@@ -25,16 +25,14 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.flexible import form_left
 from engb_core.diagnose.formula import formula_odds, further_odds, part_of_formula
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
-from engb_core.diagnose.probability import own_part_left, part_left
+from engb_core.diagnose.probability import part_left
 from engb_core.diagnose.ranking import little_more, price, simplest
 from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.search import extend, Search
-from engb_core.diagnose.waves import is_line
 from engb_core.diagnose.wide_band import RESONANCE, rings
 
 __all__ = ['Selection', 'select', 'worth_a_further_effect']
@@ -159,10 +157,7 @@ def _forward(result: Search, before: float) -> Fit:
             # Alone each may be in the wrong place, or hide behind the other.
             best = _of_best_pair(result, best, before)
         if not wanted(chosen, best):
-            line = next((fit for fit in candidates if _stands_alone(chosen, fit, fitter)), None)
-            if size == 1 or line is None:
-                break
-            best = line
+            break
         chosen = best
         if excess(chosen, fitter) < FORMULA_ERROR:
             break
@@ -248,8 +243,7 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fi
     # What another formula of the first one misses may suit it by chance, but hardly it alone of
     # all known effects, and not on recordings that it was not fitted to.
     return old - new > part_of_formula() * whole or _alone(chosen, best, fitter, others) \
-        or better_on_others(fitter, chosen, best) \
-        or _likelier_physics(chosen, best, fitter, whole)
+        or better_on_others(fitter, chosen, best)
 
 
 def _needed(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
@@ -258,39 +252,7 @@ def _needed(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
     are better with it."""
     old, new = excess(chosen, fitter), excess(best, fitter)
     return worth_a_further_effect(old, new, whole) or (
-        not little_more(old, new) and (better_on_others(fitter, chosen, best)
-                                       or _likelier_physics(chosen, best, fitter, whole)))
-
-
-def _likelier_physics(chosen: Fit, best: Fit, fitter: Fitter, whole: float) -> bool:
-    """Whether the further effect of `best` is likelier physics than what other formulas of the
-    chosen effects miss, by what it leaves over its own coordinate, too."""
-    further = _further_of(chosen, best)
-    if further is None or best.hypothesis.variants[further].effect.unnamed:
-        return False
-    old, new = excess(chosen, fitter), excess(best, fitter)
-    own = form_left(fitter, chosen, best, best.hypothesis.variants[further].effect.reveals)
-    return own is not None and further_odds(min(1.0, old / whole), new / old, own) > 1.0
-
-
-def _further_of(chosen: Fit, best: Fit) -> int | None:
-    """Return the place of the one effect that `best` has beside the chosen ones; None where it
-    differs by more."""
-    further = [index for index, variant in enumerate(best.hypothesis.variants)
-               if variant.effect.id not in chosen.hypothesis.ids]
-    alike = set(chosen.hypothesis.ids) < set(best.hypothesis.ids)
-    return further[0] if alike and len(further) == 1 else None
-
-
-def _stands_alone(chosen: Fit, best: Fit, fitter: Fitter) -> bool:
-    """Whether the further effect of `best` is a line among the orders that is there on what no fit
-    has seen: what else is missing is no line at that order, however much it is."""
-    index = _further_of(chosen, best)
-    if index is None or excess(chosen, fitter) - excess(best, fitter) < FORMULA_ERROR:
-        return False
-    return is_line(fitter, best.hypothesis.variants[index].effect,
-                   best.hypothesis.named(best.vector, index)) \
-        and formula_odds(own_part_left(fitter, best, index)) > 1.0
+        not little_more(old, new) and better_on_others(fitter, chosen, best))
 
 
 def _alone(chosen: Fit, best: Fit, fitter: Fitter, others: list[Fit]) -> bool:
