@@ -286,29 +286,30 @@ class _Regression:
         self._noise = float(np.sum((fitter.sigma * weight) ** 2))
         self._penalty = _penalty(table, self._design.shape[1], self.norm.size, weight)
 
-    def solved(self, seen: NDArray[np.bool_], smoothness: float) -> Array:
-        """Return the numbers and torques that fit the rows `seen` (m,) best."""
-        return _solve(self._design[seen], self._target[seen], smoothness * self._penalty)
+    def solved(self, seen: NDArray[np.bool_], smoothness: float, size: int | None = None,
+               ) -> Array:
+        """Return the numbers and torques that fit the rows `seen` (m,) best, the first `size` of
+        them alone."""
+        return _solve(self._design[:, :size][seen], self._target[seen],
+                      smoothness * self._penalty[:size, :size])
 
     def best(self, labels: NDArray[np.int64]) -> tuple[float, float]:
         """Return the least mean square (noise = 1) of values left out by label, and at which
         smoothness."""
-        return min((self._level(labels, smoothness, self._design.shape[1]), smoothness)
-                   for smoothness in SMOOTHNESS)
+        return min((self._level(labels, smoothness), smoothness) for smoothness in SMOOTHNESS)
 
     def alone(self, labels: NDArray[np.int64]) -> float:
         """Return the mean square (noise = 1) of values left out by label, of the numbers without
         the table."""
         return min(self._level(labels, smoothness, self.norm.size) for smoothness in SMOOTHNESS)
 
-    def _level(self, labels: NDArray[np.int64], smoothness: float, size: int) -> float:
-        design, penalty = self._design[:, :size], smoothness * self._penalty[:size, :size]
+    def _level(self, labels: NDArray[np.int64], smoothness: float, size: int | None = None,
+               ) -> float:
         left = np.empty_like(self._target)
         for label in np.unique(labels):
             out = labels == label
-            seen = self._fitter.fitted & ~out
-            left[out] = self._target[out] - design[out] @ _solve(
-                design[seen], self._target[seen], penalty)
+            solution = self.solved(self._fitter.fitted & ~out, smoothness, size)
+            left[out] = self._target[out] - self._design[:, :size][out] @ solution
         return float(np.sum(left ** 2)) / self._noise
 
 

@@ -82,6 +82,9 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
     gain = before - after
     further = max(after - rest[2], 0.0)
     adequacy = gain / max(gain + further, 1e-9)
+    if something_known(1.0 - adequacy, 1.0) >= LARGER_PART:
+        # Whatever the form of each over its own coordinate is.
+        return _kept(rest, chosen, adequacy, after, ())
     # What more could be explained is not theirs where their own form is right.
     likely = [index for index, variant in enumerate(chosen.hypothesis.variants)
               if something_known(1.0 - adequacy, form_left(
