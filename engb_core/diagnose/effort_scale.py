@@ -92,7 +92,7 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
     # No more than what another formulation of the right physics leaves.
     if left > (1.0 + part_of_formula()) * before:
         return selection
-    return replace(selection, chosen=fit, rivals=(),
+    return replace(selection, chosen=fit, rivals=(), further=(),
                    excess_after=excess(fit, fitter),
                    believed={SCALE: (factors.one_cause(), LOAD)})
 

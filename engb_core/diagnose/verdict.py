@@ -45,7 +45,7 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
         return 'explained', None
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))
     unexplained = replace(_unexplained(fitter, explanation, left),
-                          nearest=further if findings else ())
+                          nearest=further if findings and not explanation.dropped else ())
     return ('partly_explained' if findings else 'unexplained'), unexplained
 
 

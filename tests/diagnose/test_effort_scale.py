@@ -32,7 +32,8 @@ def recording(inertia=1.0, load=1.0, friction=1.0):
 
 def chosen(run, model=MODEL):
     fitter = Fitter(problem_of([run], model), 1)
-    return with_effort_scale(fitter, Selection(fitter.base(), (), 1.0, 0.0, 0.0))
+    return with_effort_scale(fitter, Selection(
+        fitter.base(), (), 1.0, 0.0, 0.0, further=(('cogging_torque', 0.3),)))
 
 
 def test_one_factor_on_inertia_and_load_is_one_cause():
@@ -43,6 +44,8 @@ def test_one_factor_on_inertia_and_load_is_one_cause():
     probability, rival = selection.believed['effort_scale_error']
     assert 0.9 < probability < 1.0
     assert rival == 'load_stiffness_error'
+    # That was asked beside other effects.
+    assert selection.further == ()
 
 
 @pytest.mark.parametrize('factors', [(1.25, 1.0), (1.0, 1.25), (1.25, 1.5), (0.8, 1.25),
