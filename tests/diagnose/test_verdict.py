@@ -76,7 +76,7 @@ def test_known_effects_nearest_to_the_rest_are_told_beside_a_name():
         'Of the known effects these would take away a part of it: nonlinear_viscous_friction '
         '29 %, cogging_torque 16 %; another formula of what is named may miss as much, so none '
         'of them is named.')
-    # They were asked beside all effects that were chosen, of which a dropped one is no longer there.
+    # They were asked beside all chosen effects, of which a dropped one is no longer there.
     _, without = verdict_of(fitter, left, Explanation(left, None, 1.0, 2.0, ('backlash',)),
                             [replace(FINDING, share=0.9)], left.residual, further)
     assert without.nearest == ()
