@@ -8,6 +8,7 @@ curve's numbers are judged as a whole, in load_cause.py.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import itertools
 
@@ -24,7 +25,13 @@ from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.held_load_curve import BY_ONE_NUMBER
 from engb_core.diagnose.held_parameters import LOAD
-from engb_core.diagnose.nominal import CURVATURE, DELAY, NominalNumber, SHAPE_NUMBERS
+from engb_core.diagnose.nominal import (
+    CURVATURE,
+    DELAY,
+    LOAD_NUMBERS,
+    NominalNumber,
+    SHAPE_NUMBERS,
+)
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.spike_and_slab import average
@@ -143,21 +150,29 @@ def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
 
 
 def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
-    """Return the numbers that are likelier off than as in the file, where others of the file
-    stand; none where the load curve is off: its load is the question."""
+    """Return the numbers that are likelier off than as in the file and matter, where others of the
+    file stand; none where the load curve is off by more than other formulas of the whole mismatch
+    miss: its load is the question then."""
     kept = _kept(fitter, explained)
     off = [name for name in kept if kept[name] < 0.5]
-    if not 0 < len(off) < len(kept) or not set(off) <= set(_BY_NUMBER):
+    if not 0 < len(off) < len(kept):
         return []
-    found = [_named(fitter, explained, name, rise)
-             for name, rise in _rises_beside_file(fitter, explained, off).items()]
-    if any(finding is None for finding in found):
-        return []
+    load = tuple(name for name in off if name in LOAD_NUMBERS)
+    groups = [(name,) for name in off if name not in LOAD_NUMBERS] + [load] * bool(load)
+    rises = dict(zip(groups, _rises_beside_file(fitter, explained, groups), strict=True))
     # What the fit leaves is the noise that a number has to stand out of.
     least = CLEAN_EXCESS * max(1.0, reduced_chi_square(explained, fitter))
+    curve = rises.pop(load, 0.0)
+    if curve >= max(least, part_of_formula() * _whole(fitter, explained)):
+        return []
+    matters = {name: rise for (name,), rise in rises.items() if rise >= least}
+    if not set(matters) <= set(_BY_NUMBER):
+        return []
+    found = {name: _named(fitter, explained, name, rise) for name, rise in matters.items()}
+    if any(finding is None for finding in found.values()):
+        return []
     return sorted((replace(finding, moved=1.0 - kept[name])
-                   for finding, name in zip(found, off, strict=True)
-                   if finding is not None and finding.matters >= least),
+                   for name, finding in found.items() if finding is not None),
                   key=lambda finding: -finding.matters)
 
 
@@ -211,15 +226,16 @@ def _rises(fitter: Fitter, explained: Fit, names: list[str]) -> dict[str, float]
             for name, fit in zip(names, held, strict=True)}
 
 
-def _rises_beside_file(fitter: Fitter, explained: Fit, names: list[str]) -> dict[str, float]:
-    """Return by how much the reduced chi-square rises with each of these numbers as the file has
-    it and the others of them refitted, where all the rest stands."""
-    wrong = set(names)
-    free = [wrong, *(wrong - {name} for name in names)]
+def _rises_beside_file(fitter: Fitter, explained: Fit, groups: Sequence[tuple[str, ...]],
+                       ) -> list[float]:
+    """Return by how much the reduced chi-square rises with each group of numbers as the file has
+    it and the other groups refitted, where all the rest stands."""
+    wrong = {name for group in groups for name in group}
+    free = [wrong, *(wrong - set(group) for group in groups)]
     least, *levels = parallel_map(
         lambda chosen: reduced_chi_square(_refitted_only(fitter, explained, chosen), fitter),
         free, fitter.threads)
-    return {name: level - least for name, level in zip(names, levels, strict=True)}
+    return [level - least for level in levels]
 
 
 def _named_only(fitter: Fitter, explained: Fit) -> Fit:

@@ -56,6 +56,10 @@ def _lead(diagnosis: Diagnosis) -> list[str]:
             text += (f' On recordings that no fit has seen, the model misses the motor '
                      f'{_effort(fit)} by {quantity(fit.rms_before, fit.unit)} rms{floor}.')
         return [text]
+    if diagnosis.verdict == 'explained' and not diagnosis.effects:
+        text = ('Other numbers in the model take the mismatch away, and none of them stands out '
+                'as the one that is off. The corrected model holds them.')
+        return [text, gain] if gain else [text]
     if diagnosis.verdict == 'unexplained' or not diagnosis.effects:
         text = ('The mismatch is real, but no effect in the catalogue describes it well enough '
                 'to be named; a wrong name would be worse than none.')

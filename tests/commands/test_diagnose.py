@@ -108,6 +108,14 @@ def test_results_and_summary(engb, engine, bag, model_file, tmp_path):
     assert (folder / 'next_experiment.csv').read_text() == 'time,position\n0,0\n1,0.5\n2,1\n'
 
 
+def test_numbers_that_explain_without_a_name_are_told_as_that(engb, engine, bag, model_file):
+    engine.result = dataclasses.replace(DIAGNOSIS, effects=())
+    outcome = engb('diagnose', bag, '--model', model_file, '--out', 'result')
+    first = outcome.out.splitlines()[0]
+    assert 'other numbers in the model take the mismatch away' in first
+    assert 'below' not in first
+
+
 def test_a_set_of_more_than_one_cause_is_printed(engb, engine, bag, model_file):
     outcome = engb('diagnose', bag, '--model', model_file, '--out', 'result')
     assert ('set of causes at level 0.9: stribeck_friction, presliding_friction, another cause'

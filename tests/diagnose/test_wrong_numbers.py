@@ -55,6 +55,17 @@ def test_each_wrong_number_is_told(wrong):
     assert sum(finding.share for finding in said.effects) == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.parametrize('wrong', ['coulomb', 'viscous'])
+def test_a_load_curve_that_is_nearly_right_hides_no_wrong_number(wrong):
+    """No file is exact: what is off by 1 % and matters little is not what has to be told."""
+    file = file_with(wrong)
+    load = file.load_torque
+    nearly = replace(load, coefficients=tuple(1.01 * entry for entry in load.coefficients))
+    said = diagnose([recording()], replace(file, load_torque=nearly))
+    assert [finding.effect for finding in said.effects] == [NAMES[wrong]]
+    assert said.effects[0].probability >= 0.7
+
+
 def test_a_number_that_stands_is_not_told_beside_one_that_is_off():
     """Coulomb friction and how friction turns with the direction make up for each other: what that
     moves says nothing that the file's others would have to be told for."""

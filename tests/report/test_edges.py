@@ -23,7 +23,7 @@ from engb_core.report.render import backends
 from engb_core.report.render.backends import best_backend, render
 from engb_core.report.wording import zone_range
 
-from .samples import explained, partly, unexplained
+from .samples import empty, explained, partly, unexplained
 
 
 def page(diagnosis, backend='table'):
@@ -36,6 +36,12 @@ def test_a_number_that_is_not_determined_is_told_as_a_guess():
     guess = replace(finding, parameters={'breakaway_ratio': ParameterEstimate(1.4, None, '-')})
     assert 'take the value as a guess' in page(replace(diagnosis, effects=(guess,)))
     assert 'take the value as a guess' not in page(diagnosis)
+
+
+def test_numbers_that_explain_without_a_name_are_told_as_that():
+    told = page(replace(empty(), effects=()))
+    assert 'none of them stands out as the one that is off' in told
+    assert 'no effect in the catalogue' not in told
 
 
 def test_what_is_left_without_words_and_coordinates_still_tells_its_share():
