@@ -39,7 +39,7 @@ from engb_core.diagnose.evidence import (
 )
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.false_discovery import mismatched
-from engb_core.diagnose.findings import findings_of, in_order, number_findings
+from engb_core.diagnose.findings import findings_of, in_order, still_told
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.full_bandwidth import (
@@ -59,7 +59,7 @@ from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.more_orders import without_idle_orders
 from engb_core.diagnose.multistart import is_multimodal, search_around
 from engb_core.diagnose.nameless import that_carries
-from engb_core.diagnose.numbers import NumberFinding, wrong_numbers
+from engb_core.diagnose.numbers import NumberFinding, with_these_refitted, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.parallel_map import parallel_map, processors
@@ -285,13 +285,17 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
                                      selection, told.averaged)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
-    if findings and not (_carries_over(told, problem.model) and (
+    carries = _carries_over(told, problem.model)
+    if findings and not (carries and (
             any(_is_physics(entry, selection) for entry in findings)
             or that_carries(fitter, nominal, told).models)):
-        # Nor does a free load curve carry over that is told with them.
+        # Nor does a free load curve carry over that is told with them; but a number that is off
+        # whatever the form of the curve is off.
+        was_free = fitter.load_shape and carries
         fitter, nominal, selection = by_file
         told = _without_names(fitter, explanation, findings)
-        explanation, findings, mismatch = told.explanation, [], nominal.residual
+        explanation, mismatch = told.explanation, nominal.residual
+        findings = still_told(fitter, explanation, findings) if was_free else []
     absent = absent_load(fitter, nominal)
     if absent is not None and absent.is_plainer(fitter, explanation):
         told = _without_names(fitter, explanation, findings)
@@ -307,6 +311,10 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         likely = any(_is_physics(entry, selection) and entry.probability >= 0.5
                      for entry in findings)
         applied = told if likely else that_carries(fitter, nominal, told)
+        if findings and not applied.models:
+            applied = replace(told, models=(replace(explanation, table=None, fit=(
+                with_these_refitted(fitter, explanation.fit, [
+                    entry.effect for entry in findings]))).model(),))
         corrected = _that_helps(applied, () if findings and applied.models else (problem.model,))
     # Numbers that are not right for every kind of motion may help all the same: not consistent.
     helps = corrected is not problem.model or (
@@ -354,7 +362,7 @@ def _unless_law_is_likelier(outcome: _Outcome, tell: Callable[[str], None]) -> _
 
 def _told_with(outcome: _Outcome, law: Won) -> _Outcome:
     """Return the outcome with a law that won."""
-    findings = _numbers_beside(outcome, law) if law.alone else [
+    findings = still_told(law.fitter, law.explanation, outcome.findings) if law.alone else [
         finding for finding in outcome.findings if finding.effect not in law.fallen]
     left = max(0.0, 1.0 - sum(finding.share for finding in findings))
     return replace(
@@ -364,16 +372,6 @@ def _told_with(outcome: _Outcome, law: Won) -> _Outcome:
         unexplained=law.told(outcome.unexplained, left), corrected=law.model, law=law,
         # Beside a law numbers are others, and it may say itself that torque is late.
         timing=None)
-
-
-def _numbers_beside(outcome: _Outcome, law: Won) -> list[EffectFinding]:
-    """Return the wrong numbers that are told beside a law as they were without it: one that is
-    told on one side alone may have stood for the law, or makes up for its form."""
-    names = {finding.effect for finding in outcome.findings}
-    fit = law.explanation.fit
-    again = [finding for finding in wrong_numbers(law.fitter, fit) if finding.effect in names]
-    return in_order([finding for finding, _ in number_findings(
-        law.fitter, law.fitter.nominal(), law.explanation, fit, again)])
 
 
 def _explains_as_much(outcome: _Outcome, other: _Outcome) -> bool:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,14 @@ from engb_core.diagnose.flexible import form_left
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
-from engb_core.diagnose.numbers import file_stands, held_at_file, number_place, NumberFinding
+from engb_core.diagnose.numbers import (
+    file_stands,
+    held_at_file,
+    number_place,
+    NumberFinding,
+    still_wrong,
+    with_these_refitted,
+)
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.probability import (
     further_known,
@@ -31,7 +39,7 @@ from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviati
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 
-__all__ = ['findings_of', 'in_order', 'number_findings']
+__all__ = ['findings_of', 'in_order', 'number_findings', 'still_told']
 
 Array = NDArray[np.float64]
 # A rival is worth telling from here on.
@@ -77,10 +85,14 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
 
 def in_order(findings: list[EffectFinding], stands: bool = False) -> list[EffectFinding]:
     """Return the findings in order of share. What is doubtful may well be a makeshift for details
-    of what is sure, and a number that is off, unless the file `stands` but for those that are
-    told, may have moved with the file's refit to make up for physics that is missing: they get no
-    more than half of the least of that."""
+    of what is sure, unless it is expected to explain more than all of that; and a number that is
+    off, unless the file `stands` but for those that are told, may have moved with the file's refit
+    to make up for physics that is missing: they get no more than half of the least of that."""
     sure = [finding for finding in findings if finding.probability >= SURE]
+    expected = sum(finding.probability * finding.share for finding in sure)
+    if sure:
+        sure += [finding for finding in findings if finding not in sure
+                 and finding.probability * finding.share > expected]
     physics = [] if stands else [finding for finding in sure if not _is_number(finding)]
     most = LARGER_PART * min((finding.share for finding in physics or sure), default=2.0)
 
@@ -219,6 +231,25 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
                 **finding.fit.hypothesis.given(effect.id),
                 **{name: entry.value for name, entry in parameters.items()}})), finding.matters))
     return findings
+
+
+def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[EffectFinding],
+               ) -> list[EffectFinding]:
+    """Return the findings of wrong numbers that hold beside an explanation found since, each with
+    its share of what is lost without all of them: one that is told on one side alone may have
+    stood for what was found, or makes up for its form."""
+    fit = explanation.fit
+    again = still_wrong(fitter, fit, {finding.effect: entry.value for finding in findings
+                                      for entry in finding.parameters.values()})
+    if not again:
+        return []
+    found = [finding for finding, _ in number_findings(
+        fitter, fitter.nominal(), explanation, fit, again)]
+    total = sum(finding.share for finding in found)
+    left = excess(with_these_refitted(fitter, fit, [finding.effect for finding in found]), fitter)
+    taken = max(0.0, 1.0 - left / max(excess(fitter.nominal(), fitter), 1e-9))
+    return in_order([replace(finding, share=taken * finding.share / max(total, 1e-9))
+                     for finding in found])
 
 
 def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEstimate]:

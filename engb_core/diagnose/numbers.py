@@ -8,7 +8,7 @@ curve's numbers are judged as a whole, in load_cause.py.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 import itertools
 
@@ -37,7 +37,7 @@ from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.spike_and_slab import average
 
 __all__ = ['NumberFinding', 'file_stands', 'held_at_file', 'number_place', 'refitted',
-           'was_refitted', 'wrong_numbers']
+           'still_wrong', 'was_refitted', 'with_these_refitted', 'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
@@ -111,6 +111,37 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         fitter, explained, insisted, 2)
 
 
+def still_wrong(fitter: Fitter, explained: Fit, before: Mapping[str, float],
+                ) -> list[NumberFinding]:
+    """Return the numbers that were told to be wrong, and still are beside what was found since.
+
+    A number that stood for what was found goes back to what the file has; one that is off stays
+    off by the larger part of what it was.
+
+    Args:
+        fitter: of `explained`.
+        explained: with what was found since.
+        before: effect that says that a number is wrong → the value that it had.
+    """
+    names = [name for name, effect in _BY_NUMBER.items() if effect in before]
+    numbers = {number.name: (float(start), float(value)) for number, start, value in zip(
+        explained.hypothesis.numbers, explained.hypothesis.start_of_numbers(), explained.vector,
+        strict=False)}
+    logarithmic = {number.name for number in explained.hypothesis.numbers if number.logarithmic}
+    stay = []
+    for name in names:
+        if name not in numbers:
+            continue
+        file, value = numbers[name]
+        told = before[_BY_NUMBER[name]]
+        moved = (np.log(told) if name in logarithmic else told) - file
+        if (value - file) * np.sign(moved) > LARGER_PART * abs(moved):
+            stay.append(name)
+    rises = _rises(fitter, explained, stay)
+    return [finding for name in stay if rises[name] >= CLEAN_EXCESS
+            and (finding := _named(fitter, explained, name, rises[name])) is not None]
+
+
 def _or_another(fitter: Fitter, held: NumberFinding, insisted: list[NumberFinding],
                 ) -> NumberFinding:
     """Return the one number that a refit seems to have held, with the others that it may have held
@@ -134,7 +165,7 @@ def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
     """Return how likely each number is as in the file; nothing where the file was refitted, which
     moves all of them."""
     variants = explained.hypothesis.variants
-    if was_refitted(fitter) or (fitter.held and not _by_one_number_of_load(fitter, explained)):
+    if was_refitted(fitter) or (fitter.held and not _load_curve_is_told(fitter, explained)):
         return {}
     # Beside effects a file that was refitted around them is to be told from one that stands, which
     # a free load curve, or what has no name, leaves nothing of.
@@ -151,8 +182,8 @@ def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
 
 def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     """Return the numbers that are likelier off than as in the file and matter, where others of the
-    file stand; none where the load curve is off by more than other formulas of the whole mismatch
-    miss: its load is the question then."""
+    file stand; none where its load curve is off as well and most of the others are: that is the
+    question then."""
     kept = _kept(fitter, explained)
     off = [name for name in kept if kept[name] < 0.5]
     if not 0 < len(off) < len(kept):
@@ -164,7 +195,9 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     least = CLEAN_EXCESS * max(1.0, reduced_chi_square(explained, fitter))
     curve = rises.pop(load, 0.0)
     if curve >= max(least, part_of_formula() * _whole(fitter, explained)):
-        return []
+        others = [name for name in kept if name not in LOAD_NUMBERS]
+        if len(rises) > LARGER_PART * len(others):
+            return []
     matters = {name: rise for (name,), rise in rises.items() if rise >= least}
     if not set(matters) <= set(_BY_NUMBER):
         return []
@@ -176,11 +209,11 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
                   key=lambda finding: -finding.matters)
 
 
-def _by_one_number_of_load(fitter: Fitter, explained: Fit) -> bool:
-    """Whether it is the load curve that a refit seems to have held, and one number of it that is
-    told to be wrong: a file that stands but for that looks alike."""
-    return fitter.held == (LOAD,) and any(
-        variant.effect.id in BY_ONE_NUMBER for variant in explained.hypothesis.variants)
+def _load_curve_is_told(fitter: Fitter, explained: Fit) -> bool:
+    """Whether it is the load curve that a refit seems to have held, and what is wrong with it is
+    told, one number of it or its form: a file that stands but for that looks alike."""
+    return fitter.held == (LOAD,) and (fitter.load_shape or any(
+        variant.effect.id in BY_ONE_NUMBER for variant in explained.hypothesis.variants))
 
 
 def number_place(numbers: tuple[NominalNumber, ...], effect: str) -> int:
@@ -301,6 +334,13 @@ def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...])
     names = {number for number, effect in _BY_NUMBER.items()
              if effect in [finding.effect for finding in wrong]}
     return reduced_chi_square(_refitted_only(fitter, explained, names), fitter)
+
+
+def with_these_refitted(fitter: Fitter, explained: Fit, effects: Collection[str]) -> Fit:
+    """Return the finished fit with only the numbers refitted that these effects say to be wrong:
+    all others are as in the file."""
+    return fitter.finish(_refitted_only(
+        fitter, explained, {name for name, effect in _BY_NUMBER.items() if effect in effects}))
 
 
 def _refitted_only(fitter: Fitter, explained: Fit, names: set[str]) -> Fit:

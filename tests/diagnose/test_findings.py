@@ -27,6 +27,11 @@ def test_what_is_sure_comes_first():
     assert found[2].share == 0.05
 
 
+def test_what_explains_nearly_all_is_no_detail_of_what_is_a_little_surer():
+    found = in_order([finding('likely', 0.61, 0.97), finding('sure', 0.69, 0.02)])
+    assert [(entry.effect, entry.share) for entry in found] == [('likely', 0.97), ('sure', 0.02)]
+
+
 def test_missing_physics_comes_before_numbers_that_moved_to_make_up_for_it():
     found = in_order([finding('inertia_error', 0.98, 0.7), finding('actuation_lag', 0.9, 0.2)])
     assert [(entry.effect, entry.share) for entry in found] == [
@@ -36,6 +41,9 @@ def test_missing_physics_comes_before_numbers_that_moved_to_make_up_for_it():
 def test_where_nothing_is_sure_shares_stay():
     found = in_order([finding('lesser', 0.3, 0.2), finding('greater', 0.4, 0.7)])
     assert [(entry.effect, entry.share) for entry in found] == [('greater', 0.7), ('lesser', 0.2)]
+    found = in_order([finding('inertia_error', 0.4, 0.7), finding('actuation_lag', 0.3, 0.2)])
+    assert [(entry.effect, entry.share) for entry in found] == [
+        ('inertia_error', 0.7), ('actuation_lag', 0.2)]
 
 
 @pytest.mark.parametrize(('slots', 'sure'), [(2.0, False), (9.0, True)])

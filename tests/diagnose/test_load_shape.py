@@ -83,6 +83,31 @@ def test_a_form_that_does_not_carry_over_explains_nothing(shaped, monkeypatch):
     assert found.unexplained.share > 0.9
 
 
+@pytest.fixture(scope='module')
+def slippery():
+    """Return the nominal model with less than half of its Coulomb friction."""
+    friction = replace(NOMINAL.friction, coulomb=0.4 * NOMINAL.friction.coulomb)
+    return replace(NOMINAL, friction=friction)
+
+
+def test_a_wrong_number_is_told_beside_the_form(shaped, slippery):
+    found = diagnose([shaped], slippery)
+    assert {entry.effect for entry in found.effects if entry.probability >= 0.7} == {
+        'coulomb_friction_error', LOAD_SHAPE}
+
+
+def test_a_wrong_number_is_told_also_where_the_form_does_not_carry_over(
+        shaped, slippery, monkeypatch):
+    """A number that is off beside a free load curve and beside the file's own form is off."""
+    monkeypatch.setattr(engine, 'that_carries', lambda *given: replace(given[-1], models=()))
+    found = engine.diagnose([shaped], slippery)
+    assert [entry.effect for entry in found.effects if entry.probability >= 0.5] == [
+        'coulomb_friction_error']
+    assert found.verdict == 'partly_explained'
+    assert 0.01 < found.effects[0].share < 0.5
+    assert found.model.friction.coulomb == pytest.approx(NOMINAL.friction.coulomb, rel=0.15)
+
+
 def test_an_effect_is_named_beside_it():
     found = diagnose([lively(with_shape(brake_with(
         'cogging_torque', amplitude=0.012, order=6.0, phase=0.3)))], NOMINAL)
