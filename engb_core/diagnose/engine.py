@@ -15,9 +15,7 @@ from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
-    LARGER_PART,
     LEAST_PROBABILITY,
-    WORTH_PART,
 )
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import (
@@ -32,21 +30,26 @@ from engb_core.diagnose.diagnosis import (
 from engb_core.diagnose.effort_scale import with_effort_scale
 from engb_core.diagnose.evidence import (
     evidence_of,
-    pooled,
     quality_of_fit,
     simulated_loops,
-    unseen_errors,
 )
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.false_discovery import mismatched
-from engb_core.diagnose.findings import findings_of, in_order, still_told
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.findings import (
+    findings_of,
+    in_order,
+    still_told,
+    with_numbers_alone,
+)
+from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.full_bandwidth import (
     at_full_bandwidth,
+    carries_over,
     CorrectedModels,
     explained_problem,
     fitted_to_all,
+    that_helps,
 )
 from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import (
@@ -59,7 +62,7 @@ from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.more_orders import without_idle_orders
 from engb_core.diagnose.multistart import is_multimodal, search_around
 from engb_core.diagnose.nameless import that_carries
-from engb_core.diagnose.numbers import NumberFinding, with_these_refitted, wrong_numbers
+from engb_core.diagnose.numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
 from engb_core.diagnose.parallel_map import parallel_map, processors
@@ -203,10 +206,11 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
                    tell: Callable[[str], None], threads: int) -> tuple[Problem, _Outcome]:
     """Return the problem and what is said of it; where torque was found to come late, once more
     without what comes too late before a stop."""
-    def judged(before_stop: float, earlier: Fitter | None = None) -> tuple[Problem, _Outcome]:
+    def judged(before_stop: float, earlier: Fitter | None = None,
+               found: Fit | None = None) -> tuple[Problem, _Outcome]:
         problem = problem_of(recordings, model, holdout, before_stop=before_stop)
         settled = replace(problem, settled=(RESONANCE,)) if judged_wide(problem) else problem
-        return problem, _judged(settled, tell, threads, earlier)
+        return problem, _judged(settled, tell, threads, earlier, found)
 
     problem, outcome = judged(0.0)
     lag = lateness(outcome.corrected)
@@ -214,7 +218,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         return problem, outcome
     tell('judging once more without what comes too late before a stop')
     try:
-        again = judged(LATE * lag, outcome.fitter)
+        again = judged(LATE * lag, outcome.fitter, outcome.selection.chosen)
     except InputError:
         return problem, outcome
     return again if lateness(again[1].corrected) > 0.0 else (problem, outcome)
@@ -246,17 +250,18 @@ class _Outcome:
 
 
 def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
-            earlier: Fitter | None = None) -> _Outcome:
+            earlier: Fitter | None = None, found: Fit | None = None) -> _Outcome:
     fitter = Fitter(problem, threads, earlier)
     tell('refitting the nominal numbers')
-    nominal, selection = fitter.nominal(), select(search(fitter, tell))
+    nominal, selection = fitter.nominal(), select(search(fitter, tell, found))
     by_file = fitter, nominal, selection
     if not selection.consistent:
         tell('asking whether the load curve has another form')
         free = with_free_load_curve(fitter, selection)
         if free is not None:
             tell('beginning again with a free load curve')
-            fitter, nominal, selection = free, free.nominal(), select(search(free, tell))
+            again = search(free, tell, selection.chosen)
+            fitter, nominal, selection = free, free.nominal(), select(again)
     if not selection.consistent:
         tell('asking whether an effect begins within the recordings')
         selection = with_effort_scale(fitter, with_onset(fitter, selection))
@@ -285,7 +290,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
                                      selection, told.averaged)
     doubtful = tuple(entry.effect for entry in findings if entry.probability < LEAST_PROBABILITY)
     findings = [entry for entry in findings if entry.probability >= LEAST_PROBABILITY]
-    carries = _carries_over(told, problem.model)
+    carries = carries_over(told, problem.model)
     if findings and not (carries and (
             any(_is_physics(entry, selection) for entry in findings)
             or that_carries(fitter, nominal, told).models)):
@@ -312,14 +317,12 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
                      for entry in findings)
         applied = told if likely else that_carries(fitter, nominal, told)
         if findings and not applied.models:
-            applied = replace(told, models=(replace(explanation, table=None, fit=(
-                with_these_refitted(fitter, explanation.fit, [
-                    entry.effect for entry in findings]))).model(),))
-        corrected = _that_helps(applied, () if findings and applied.models else (problem.model,))
+            applied = replace(told, models=(with_numbers_alone(fitter, explanation, findings),))
+        corrected = that_helps(applied, () if findings and applied.models else (problem.model,))
     # Numbers that are not right for every kind of motion may help all the same: not consistent.
     helps = corrected is not problem.model or (
         verdict != 'consistent'
-        and _that_helps(told, (problem.model,)) is not problem.model)
+        and that_helps(told, (problem.model,)) is not problem.model)
     verdict = unless_nothing_helps(verdict, findings, helps)
     if problem.held_out and corrected in told.models:
         tell('fitting the numbers to all that may be fitted')
@@ -352,8 +355,10 @@ def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
 def _unless_law_is_likelier(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
     """Return the outcome, or one with a law instead of names that explain all there is, where
     these are less sure than one name that leaves nothing: several, or one that leaves something.
-    """
-    sure = [entry.probability for entry in outcome.findings if entry.probability >= 0.5]
+    Wrong numbers stand beside either."""
+    named = outcome.explanation.fit.hypothesis.ids
+    sure = [entry.probability for entry in outcome.findings
+            if entry.probability >= 0.5 and entry.effect in named]
     if not sure or len(sure) == 1 and sure[0] >= something_known(0.0):
         return outcome
     law = law_instead(outcome.fitter, outcome.told, float(np.prod(sure)), tell)
@@ -411,18 +416,6 @@ def _is_physics(finding: EffectFinding, selection: Selection) -> bool:
         finding.effect != LOAD_SHAPE and not get_effect(finding.effect).number_only)
 
 
-def _carries_over(told: CorrectedModels, file: Model) -> bool:
-    """Whether a model with what was named is better than the file on what no fit has seen, or much
-    better on most of its stretches: a fault that happened once does not come again; but a disc
-    may stand in one stretch only, and no fit has seen what the effects do then."""
-    before = unseen_errors(told.problem, file)
-    if not before or min(told.unseen) < pooled(before):
-        return True
-    return any(np.median([pooled([now]) / pooled([then])
-                          for now, then in zip(after, before, strict=True)]) < LARGER_PART
-               for after in told.unseen_errors)
-
-
 def _without_names(fitter: Fitter, explanation: Explanation, findings: list[EffectFinding],
                    ) -> CorrectedModels:
     """Return refitted numbers alone, with the names that were dropped for them."""
@@ -431,18 +424,3 @@ def _without_names(fitter: Fitter, explanation: Explanation, findings: list[Effe
     alone = Explanation(base, None, 0.0, reduced_chi_square(base, fitter), dropped,
                         carried_over=False)
     return CorrectedModels(alone, alone.models(), fitter.problem, base)
-
-
-def _that_helps(told: CorrectedModels, otherwise: tuple[Model, ...]) -> Model:
-    """Return the first of the models that is clearly better than every later, plainer one on what
-    no fit has seen.
-
-    A description that explains the stretches it was fitted to, and no others, is worse than none;
-    and the next recording moves in other ways than what was kept of this one.
-    """
-    candidates = (*told.models, *otherwise)
-    errors = (*told.unseen, *(pooled(unseen_errors(told.problem, model)) for model in otherwise))
-    for place, candidate in enumerate(candidates[:-1]):
-        if errors[place] <= (1.0 - WORTH_PART) * min(errors[place + 1:]):
-            return candidate
-    return candidates[-1]

@@ -38,8 +38,9 @@ from engb_core.diagnose.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
+from engb_core.model import Model
 
-__all__ = ['findings_of', 'in_order', 'number_findings', 'still_told']
+__all__ = ['findings_of', 'in_order', 'number_findings', 'still_told', 'with_numbers_alone']
 
 Array = NDArray[np.float64]
 # A rival is worth telling from here on.
@@ -239,8 +240,9 @@ def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[Effe
     its share of what is lost without all of them: one that is told on one side alone may have
     stood for what was found, or makes up for its form."""
     fit = explanation.fit
-    again = still_wrong(fitter, fit, {finding.effect: entry.value for finding in findings
-                                      for entry in finding.parameters.values()})
+    again = still_wrong(fitter, fit, {
+        (finding.effect, name): entry.value for finding in findings
+        for name, entry in finding.parameters.items()})
     if not again:
         return []
     found = [finding for finding, _ in number_findings(
@@ -250,6 +252,13 @@ def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[Effe
     taken = max(0.0, 1.0 - left / max(excess(fitter.nominal(), fitter), 1e-9))
     return in_order([replace(finding, share=taken * finding.share / max(total, 1e-9))
                      for finding in found])
+
+
+def with_numbers_alone(fitter: Fitter, explanation: Explanation,
+                       findings: Sequence[EffectFinding]) -> Model:
+    """Return the model file with no more corrected than the numbers that are told to be wrong."""
+    fit = with_these_refitted(fitter, explanation.fit, [entry.effect for entry in findings])
+    return replace(explanation, fit=fit, table=None).model()
 
 
 def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEstimate]:

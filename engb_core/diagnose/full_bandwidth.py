@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import LARGER_PART, WORTH_PART
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table
@@ -28,7 +29,8 @@ from engb_core.model import Model
 from engb_core.signals.motion import MOTION_BANDWIDTH
 from engb_core.signals.sharp_motion import MOST_OF_RATE
 
-__all__ = ['CorrectedModels', 'at_full_bandwidth', 'explained_problem', 'fitted_to_all']
+__all__ = ['CorrectedModels', 'at_full_bandwidth', 'carries_over', 'explained_problem',
+           'fitted_to_all', 'that_helps']
 
 Array = NDArray[np.float64]
 
@@ -87,6 +89,33 @@ def at_full_bandwidth(fitter: Fitter, explanation: Explanation) -> CorrectedMode
     return CorrectedModels(replace(explanation, fit=here),
                            _models(replace(explanation, fit=moved, table=table), mean),
                            explained_problem(other, moved), averaged)
+
+
+def carries_over(told: CorrectedModels, file: Model) -> bool:
+    """Whether a model with what was named is better than the file on what no fit has seen, or much
+    better on most of its stretches: a fault that happened once does not come again; but a disc
+    may stand in one stretch only, and no fit has seen what the effects do then."""
+    before = unseen_errors(told.problem, file)
+    if not before or min(told.unseen) < pooled(before):
+        return True
+    return any(np.median([pooled([now]) / pooled([then])
+                          for now, then in zip(after, before, strict=True)]) < LARGER_PART
+               for after in told.unseen_errors)
+
+
+def that_helps(told: CorrectedModels, otherwise: tuple[Model, ...]) -> Model:
+    """Return the first of the models that is clearly better than every later, plainer one on what
+    no fit has seen.
+
+    A description that explains the stretches it was fitted to, and no others, is worse than none;
+    and the next recording moves in other ways than what was kept of this one.
+    """
+    candidates = (*told.models, *otherwise)
+    errors = (*told.unseen, *(pooled(unseen_errors(told.problem, model)) for model in otherwise))
+    for place, candidate in enumerate(candidates[:-1]):
+        if errors[place] <= (1.0 - WORTH_PART) * min(errors[place + 1:]):
+            return candidate
+    return candidates[-1]
 
 
 def fitted_to_all(fitter: Fitter, told: CorrectedModels, place: int) -> Model:

@@ -111,7 +111,7 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         fitter, explained, insisted, 2)
 
 
-def still_wrong(fitter: Fitter, explained: Fit, before: Mapping[str, float],
+def still_wrong(fitter: Fitter, explained: Fit, before: Mapping[tuple[str, str], float],
                 ) -> list[NumberFinding]:
     """Return the numbers that were told to be wrong, and still are beside what was found since.
 
@@ -121,20 +121,20 @@ def still_wrong(fitter: Fitter, explained: Fit, before: Mapping[str, float],
     Args:
         fitter: of `explained`.
         explained: with what was found since.
-        before: effect that says that a number is wrong → the value that it had.
+        before: effect that says that a number is wrong, and number → the value that it had.
     """
-    names = [name for name, effect in _BY_NUMBER.items() if effect in before]
+    told = {name: before[effect, name] for name, effect in _BY_NUMBER.items()
+            if (effect, name) in before}
     numbers = {number.name: (float(start), float(value)) for number, start, value in zip(
         explained.hypothesis.numbers, explained.hypothesis.start_of_numbers(), explained.vector,
         strict=False)}
     logarithmic = {number.name for number in explained.hypothesis.numbers if number.logarithmic}
     stay = []
-    for name in names:
+    for name, value_before in told.items():
         if name not in numbers:
             continue
         file, value = numbers[name]
-        told = before[_BY_NUMBER[name]]
-        moved = (np.log(told) if name in logarithmic else told) - file
+        moved = (np.log(value_before) if name in logarithmic else value_before) - file
         if (value - file) * np.sign(moved) > LARGER_PART * abs(moved):
             stay.append(name)
     rises = _rises(fitter, explained, stay)

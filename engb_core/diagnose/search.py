@@ -98,8 +98,10 @@ def physics_effects(fitter: Fitter) -> list[Effect]:
     return found
 
 
-def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Search:
-    """Fit every effect alone, then the promising ones in pairs."""
+def search(fitter: Fitter, progress: Callable[[str], None] | None = None,
+           found: Fit | None = None) -> Search:
+    """Fit every effect alone, then the promising ones in pairs; what was `found` before, in nearly
+    the same problem, is fitted anew beside them, so that no search knows less than the last."""
     base = fitter.base()
     result = Search(fitter, base)
     effects = physics_effects(fitter)
@@ -121,6 +123,8 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None) -> Sea
         result.add(fit)
     for fit in parallel_map(_other_way_round(result), _led_astray(result), fitter.threads):
         result.add(fit)
+    if found is not None and found.hypothesis.variants and not found.hypothesis.onsets:
+        result.add(fitter.refit(found, fitter.numbers))
     _refine(result, 2)
     return result
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 import pytest
 
+from engb_core.diagnose import search as searching
 from engb_core.diagnose import selection
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
@@ -88,3 +89,17 @@ def test_known_effects_that_are_nearest_to_what_one_leaves_come_first(found):
     # What leaves noise leaves nothing to name, and without a name all are nearest.
     assert selection._further(found, select(found).chosen) == ()
     assert selection._further(found, found.base) == ()
+
+
+def test_no_search_knows_less_than_the_last(found, monkeypatch):
+    """Two effects that were found together stay a hypothesis where another search, of nearly the
+    same recordings, comes upon neither pair nor place."""
+    pair = found.of_size(2)[0]
+    companions = searching._companions
+    monkeypatch.setattr(searching, '_companions', lambda *given: companions(*given)[-1:])
+    monkeypatch.setattr(searching, '_led_astray', lambda *_: [])
+    fitter = found.fitter
+    assert pair.hypothesis.ids not in [fit.hypothesis.ids for fit in search(fitter).of_size(2)]
+    again = search(fitter, found=pair).of_size(2)[0]
+    assert again.hypothesis.ids == pair.hypothesis.ids
+    assert again.cost < 1.01 * pair.cost

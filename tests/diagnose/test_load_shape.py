@@ -77,7 +77,7 @@ def test_the_form_of_the_load_curve_is_told_and_held_in_the_corrected_model(shap
 
 def test_a_form_that_does_not_carry_over_explains_nothing(shaped, monkeypatch):
     """Nothing is named then, and what the table takes away is no explanation."""
-    monkeypatch.setattr(engine, '_carries_over', lambda *_: False)
+    monkeypatch.setattr(engine, 'carries_over', lambda *_: False)
     found = engine.diagnose([shaped], NOMINAL)
     assert not found.effects and found.verdict == 'unexplained'
     assert found.unexplained.share > 0.9

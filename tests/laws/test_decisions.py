@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from engb_core.diagnose import engine
+from engb_core.diagnose import engine, full_bandwidth
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
@@ -236,14 +236,28 @@ def test_a_resonance_stands_beside_what_a_round_with_it_found(monkeypatch, verdi
         assert told.unexplained.share == pytest.approx(0.4)
 
 
+@pytest.mark.parametrize(('named', 'asked'), [(('stribeck_friction',), False),
+                                              (('stribeck_friction', 'backlash'), True)])
+def test_wrong_numbers_are_no_reason_to_ask_for_a_law(monkeypatch, named, asked):
+    """They stand beside a law as they do beside names; several names can be bent to one law."""
+    questions = []
+    monkeypatch.setattr(engine, 'law_instead', lambda *given: questions.append(given))
+    names = [EffectFinding(effect, 0.93, {}, 0.3, (), '')
+             for effect in (*named, 'inertia_error', 'coulomb_friction_error')]
+    fit = SimpleNamespace(hypothesis=SimpleNamespace(ids=named))
+    told = replace(outcome(findings=names), explanation=SimpleNamespace(fit=fit))
+    assert engine._unless_law_is_likelier(told, print) is told
+    assert bool(questions) == asked
+
+
 @pytest.mark.parametrize(('unseen', 'file', 'chosen'), [
     ((1.0, 2.0), 5.0, 0), ((2.0, 1.0), 5.0, 1), ((5.0, 5.0), 1.0, 2)])
 def test_the_first_model_that_clearly_helps_is_taken(monkeypatch, unseen, file, chosen):
-    monkeypatch.setattr(engine, 'unseen_errors', lambda problem, model: [np.array([file])])
-    monkeypatch.setattr(engine, 'pooled', lambda errors: float(errors[0][0]))
+    monkeypatch.setattr(full_bandwidth, 'unseen_errors', lambda problem, model: [np.array([file])])
+    monkeypatch.setattr(full_bandwidth, 'pooled', lambda errors: float(errors[0][0]))
     models = (Model(), Model(effects=()), Model())
     told = SimpleNamespace(models=models[:2], unseen=unseen, problem=None)
-    assert engine._that_helps(told, models[2:]) is models[chosen]
+    assert full_bandwidth.that_helps(told, models[2:]) is models[chosen]
 
 
 @pytest.mark.parametrize(('lag', 'motion', 'taken'), [(0.0, True, 0.0), (0.05, True, 'again'),
@@ -256,7 +270,8 @@ def test_torque_that_comes_late_is_judged_once_more_without_stops(monkeypatch, l
 
     monkeypatch.setattr(engine, 'problem_of', problem_of)
     monkeypatch.setattr(engine, 'judged_wide', lambda problem: False)
-    monkeypatch.setattr(engine, '_judged', lambda *_: SimpleNamespace(corrected=None, fitter=None))
+    monkeypatch.setattr(engine, '_judged', lambda *_: SimpleNamespace(
+        corrected=None, fitter=None, selection=SimpleNamespace(chosen=None)))
     monkeypatch.setattr(engine, 'lateness', lambda model: lag)
     problem, _ = engine._without_stops((), None, (), lambda text: None, 1)
     assert (problem.before_stop > 0.0) == (taken == 'again')
