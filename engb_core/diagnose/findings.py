@@ -98,7 +98,8 @@ def in_order(findings: list[EffectFinding], stands: bool = False) -> list[Effect
     most = LARGER_PART * min((finding.share for finding in physics or sure), default=2.0)
 
     def leads(finding: EffectFinding) -> bool:
-        return finding in physics if physics else finding in sure
+        # No refit moves a form that none of the file's numbers can give the load curve.
+        return finding in (physics or sure) or (finding.effect == LOAD_SHAPE and finding in sure)
 
     return sorted((finding if leads(finding) else replace(finding, share=min(finding.share, most))
                    for finding in findings), key=lambda finding: -finding.share)

@@ -38,6 +38,17 @@ def test_missing_physics_comes_before_numbers_that_moved_to_make_up_for_it():
         ('actuation_lag', 0.2), ('inertia_error', 0.1)]
 
 
+def test_a_form_of_the_load_curve_is_no_number_that_a_refit_moved():
+    """It keeps its share beside physics, and takes none from a number."""
+    shape = finding('load_curve_shape', 0.74, 0.3)
+    found = in_order([finding('torque_ripple', 0.68, 0.04), shape])
+    assert [(entry.effect, entry.share) for entry in found] == [
+        ('load_curve_shape', 0.3), ('torque_ripple', 0.04)]
+    found = in_order([shape, finding('coulomb_friction_error', 0.9, 0.6)])
+    assert [(entry.effect, entry.share) for entry in found] == [
+        ('coulomb_friction_error', 0.6), ('load_curve_shape', 0.3)]
+
+
 def test_where_nothing_is_sure_shares_stay():
     found = in_order([finding('lesser', 0.3, 0.2), finding('greater', 0.4, 0.7)])
     assert [(entry.effect, entry.share) for entry in found] == [('greater', 0.7), ('lesser', 0.2)]
