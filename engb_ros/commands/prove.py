@@ -74,6 +74,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--cases-from', metavar='DIR',
                         help='run and score the cases of another hand that DIR holds')
     parser.add_argument('--only', metavar='N,…', help='with --cases-from: only case_N, …')
+    parser.add_argument('--other-motion', action='store_true', help="with --cases-from: diagnose "
+                        "each case's test recording in place of the training ones, on which "
+                        'names alone are scored')
     parser.add_argument('--again', action='store_true', help='run the tool anew on all cases')
     parser.add_argument('--score', action='store_true', help='run nothing more: score what an '
                         'earlier start, stopped or not, has run')
@@ -133,7 +136,8 @@ def run(arguments: argparse.Namespace) -> int:
         Path(arguments.out), arguments.cases, arguments.seed, arguments.strata,
         arguments.effects, arguments.jobs, Path(arguments.reuse) if arguments.reuse else None,
         arguments.again, arguments.baselines, shlex.join(['engb', *sys.argv[1:]]),
-        arguments.only, arguments.frozen, arguments.brief, not arguments.score)
+        arguments.only, arguments.frozen, arguments.brief, not arguments.score,
+        arguments.other_motion)
     with Progress(arguments) as progress:
         def say(text: str) -> None:
             progress.done()
@@ -189,6 +193,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise InputError('--pairs belongs to --real')
     if arguments.only and not arguments.cases_from:
         raise InputError('--only belongs to --cases-from')
+    if arguments.other_motion and not arguments.cases_from:
+        raise InputError('--other-motion belongs to --cases-from')
     if arguments.cases_from and not Path(arguments.cases_from).is_dir():
         raise InputError(f'--cases-from {arguments.cases_from}: no such folder')
     if arguments.score:
@@ -211,7 +217,8 @@ def _check(arguments: argparse.Namespace) -> None:
 def _former_proof(folder: Path) -> bool:
     """Whether a folder is new, empty, or what an earlier proof has left, also a stopped one."""
     entries = {entry.name for entry in folder.iterdir()} if folder.exists() else set()
-    for name, key in (('proof.json', 'digest'), ('scores.json', 'digest'), ('real.json', 'sets')):
+    for name, key in (('proof.json', 'digest'), ('proof.json', 'cases_from'),
+                      ('scores.json', 'digest'), ('real.json', 'sets')):
         try:
             if key in json.loads((folder / name).read_text('utf8')):
                 return True

@@ -12,6 +12,7 @@ noise-free effort, the position as it was measured, and either the torque withou
 """
 from __future__ import annotations
 
+from dataclasses import replace
 import json
 from pathlib import Path
 
@@ -26,7 +27,7 @@ from .run import recordings_of
 from .score import CaseTruth
 from .signals import read_samples
 
-__all__ = ['cases_in', 'other_truth']
+__all__ = ['cases_in', 'on_other_motion', 'other_truth']
 
 _TICK = 1e-3
 _STRATA = {'two': 'pair', 'three': 'triple', 'oov': 'outside', 'consistent': 'clean'}
@@ -102,6 +103,12 @@ def _known(case: Path, facts: dict, arrays: dict[str, np.ndarray]) -> np.ndarray
 
 def _grid(ends: np.ndarray) -> np.ndarray:
     return np.linspace(ends[0], ends[1], int(ends[2]))
+
+
+def on_other_motion(truth: CaseTruth) -> CaseTruth:
+    """Return what is known of a case whose `test` run is diagnosed: what it holds, throughout, but
+    neither where it acts nor a motion to predict."""
+    return replace(truth, stretches=(), onset=None, held_out_scored=False)
 
 
 def other_truth(case: Path) -> CaseTruth:

@@ -24,7 +24,7 @@ from .baselines import BASELINES, NAMING, ORACLE, run_baseline, run_oracle
 from .catalogue import known
 from .frozen import FROZEN, frozen_rates
 from .generate import DEFAULT_STRATA, generate, parse_strata
-from .other_hand import cases_in, other_truth
+from .other_hand import cases_in, on_other_motion, other_truth
 from .own_truth import truth_of
 from .page import proof_page
 from .readme_table import as_markdown, column_of
@@ -61,6 +61,7 @@ class Proof:
     frozen: bool = False
     brief: bool = False
     run: bool = True
+    other_motion: bool = False
 
 
 def prove(proof: Proof, progress: Callable[[str], None], say: Callable[[str], None]) -> dict:
@@ -138,9 +139,11 @@ def prove_other(proof: Proof, folder: Path, progress: Callable[[str], None],
         cases = chosen(cases, proof.only)
     note = proof.out / 'proof.json'
     # Kept as text: of the same folder under another name nothing is run again by mistake.
-    plan = {'cases_from': str(folder.resolve()), 'command': proof.command}
+    plan = {'cases_from': str(folder.resolve()), 'command': proof.command,
+            **({'other_motion': True} if proof.other_motion else {})}
     if note.exists():
-        if json.loads(note.read_text('utf8')).get('cases_from') != plan['cases_from']:
+        former = json.loads(note.read_text('utf8'))
+        if any(former.get(key) != plan.get(key) for key in ('cases_from', 'other_motion')):
             raise InputError(f'--out {proof.out}: holds the proof of other cases; name another')
     elif proof.out.exists() and any(proof.out.iterdir()):
         raise InputError(f'--out {proof.out}: holds something else; name a new folder')
@@ -158,9 +161,12 @@ def prove_other(proof: Proof, folder: Path, progress: Callable[[str], None],
             shutil.rmtree(results / case.name, ignore_errors=True)
     say(f'{len(cases)} cases from {folder}')
     if proof.run:
-        _run_all([(lambda c=c: run_tool(c, results / c.name), results / c.name) for c in cases],
-                 proof.jobs, progress)
-    scores = score_all([other_truth(case) for case in cases], results)
+        _run_all([(lambda c=c: run_tool(c, results / c.name, other_motion=proof.other_motion),
+                   results / c.name) for c in cases], proof.jobs, progress)
+    truths = [other_truth(case) for case in cases]
+    if proof.other_motion:
+        truths = [on_other_motion(truth) for truth in truths]
+    scores = score_all(truths, results)
     summary = {'source': 'other', 'digest': None, 'seed': None, 'strata': None,
                **_told(proof, plan, begin), **summarise(scores)}
     _write(proof.out, summary, scores)

@@ -70,10 +70,13 @@ def _copy(source: Path, folder: Path) -> Path:
     return target
 
 
-def run_tool(case: Path, results: Path, tool: list[str] = TOOL) -> str | None:
+def run_tool(case: Path, results: Path, tool: list[str] = TOOL, other_motion: bool = False,
+             ) -> str | None:
     """Diagnose a copy of `case`, predict its test run; returns what failed, or None.
 
-    The diagnosis sees the training recordings and the nominal model, nothing else.
+    The diagnosis sees the training recordings and the nominal model, nothing else; of the `test`
+    run in place of the training recordings where another motion is asked for, which leaves nothing
+    to predict.
     """
     if results.exists():
         shutil.rmtree(results)
@@ -82,7 +85,8 @@ def run_tool(case: Path, results: Path, tool: list[str] = TOOL) -> str | None:
         given, asked = Path(scratch) / 'given', Path(scratch) / 'asked'
         given.mkdir()
         asked.mkdir()
-        trains = [_copy(path, given).name for path in recordings_of(case, 'train')]
+        trains = [_copy(path, given).name
+                  for path in recordings_of(case, 'test' if other_motion else 'train')]
         _copy(case / 'nominal.yaml', given)
         start = time.monotonic()
         failure = call(['diagnose', *trains, '--model', 'nominal.yaml', '--out', 'out'], tool,
@@ -93,7 +97,7 @@ def run_tool(case: Path, results: Path, tool: list[str] = TOOL) -> str | None:
         for model, name in ((out / 'model.yaml', 'corrected'),
                             (given / 'nominal.yaml', 'nominal')):
             # The nominal model's own prediction stands beside a diagnosis that failed, too.
-            if model.exists():
+            if model.exists() and not other_motion:
                 failed = call(['predict', test, '--model', str(model), '--out', f'{name}.npz'],
                               tool, asked)
                 failure = failure or failed

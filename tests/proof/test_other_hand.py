@@ -95,5 +95,27 @@ def test_a_case_runs_and_is_scored(tmp_path: Path) -> None:
     assert 'another hand' in (out / 'index.html').read_text('utf8')
     # What is left to do is nothing: the tool does not run again.
     before = (out / 'results' / 'case_09' / 'run.json').stat().st_mtime_ns
+    # Nor where it was stopped before it wrote scores.
+    for name in ('scores.json', 'scores.txt', 'index.html', 'column.md', 'cases.jsonl'):
+        (out / name).unlink(missing_ok=True)
     assert main(['prove', '--cases-from', str(DEV), '--out', str(out), '--only', '09']) == 0
     assert (out / 'results' / 'case_09' / 'run.json').stat().st_mtime_ns == before
+
+
+@pytest.mark.slow
+def test_a_case_is_diagnosed_on_its_other_motion(tmp_path: Path,
+                                                 capsys: pytest.CaptureFixture) -> None:
+    """Names alone are scored: what is fitted is what was to be predicted."""
+    asked = ['prove', '--cases-from', str(DEV), '--only', '13', '--out', str(tmp_path / 'out')]
+    assert main([*asked, '--other-motion']) == 0
+    scores = json.loads((tmp_path / 'out' / 'scores.json').read_text('utf8'))
+    assert scores['cases'] == 1 and not scores['failures']
+    results = tmp_path / 'out' / 'results' / 'case_13'
+    said = json.loads((results / 'diagnosis.json').read_text('utf8'))
+    assert {entry['recording'] for entry in said['fit']['held_out']} == {'test'}
+    assert not (results / 'corrected.npz').exists()
+    capsys.readouterr()
+    assert main(asked) == 2
+    assert 'holds the proof of other cases' in capsys.readouterr().err
+    assert main(['prove', '--other-motion', '--out', str(tmp_path / 'new')]) == 2
+    assert '--other-motion belongs to --cases-from' in capsys.readouterr().err
