@@ -316,9 +316,12 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         likely = any(_is_physics(entry, selection) and entry.probability >= 0.5
                      for entry in findings)
         applied = told if likely else that_carries(fitter, nominal, told)
+        otherwise = () if findings and applied.models else (problem.model,)
         if findings and not applied.models:
-            applied = replace(told, models=(with_numbers_alone(fitter, explanation, findings),))
-        corrected = that_helps(applied, () if findings and applied.models else (problem.model,))
+            alone = with_numbers_alone(fitter, explanation, findings)
+            applied = that_carries(fitter, nominal, replace(
+                told, explanation=alone, models=alone.models()))
+        corrected = that_helps(applied, otherwise)
     # Numbers that are not right for every kind of motion may help all the same: not consistent.
     helps = corrected is not problem.model or (
         verdict != 'consistent'

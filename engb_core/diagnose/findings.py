@@ -38,7 +38,6 @@ from engb_core.diagnose.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
-from engb_core.model import Model
 
 __all__ = ['findings_of', 'in_order', 'number_findings', 'still_told', 'with_numbers_alone']
 
@@ -256,10 +255,11 @@ def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[Effe
 
 
 def with_numbers_alone(fitter: Fitter, explanation: Explanation,
-                       findings: Sequence[EffectFinding]) -> Model:
-    """Return the model file with no more corrected than the numbers that are told to be wrong."""
-    fit = with_these_refitted(fitter, explanation.fit, [entry.effect for entry in findings])
-    return replace(explanation, fit=fit, table=None).model()
+                       findings: Sequence[EffectFinding]) -> Explanation:
+    """Return the explanation with no more fitted than the numbers that are likely wrong."""
+    fit = with_these_refitted(fitter, explanation.fit, [
+        entry.effect for entry in findings if entry.probability >= LARGER_PART])
+    return replace(explanation, fit=fit, table=None)
 
 
 def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEstimate]:
