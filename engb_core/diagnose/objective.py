@@ -98,7 +98,8 @@ class Objective:
                 step = -step
             moved = vector.copy()
             moved[place] += step
-            return (self.predict(hypothesis, moved) - fit.predicted) / step
+            with np.errstate(over='ignore'):    # What runs away is left for its cost.
+                return (self.predict(hypothesis, moved) - fit.predicted) / step
 
         found = list(parallel_map(column, places, self.threads))
         return np.stack(found, axis=1) if found else np.zeros((fit.predicted.size, 0))
