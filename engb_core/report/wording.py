@@ -187,6 +187,8 @@ def headline(diagnosis: Diagnosis) -> str:
     effects = diagnosis.effects
     if diagnosis.verdict == 'consistent':
         return 'The model agrees with the recordings'
+    if diagnosis.verdict == 'explained' and not effects:
+        return 'Other numbers in the model explain the mismatch'
     if diagnosis.verdict == 'unexplained' or not effects:
         return 'I don’t know what this is' + _dependence(diagnosis)
     names = enumerate_words([effect_name(entry.effect) for entry in effects])
