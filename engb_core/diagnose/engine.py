@@ -13,10 +13,7 @@ import numpy as np
 
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
-from engb_core.diagnose.constants import (
-    CLEAN_EXCESS,
-    LEAST_PROBABILITY,
-)
+from engb_core.diagnose.constants import CLEAN_EXCESS, LEAST_PROBABILITY
 from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.diagnosis import (
     Diagnosis,
@@ -28,11 +25,7 @@ from engb_core.diagnose.diagnosis import (
     Zone,
 )
 from engb_core.diagnose.effort_scale import with_effort_scale
-from engb_core.diagnose.evidence import (
-    evidence_of,
-    quality_of_fit,
-    simulated_loops,
-)
+from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops
 from engb_core.diagnose.experiment import next_experiment
 from engb_core.diagnose.false_discovery import mismatched
 from engb_core.diagnose.findings import (
@@ -317,8 +310,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
                      for entry in findings)
         applied = told if likely else that_carries(fitter, nominal, told)
         otherwise = () if findings and applied.models else (problem.model,)
-        if findings and not applied.models:
-            alone = with_numbers_alone(fitter, explanation, findings)
+        alone = None if applied.models else with_numbers_alone(fitter, explanation, findings)
+        if alone is not None:
             applied = that_carries(fitter, nominal, replace(
                 told, explanation=alone, models=alone.models()))
         corrected = that_helps(applied, otherwise)

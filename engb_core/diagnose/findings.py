@@ -22,6 +22,7 @@ from engb_core.diagnose.numbers import (
     held_at_file,
     number_place,
     NumberFinding,
+    numbers_of,
     still_wrong,
     with_these_refitted,
 )
@@ -255,11 +256,14 @@ def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[Effe
 
 
 def with_numbers_alone(fitter: Fitter, explanation: Explanation,
-                       findings: Sequence[EffectFinding]) -> Explanation:
-    """Return the explanation with no more fitted than the numbers that are likely wrong."""
-    fit = with_these_refitted(fitter, explanation.fit, [
-        entry.effect for entry in findings if entry.probability >= LARGER_PART])
-    return replace(explanation, fit=fit, table=None)
+                       findings: Sequence[EffectFinding]) -> Explanation | None:
+    """Return the explanation with no more fitted than the numbers that are likely wrong, or None
+    where none is."""
+    likely = [entry.effect for entry in findings if entry.probability >= LARGER_PART]
+    if not numbers_of(likely):
+        return None
+    return replace(explanation, table=None, fit=with_these_refitted(
+        fitter, explanation.fit, likely))
 
 
 def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEstimate]:

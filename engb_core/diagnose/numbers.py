@@ -36,8 +36,8 @@ from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.spike_and_slab import average
 
-__all__ = ['NumberFinding', 'file_stands', 'held_at_file', 'number_place', 'refitted',
-           'still_wrong', 'was_refitted', 'with_these_refitted', 'wrong_numbers']
+__all__ = ['NumberFinding', 'file_stands', 'held_at_file', 'number_place', 'numbers_of',
+           'refitted', 'still_wrong', 'was_refitted', 'with_these_refitted', 'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
@@ -123,20 +123,16 @@ def still_wrong(fitter: Fitter, explained: Fit, before: Mapping[tuple[str, str],
         explained: with what was found since.
         before: effect that says that a number is wrong, and number → the value that it had.
     """
-    told = {name: before[effect, name] for name, effect in _BY_NUMBER.items()
-            if (effect, name) in before}
-    numbers = {number.name: (float(start), float(value)) for number, start, value in zip(
-        explained.hypothesis.numbers, explained.hypothesis.start_of_numbers(), explained.vector,
-        strict=False)}
-    logarithmic = {number.name for number in explained.hypothesis.numbers if number.logarithmic}
     stay = []
-    for name, value_before in told.items():
-        if name not in numbers:
+    for number, file, value in zip(
+            explained.hypothesis.numbers, explained.hypothesis.start_of_numbers(),
+            explained.vector, strict=False):
+        told = before.get((_BY_NUMBER.get(number.name, ''), number.name))
+        if told is None:
             continue
-        file, value = numbers[name]
-        moved = (np.log(value_before) if name in logarithmic else value_before) - file
+        moved = (np.log(told) if number.logarithmic else told) - file
         if (value - file) * np.sign(moved) > LARGER_PART * abs(moved):
-            stay.append(name)
+            stay.append(number.name)
     rises = _rises(fitter, explained, stay)
     return [finding for name in stay if rises[name] >= CLEAN_EXCESS
             and (finding := _named(fitter, explained, name, rises[name])) is not None]
@@ -331,16 +327,19 @@ def _all_but(fitter: Fitter, explained: Fit, *wrong: NumberFinding) -> bool:
 
 def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:
     """Return the reduced chi-square of the file with only these numbers refitted."""
-    names = {number for number, effect in _BY_NUMBER.items()
-             if effect in [finding.effect for finding in wrong]}
+    names = numbers_of([finding.effect for finding in wrong])
     return reduced_chi_square(_refitted_only(fitter, explained, names), fitter)
 
 
 def with_these_refitted(fitter: Fitter, explained: Fit, effects: Collection[str]) -> Fit:
     """Return the finished fit with only the numbers refitted that these effects say to be wrong:
     all others are as in the file."""
-    return fitter.finish(_refitted_only(
-        fitter, explained, {name for name, effect in _BY_NUMBER.items() if effect in effects}))
+    return fitter.finish(_refitted_only(fitter, explained, numbers_of(effects)))
+
+
+def numbers_of(effects: Collection[str]) -> set[str]:
+    """Return the nominal numbers that these effects say to be wrong."""
+    return {name for name, effect in _BY_NUMBER.items() if effect in effects}
 
 
 def _refitted_only(fitter: Fitter, explained: Fit, names: set[str]) -> Fit:

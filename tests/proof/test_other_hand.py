@@ -95,6 +95,8 @@ def test_a_case_runs_and_is_scored(tmp_path: Path) -> None:
     assert 'another hand' in (out / 'index.html').read_text('utf8')
     # What is left to do is nothing: the tool does not run again.
     before = (out / 'results' / 'case_09' / 'run.json').stat().st_mtime_ns
+    assert main(['prove', '--cases-from', str(DEV), '--out', str(out), '--only', '09']) == 0
+    assert (out / 'results' / 'case_09' / 'run.json').stat().st_mtime_ns == before
     # Nor where it was stopped before it wrote scores.
     for name in ('scores.json', 'scores.txt', 'index.html', 'column.md', 'cases.jsonl'):
         (out / name).unlink(missing_ok=True)
