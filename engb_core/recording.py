@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -222,19 +222,23 @@ class Recording:
         return arrow_table(self, prismatic)
 
     def between(self, begin: float, end: float, name: str | None = None) -> Recording:
-        """Return the part with begin ≤ time < end; its clock goes on (it doesn't restart).
+        """Return the part with begin ≤ time < end; its clock starts at its own first sample.
 
         Args:
             begin, end: [s] from the first sample.
             name: of the part (None: that of the whole).
         """
         part = slice(*np.searchsorted(self.time, [begin, end]))
-        return Recording(
-            name=name or self.name, time=self.time[part], position=self.position[part],
-            effort=self.effort[part],
+        first = float(self.time[part][0]) if self.time[part].size else begin
+        reference = self.reference
+        return replace(
+            self, name=name or self.name, time=self.time[part] - first,
+            position=self.position[part], effort=self.effort[part],
             velocity=None if self.velocity is None else self.velocity[part],
-            reference=self.reference, signals=self.signals, start=self.start, joint=self.joint,
-            notes=self.notes)
+            reference=None if reference is None else replace(
+                reference, time=reference.time - first),
+            signals={key: replace(signal, time=signal.time - first)
+                     for key, signal in self.signals.items()}, start=self.start + first)
 
 
 def _refuse_bursts(name: str, stamp: Array) -> None:

@@ -70,6 +70,13 @@ def test_a_clean_recording_is_consistent(results):
     assert effort.rms_before == pytest.approx(effort.noise_floor, rel=0.15)
 
 
+def test_a_part_of_a_clean_recording_is_consistent(recordings):
+    """Whatever instant it begins at, also in motion."""
+    whole = recordings['clean']
+    part = whole.between(0.4 * whole.duration, whole.duration)
+    assert diagnose([part], MODEL).verdict == 'consistent'
+
+
 def test_asymmetric_friction_is_found(results):
     result = results['asymmetric']
     assert result.verdict == 'explained'

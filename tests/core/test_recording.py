@@ -129,14 +129,21 @@ def test_a_signal_is_held_at_its_ends():
     np.testing.assert_array_equal(signal.at(np.array([0.0, 1.5, 9.0])), [5.0, 6.0, 7.0])
 
 
-def test_a_part_keeps_the_clock():
-    recording = Recording.from_samples('run', **samples())
-    part = recording.between(0.0495, 0.0995, 'part')
-    assert part.name == 'part'
-    assert (part.time[0], part.time.size) == (pytest.approx(0.05, abs=1e-6), 50)
-    np.testing.assert_array_equal(part.position, recording.position[50:100])
-    np.testing.assert_array_equal(part.velocity, recording.velocity[50:100])
-    assert part.start == recording.start
+def test_a_part_begins_its_own_clock():
+    given = samples()
+    reference = Reference(given['time'], given['position'])
+    whole = Recording.from_samples('run', **given, reference=reference, signals={
+        'disc_speed': Signal(given['time'], np.arange(given['time'].size, dtype=float))})
+    part = whole.between(0.0495, 0.0995, 'part')
+    assert (part.name, part.time.size) == ('part', 50)
+    np.testing.assert_array_equal(part.position, whole.position[50:100])
+    assert part.time[0] == 0.0
+    assert part.start == pytest.approx(START + 0.05, abs=1e-6)
+    assert part.reference is not None
+    np.testing.assert_allclose(np.interp(part.time, part.reference.time, part.reference.position),
+                               whole.position[50:100], atol=1e-6)
+    np.testing.assert_allclose(part.signal('disc_speed'), np.arange(50, 100), atol=1e-3)
+    assert whole.time[50] == pytest.approx(0.05)
 
 
 def test_stamps_in_a_wrong_unit_are_told():
