@@ -37,7 +37,8 @@ def descended(objective: Objective, begin: Fit, shared: Array, rounds: int, tole
     Args:
         objective: predicts.
         begin: where to start.
-        shared: (m, count) derivatives by the nominal numbers.
+        shared: (m, count) derivatives by the first entries of the vector, the nominal numbers at
+            least, which are not taken anew.
         rounds: steps that help, at most.
         tolerance: part of the cost; whoever gains or is promised less goes no further.
         hopeless: cost; whoever is still above it after two steps goes no further.
@@ -45,7 +46,7 @@ def descended(objective: Objective, begin: Fit, shared: Array, rounds: int, tole
     hypothesis = begin.hypothesis
     low, high = hypothesis.bounds
     centre, spread = hypothesis.prior
-    effects = range(len(hypothesis.numbers), hypothesis.size)
+    others = range(shared.shape[1], hypothesis.size)
     weight = objective.weight
     down, up = _reach(hypothesis)
     held = delay_held(hypothesis)
@@ -56,7 +57,7 @@ def descended(objective: Objective, begin: Fit, shared: Array, rounds: int, tole
         if steps >= FIRST_STEPS and best.cost > hopeless:
             break
         if design is None:
-            design = np.concatenate([shared, objective.columns(best, effects)], axis=1)
+            design = np.concatenate([shared, objective.columns(best, others)], axis=1)
             taken_here, failed = True, False
         gram, right = normal_equations(design, best.residual, weight)
         gram += np.diag(1.0 / spread ** 2)

@@ -174,7 +174,8 @@ class Fitter(Objective):
     def iterate(self, begin: Fit, rounds: int, tolerance: float = 3e-3,
                 shared: Array | None = None, hopeless: float = math.inf) -> Fit:
         """Return the fit after so many rounds at most of joint steps by derivatives; `shared` are
-        those of the nominal numbers (None: at the base)."""
+        those of the nominal numbers, and maybe of the first effects (None: of the numbers, at the
+        base)."""
         shared = self._shared[begin.hypothesis.numbers] if shared is None else shared
         return descended(self, begin, shared, rounds, tolerance, hopeless)
 

@@ -41,6 +41,7 @@ from engb_core.laws.judgement import (
     Nearest,
     WORTH,
 )
+from engb_core.laws.law_search import NOTHING_LEFT
 from engb_core.laws.statement import formula_of, said_line, said_names, statement_of, told_as
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
@@ -120,6 +121,9 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
     if left <= CLEAN_EXCESS and plain is fitter:
         return None
     said = bool(named.hypothesis.variants) or plain is not fitter
+    if left <= CLEAN_EXCESS and likely and _on_blocks(fitter, named) <= NOTHING_LEFT:
+        # No law can predict it better.
+        return None
     nearest, roughly = None, []
     for own, base in _bases(fitter, plain):
         law = find_law(own, base, tell, approximately=not likely and left > CLEAN_EXCESS)
@@ -162,11 +166,14 @@ def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Call
     """
     named = _named(fitter, told.explanation.fit)
     plain = _without_load_shape(fitter)
+    left = _on_blocks(plain, _on(plain, named) if plain is not fitter else named)
+    if left <= NOTHING_LEFT:
+        # No law can predict it better.
+        return None
     law = find_law(plain, _refitted_numbers(plain), tell, only_if_promising=True)
     # Of several forms over other coordinates none is likelier than what has a name.
     if not isinstance(law, Found) or not law.settled:
         return None
-    left = _on_blocks(plain, _on(plain, named) if plain is not fitter else named)
     if 0.5 * math.log(left / law.after) <= WORTH:
         return None
     noise = min(law.after, 1.0)

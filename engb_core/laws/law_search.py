@@ -31,11 +31,18 @@ from engb_core.laws.atoms import (
     mirrors_of,
     onset_forms,
 )
-from engb_core.laws.blocks import Blocks, HEARD, Score, stretches_of_time
+from engb_core.laws.blocks import (
+    Blocks,
+    derivatives_of,
+    HEARD,
+    Score,
+    stretches_of_time,
+)
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
-__all__ = ['Candidate', 'Screened', 'Search', 'best_of', 'is_promising', 'search_laws']
+__all__ = ['Candidate', 'NOTHING_LEFT', 'Screened', 'Search', 'best_of', 'is_promising',
+           'search_laws']
 
 Array = NDArray[np.float64]
 
@@ -59,7 +66,7 @@ PROMISING = 0.4
 # Part of its size at which a form begins that is worse than none at all of it.
 NEARER = 0.3
 CHUNK = 400
-# Noise is all that is left.
+# Mean square on blocks left out (noise = 1) from which downwards noise is all that is left.
 NOTHING_LEFT = 1.05
 
 
@@ -130,10 +137,10 @@ def best_of(fitter: Fitter, base: Fit, forms: Iterable[Form]) -> tuple[Screened 
 class _Searching:
     def __init__(self, fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> None:
         self._fitter, self._base, self._tell = fitter, base, tell
-        # What a fit of these numbers takes as their derivatives; another problem's has none yet.
-        fitter.base(base.hypothesis.numbers)
         self._scales = scales_of(fitter)
         self._columns = Columns(fitter, base)
+        # Beside a law all else moves little: its derivatives are those without the law.
+        self._shared = derivatives_of(base)
         self._labels = stretches_of_time(fitter)
         self._blocks = Blocks(fitter, base, self._labels, heard=HEARD)
         self._within = _ranges(fitter)
@@ -215,7 +222,7 @@ class _Searching:
         threads = self._fitter.threads
 
         def further(entry: tuple[Form, Fit], rounds: int) -> tuple[Form, Fit]:
-            return entry[0], self._fitter.iterate(entry[1], rounds)
+            return entry[0], self._fitter.iterate(entry[1], rounds, shared=self._shared)
 
         def best(entries: Iterable[tuple[Form, Fit]], count: int) -> list[tuple[Form, Fit]]:
             return sorted(entries, key=lambda entry: entry[1].cost)[:count]
@@ -245,9 +252,10 @@ class _Searching:
         if begun.cost >= base.cost:
             begun = min(begun, self._begun(replace(form, size=NEARER * form.size)),
                         key=lambda entry: entry.cost)
-        fit = fitter.iterate(begun, rounds)
+        fit = fitter.iterate(begun, rounds, shared=self._shared)
         if fit.cost >= base.cost and screened.score.moved.size:
-            fit = fitter.iterate(self._begun(form, screened.score.moved), rounds)
+            fit = fitter.iterate(self._begun(form, screened.score.moved), rounds,
+                                 shared=self._shared)
         return form, fit
 
     def _polished_from(self, tried: tuple[Form, Fit]) -> Candidate | None:
