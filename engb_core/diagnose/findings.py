@@ -216,14 +216,23 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
     after = excess(chosen, fitter)
     taken = max(0.0, 1.0 - after / before)
     left = part_left(fitter, nominal, chosen)
+    # What is missing beside a number, and could be put into it by another formula.
+    whole = min(nominal, fitter.base(), key=lambda fit: excess(fit, fitter))
     findings = []
     for finding in numbers:
         effect = get_effect(finding.effect)
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
-        own = None if finding.effect == LOAD_SHAPE else form_left(
-            fitter, held_at_file(fitter, finding.fit, effect.id), finding.fit, effect.reveals)
-        surely = something_known(left, own)
+        surely = something_known(left)
+        if finding.effect != LOAD_SHAPE:
+            held = held_at_file(fitter, finding.fit, effect.id)
+            own = form_left(fitter, held, finding.fit, effect.reveals)
+            surely = something_known(left, own)
+            if finding.fit.hypothesis.variants:
+                surely = min(surely, further_known(fitter, whole, held, finding.fit, own))
+                if fitter.load_shape or _something_left(explanation):
+                    # What has no name leaves what may pass for a number.
+                    surely *= LARGER_PART
         findings.append((EffectFinding(
             effect=effect.id, probability=surely * finding.moved * (1.0 - others),
             parameters=parameters,

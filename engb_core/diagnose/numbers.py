@@ -1,8 +1,9 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Is a number wrong, or is physics missing? Which nominal numbers the data insist on changing.
 
-Each number is held at the model file's value in turn while all others are refitted. A number
-that is wrong can't be made up for by the others; one that merely moved along can. The load
+Each number is held at the model file's value in turn while others are refitted. A number that is
+wrong can't be made up for by the others; one that merely moved along can. Beside effects it is
+also asked whether a refit of the file around them has moved it (moved_by_refit.py). The load
 curve's numbers are judged as a whole, in load_cause.py.
 """
 
@@ -25,6 +26,7 @@ from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.held_load_curve import BY_ONE_NUMBER
 from engb_core.diagnose.held_parameters import LOAD
+from engb_core.diagnose.moved_by_refit import wrong_by_itself
 from engb_core.diagnose.nominal import (
     CURVATURE,
     DELAY,
@@ -77,38 +79,68 @@ class NumberFinding:
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     """Return the numbers that are wrong in the model file, given the effects in `explained`.
 
-    Beside effects a number is named only if the file's other numbers fit as they stand, or if
-    the file was refitted with this one number held: a file that was refitted around missing
-    physics has all its numbers moved.
+    Beside physics each number speaks for itself: a file that was refitted around missing physics
+    has moved numbers, but by no more and no less than the physics pulls them (moved_by_refit.py).
     """
+    variants = explained.hypothesis.variants
+    if not all(variant.number_only for variant in variants):
+        return _beside_physics(fitter, explained)
     few = _moved(fitter, explained)
-    if few:
+    if few or (variants and refitted(fitter)):
+        # Around a wrong load curve a refit has moved all others.
         return few
-    load_kept = bool(explained.hypothesis.variants) and fitter.held == (LOAD,)
-    if load_kept and refitted(fitter):
-        # All others moved to make up for the load curve, which has its own cause.
-        return []
-    insisted = _insisted(fitter, explained, load_kept)
-    if load_kept:
-        # The file was not refitted, and may stand but for one number.
-        return _fewest(fitter, explained, insisted, 1)
+    insisted = _insisted(fitter, explained)
     kept = [_BY_NUMBER[name] for name in fitter.held if name in _BY_NUMBER]
-    if explained.hypothesis.variants and len(kept) > 1:
-        # What is missing may have passed for one of them.
-        kept = []
     insisted = [replace(finding, kept=finding.effect in kept) for finding in insisted]
     held = [_or_another(fitter, finding, insisted) if len(kept) == 1 else finding
             for finding in insisted if finding.kept]
-    unnamed = explained.hypothesis.has_unnamed
-    if kept and not held and unnamed:
-        held = [replace(finding, kept=True) for finding in _insisted(
-            fitter, _named_only(fitter, explained)) if finding.effect in kept]
-    if (explained.hypothesis.variants and held) or was_refitted(fitter):
+    if was_refitted(fitter):
         # A file that was refitted around what is settled by now has all other numbers moved.
         return held
     # A file with one number wrong is plainer than a refit that held it, and that than two of them.
     return _fewest(fitter, explained, insisted, 1) or held or _fewest(
         fitter, explained, insisted, 2)
+
+
+def _beside_physics(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
+    """Return the numbers that are likelier off by themselves than as in the file, or moved by a
+    refit around the effects, and that matter where those that stand are held."""
+    finished = explained if explained.jacobian is not None else fitter.finish(explained)
+    kept = _kept_by_data(fitter, finished)
+    off = [name for name in kept if kept[name] < 0.5]
+    if not set(off) & set(_BY_NUMBER):
+        return []
+    rises = _rises_beside_file(fitter, explained, _groups(off))
+    # What the fit leaves is the noise that a number has to stand out of, and what other formulas
+    # of the effects miss could be put into it.
+    least = max(CLEAN_EXCESS * max(1.0, reduced_chi_square(explained, fitter)),
+                part_of_formula() * _whole(fitter, explained))
+    found = []
+    for group, rise in zip(_groups(off), rises, strict=True):
+        name = group[0]
+        if name not in _BY_NUMBER or rise < least:
+            continue
+        finding = _named(fitter, finished, name, rise)
+        if finding is None:
+            continue
+        place = number_place(finished.hypothesis.numbers, finding.effect)
+        moved = (1.0 - kept[name]) * wrong_by_itself(fitter, finished, place)
+        if moved >= LARGER_PART:
+            found.append(replace(finding, moved=moved))
+    return sorted(found, key=lambda finding: -finding.matters)
+
+
+def _kept_by_data(fitter: Fitter, finished: Fit) -> dict[str, float]:
+    """Return how likely the data leave each number as it is in the file."""
+    return {number.name: float(probability) for number, probability in zip(
+        finished.hypothesis.numbers, average(fitter, finished).kept, strict=True)
+        if number.name not in (*SHAPE_NUMBERS, *NAMELESS)}
+
+
+def _groups(names: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return the numbers, those of the load curve as one."""
+    load = tuple(name for name in names if name in LOAD_NUMBERS)
+    return [(name,) for name in names if name not in LOAD_NUMBERS] + [load] * bool(load)
 
 
 def still_wrong(fitter: Fitter, explained: Fit, before: Mapping[tuple[str, str], float],
@@ -134,8 +166,12 @@ def still_wrong(fitter: Fitter, explained: Fit, before: Mapping[tuple[str, str],
         if (value - file) * np.sign(moved) > LARGER_PART * abs(moved):
             stay.append(number.name)
     rises = _rises(fitter, explained, stay)
-    return [finding for name in stay if rises[name] >= CLEAN_EXCESS
-            and (finding := _named(fitter, explained, name, rises[name])) is not None]
+    found = [finding for name in stay if rises[name] >= CLEAN_EXCESS
+             and (finding := _named(fitter, explained, name, rises[name])) is not None]
+    if not explained.hypothesis.variants:
+        return found
+    return [replace(finding, moved=wrong_by_itself(fitter, explained, number_place(
+        explained.hypothesis.numbers, finding.effect))) for finding in found]
 
 
 def _or_another(fitter: Fitter, held: NumberFinding, insisted: list[NumberFinding],
@@ -167,10 +203,8 @@ def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
     # a free load curve, or what has no name, leaves nothing of.
     if variants and (fitter.load_shape or explained.hypothesis.has_unnamed or refitted(fitter)):
         return {}
-    finished = explained if explained.jacobian is not None else fitter.finish(explained)
-    kept = {number.name: float(probability) for number, probability in zip(
-        explained.hypothesis.numbers, average(fitter, finished).kept, strict=True)
-        if number.name not in (*SHAPE_NUMBERS, *NAMELESS)}
+    kept = _kept_by_data(fitter, explained if explained.jacobian is not None
+                         else fitter.finish(explained))
     off = sum(probability < 0.5 for probability in kept.values())
     # A refit that held the load curve has moved most of the others.
     return kept if not fitter.held or off <= LARGER_PART * len(kept) else {}
@@ -184,12 +218,11 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     off = [name for name in kept if kept[name] < 0.5]
     if not 0 < len(off) < len(kept):
         return []
-    load = tuple(name for name in off if name in LOAD_NUMBERS)
-    groups = [(name,) for name in off if name not in LOAD_NUMBERS] + [load] * bool(load)
+    groups = _groups(off)
     rises = dict(zip(groups, _rises_beside_file(fitter, explained, groups), strict=True))
     # What the fit leaves is the noise that a number has to stand out of.
     least = CLEAN_EXCESS * max(1.0, reduced_chi_square(explained, fitter))
-    curve = rises.pop(load, 0.0)
+    curve = rises.pop(tuple(name for name in off if name in LOAD_NUMBERS), 0.0)
     if curve >= max(least, part_of_formula() * _whole(fitter, explained)):
         others = [name for name in kept if name not in LOAD_NUMBERS]
         if len(rises) > LARGER_PART * len(others):
@@ -226,19 +259,14 @@ def held_at_file(fitter: Fitter, explained: Fit, effect: str) -> Fit:
         if _BY_NUMBER.get(number.name) != effect))
 
 
-def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[NumberFinding]:
-    """Return the numbers that the data insist on changing, the weightiest first; with less that
-    they matter where it is `told` otherwise which of them is wrong."""
-    variants = explained.hypothesis.variants
-    if any(variant.number_only for variant in variants) and not all(
-            variant.number_only for variant in variants):
-        return []
+def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
+    """Return the numbers that the data insist on changing, the weightiest first."""
     rises = _rises(fitter, explained,
                    [number.name for number in explained.hypothesis.numbers
                     if number.name in _BY_NUMBER])
     # What other formulas of all that the file misses could put into a number.
     misses = part_of_formula() * _whole(fitter, explained)
-    least = {name: max(CLEAN_EXCESS, 0.0 if told or name in fitter.held else misses)
+    least = {name: max(CLEAN_EXCESS, 0.0 if name in fitter.held else misses)
              for name in rises}
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least[name]
@@ -267,14 +295,6 @@ def _rises_beside_file(fitter: Fitter, explained: Fit, groups: Sequence[tuple[st
     return [level - least for level in levels]
 
 
-def _named_only(fitter: Fitter, explained: Fit) -> Fit:
-    """Return the fit without what has no name, which may have taken in what a number does."""
-    for index in reversed(range(len(explained.hypothesis.variants))):
-        if explained.hypothesis.variants[index].effect.unnamed:
-            explained = fitter.without(explained, index)
-    return explained
-
-
 def _whole(fitter: Fitter, explained: Fit) -> float:
     """Return the excess that a number's part is measured by: the file's, but beside effects no
     more than theirs, since a file that was not refitted may miss by any amount."""
@@ -287,9 +307,7 @@ def _whole(fitter: Fitter, explained: Fit) -> float:
 def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding], most: int,
             ) -> list[NumberFinding]:
     """Return the fewest of the numbers beside which all others of the file stand, so many at
-    most; none where there are more, or where the file was refitted around the effects."""
-    if explained.hypothesis.variants and refitted(fitter):
-        return []
+    most; none where there are more."""
     return next((list(wrong) for count in range(1, most + 1)
                  for wrong in itertools.combinations(insisted, count)
                  if _all_but(fitter, explained, *wrong)), [])
@@ -318,8 +336,8 @@ def was_refitted(fitter: Fitter) -> bool:
 
 
 def _all_but(fitter: Fitter, explained: Fit, *wrong: NumberFinding) -> bool:
-    """Whether the file's other numbers fit as they stand beside the effects, as far as the least
-    of the wrong ones matters."""
+    """Whether the file's other numbers fit as they stand, as far as the least of the wrong ones
+    matters."""
     least = min(finding.matters for finding in wrong)
     return _with_only(fitter, explained, wrong) < reduced_chi_square(explained, fitter) + max(
         CLEAN_EXCESS, part_of_formula() * least)

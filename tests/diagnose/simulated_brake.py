@@ -9,7 +9,7 @@ from engb_core.bench.sensors import SensorSettings
 from engb_core.bench.virtual_brake import DriveSettings, VirtualBrake
 from engb_core.control.loop import LoopSettings, PositionLoop
 from engb_core.control.pid import PidGains
-from engb_core.control.trajectory import TrajectoryBuilder
+from engb_core.control.trajectory import Trajectory, TrajectoryBuilder
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
 from engb_core.recording import Recording, Reference
 
@@ -52,6 +52,20 @@ def recorded(brake, setpoint, duration, name='run', seed=1, noise=0.005):
     time, position, velocity, effort, *reference = np.array(rows).T
     return Recording.from_samples(name, time, position, effort, velocity,
                                   Reference(time, *reference))
+
+
+def strokes_and_waves(seed: int) -> Trajectory:
+    """Return strokes of all lengths and speeds, with small waves at their ends."""
+    generator = np.random.default_rng(seed)
+    builder = TrajectoryBuilder().stop(0.3)
+    while builder.build().duration < 16.0:
+        top = generator.uniform(6.0, 24.0)
+        builder.move(top, 900.0, generator.uniform(8.0, 50.0)).stop(0.2)
+        for _ in range(2):
+            builder.move(top - generator.uniform(1.0, 4.0), 500.0, generator.uniform(4.0, 12.0))
+            builder.move(top, 500.0, generator.uniform(4.0, 12.0))
+        builder.move(generator.uniform(0.0, 2.0), 900.0, generator.uniform(8.0, 50.0)).stop(0.2)
+    return builder.build()
 
 
 LIVELY = equal_strokes(9.0, acceleration=900.0)

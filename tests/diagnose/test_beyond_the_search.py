@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from engb_core.control.trajectory import Trajectory, TrajectoryBuilder
 from engb_core.diagnose import wide_band
 from engb_core.diagnose.cross_entropy import DEARER, middle_of_basin
 from engb_core.diagnose.engine import diagnose
@@ -27,7 +26,7 @@ from engb_core.effects.drivetrain_resonance import HARDENS, LINEAR, SOFT_CENTRE
 from engb_core.model import EffectSetting, LoadTorque, Model
 from engb_core.recording import Recording
 
-from .simulated_brake import brake_with, lively, NOMINAL, recorded
+from .simulated_brake import brake_with, lively, NOMINAL, recorded, strokes_and_waves
 
 
 @pytest.fixture(scope='module')
@@ -194,19 +193,6 @@ def test_a_gap_that_is_never_crossed_to_its_end_is_named_at_a_rate():
             first += found.effects[0].parameters['gap'].std is None
         seed += 1
     assert first == 2
-
-
-def strokes_and_waves(seed: int) -> Trajectory:
-    generator = np.random.default_rng(seed)
-    builder = TrajectoryBuilder().stop(0.3)
-    while builder.build().duration < 16.0:
-        top = generator.uniform(6.0, 24.0)
-        builder.move(top, 900.0, generator.uniform(8.0, 50.0)).stop(0.2)
-        for _ in range(2):
-            builder.move(top - generator.uniform(1.0, 4.0), 500.0, generator.uniform(4.0, 12.0))
-            builder.move(top, 500.0, generator.uniform(4.0, 12.0))
-        builder.move(generator.uniform(0.0, 2.0), 900.0, generator.uniform(8.0, 50.0)).stop(0.2)
-    return builder.build()
 
 
 def on_a_shaft(inertia: float, frequency: float, friction: float, spring: float, change: float,
