@@ -63,7 +63,8 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
     """
     chosen = explanation.fit
     physics = _physics(fitter, explanation, judged, selection, told)
-    changed = number_findings(fitter, nominal, explanation, judged, numbers)
+    changed = number_findings(fitter, nominal, explanation, judged, numbers,
+                              fitter.load_shape or _something_left(explanation))
     findings = [finding for finding, _ in (*physics, *changed)]
     if physics and changed:
         # What effects and numbers explain together, each by what is lost without it.
@@ -208,9 +209,10 @@ def _other(rival: Fit, chosen: Fit) -> str:
 
 
 def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chosen: Fit,
-                    numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
+                    numbers: list[NumberFinding], makeshift: bool = False,
+                    ) -> list[tuple[EffectFinding, float]]:
     """Return the wrong numbers, and by how much the reduced chi-square rises with each as the
-    file has it."""
+    file has it; whether one beside effects may be a `makeshift` for what has no name."""
     before = max(reduced_chi_square(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
     after = excess(chosen, fitter)
@@ -230,8 +232,7 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
             surely = something_known(left, own)
             if finding.fit.hypothesis.variants:
                 surely = min(surely, further_known(fitter, whole, held, finding.fit, own))
-                if fitter.load_shape or _something_left(explanation):
-                    # What has no name leaves what may pass for a number.
+                if makeshift:
                     surely *= LARGER_PART
         findings.append((EffectFinding(
             effect=effect.id, probability=surely * finding.moved * (1.0 - others),
@@ -246,13 +247,13 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
 
 def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[EffectFinding],
                ) -> list[EffectFinding]:
-    """Return the findings of wrong numbers that hold beside an explanation found since, each with
-    its share of what is lost without all of them: one that is told on one side alone may have
-    stood for what was found, or makes up for its form."""
+    """Return the findings of numbers that were likely wrong and still are beside an explanation
+    found since, each with its share of what is lost without all of them: one that is told on one
+    side alone may have stood for what was found, or makes up for its form."""
     fit = explanation.fit
     again = still_wrong(fitter, fit, {
         (finding.effect, name): entry.value for finding in findings
-        for name, entry in finding.parameters.items()})
+        if finding.probability >= LARGER_PART for name, entry in finding.parameters.items()})
     if not again:
         return []
     found = [finding for finding, _ in number_findings(
