@@ -90,11 +90,17 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         # Around a wrong load curve a refit has moved all others.
         return few
     insisted = _insisted(fitter, explained)
+    if variants and fitter.held == (LOAD,) and not was_refitted(fitter):
+        # The file was not refitted, and may stand but for one number.
+        return _fewest(fitter, explained, insisted, 1)
     kept = [_BY_NUMBER[name] for name in fitter.held if name in _BY_NUMBER]
+    if variants and len(kept) > 1:
+        # What is wrong with the load may have passed for one of them.
+        kept = []
     insisted = [replace(finding, kept=finding.effect in kept) for finding in insisted]
     held = [_or_another(fitter, finding, insisted) if len(kept) == 1 else finding
             for finding in insisted if finding.kept]
-    if was_refitted(fitter):
+    if (variants and held) or was_refitted(fitter):
         # A file that was refitted around what is settled by now has all other numbers moved.
         return held
     # A file with one number wrong is plainer than a refit that held it, and that than two of them.
