@@ -61,7 +61,7 @@ class Parts:
 
 def known_of(fitter: Fitter, rival: Fit) -> Array:
     """Return what the recordings have fixed of a rival's numbers, (k, k)."""
-    jacobian = rival.jacobian if rival.jacobian is not None else fitter.finish(rival).jacobian
+    jacobian = fitter.finished(rival).jacobian
     assert jacobian is not None, 'a finished fit has one'
     scaled = (jacobian / fitter.spread[:, None])[fitter.fitted]
     known = scaled.T @ scaled

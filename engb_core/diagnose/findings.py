@@ -225,15 +225,8 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
         effect = get_effect(finding.effect)
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
-        surely = something_known(left)
-        if finding.effect != LOAD_SHAPE:
-            held = held_at_file(fitter, finding.fit, effect.id)
-            own = form_left(fitter, held, finding.fit, effect.reveals)
-            surely = something_known(left, own)
-            if finding.fit.hypothesis.variants:
-                surely = min(surely, further_known(fitter, whole, held, finding.fit, own))
-                if makeshift:
-                    surely *= LARGER_PART
+        surely = something_known(left) if finding.effect == LOAD_SHAPE else _number_known(
+            fitter, finding, whole, left, makeshift)
         findings.append((EffectFinding(
             effect=effect.id, probability=surely * finding.moved * (1.0 - others),
             parameters=parameters,
@@ -243,6 +236,19 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
                 **finding.fit.hypothesis.given(effect.id),
                 **{name: entry.value for name, entry in parameters.items()}})), finding.matters))
     return findings
+
+
+def _number_known(fitter: Fitter, finding: NumberFinding, whole: Fit, left: float,
+                  makeshift: bool) -> float:
+    """Return the probability that a wrong number is none that stands for something else: beside
+    effects it is bound as each further one, by how much of the `whole` they leave without it."""
+    held = held_at_file(fitter, finding.fit, finding.effect)
+    own = form_left(fitter, held, finding.fit, get_effect(finding.effect).reveals)
+    surely = something_known(left, own)
+    if not finding.fit.hypothesis.variants:
+        return surely
+    surely = min(surely, further_known(fitter, whole, held, finding.fit, own))
+    return LARGER_PART * surely if makeshift else surely
 
 
 def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[EffectFinding],
@@ -279,7 +285,7 @@ def with_numbers_alone(fitter: Fitter, explanation: Explanation,
 def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEstimate]:
     """Return the effect's parameters, which are nominal numbers of the fit: all that is known is
     that these are wrong, so that any of the others may stand as in the file."""
-    fit = finding.fit if finding.fit.jacobian is not None else fitter.finish(finding.fit)
+    fit = fitter.finished(finding.fit)
     wrong = tuple(parameter.name for parameter in get_effect(finding.effect).parameters)
     fit = with_averaged_numbers(fitter, fit, free=wrong)
     deviations = vector_deviations(fit, fitter)

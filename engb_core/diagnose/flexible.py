@@ -170,8 +170,8 @@ def form_left(fitter: Fitter, without: Fit, with_it: Fit, coordinate: str) -> fl
     if made is None:
         return None
     folds = _folds(fitter)
-    before, after = (_Regression(fitter, fit if fit.jacobian is not None else fitter.finish(fit),
-                                 made) for fit in (without, with_it))
+    before, after = (_Regression(fitter, fitter.finished(fit), made)
+                     for fit in (without, with_it))
     alone, explained = before.alone(folds), before.best(folds)[0]
     leaves = after.alone(folds)
     if alone - explained < LARGER_PART * max(alone - leaves, FORMULA_ERROR):

@@ -31,18 +31,18 @@ def wrong_by_itself(fitter: Fitter, explained: Fit, place: int) -> float:
 
     Args:
         fitter: of the problem; what a refit saw is its first round of fits.
-        explained: with effects that the file misses.
+        explained: with effects that the file misses; finished.
         place: the number's, in `explained.hypothesis.numbers`.
     """
     number = explained.hypothesis.numbers[place]
     first = fitter.earlier or fitter
     base = first.base()
-    places = [other.name for other in base.hypothesis.numbers]
-    if number.name not in places:
+    names = [other.name for other in base.hypothesis.numbers]
+    if number.name not in names:
         return 1.0
+    own = names.index(number.name)
     # The derivative beside no effect: where flanks meet, one beside a gap tells nothing.
-    column = first.columns(base, range(places.index(number.name),
-                                       places.index(number.name) + 1))[:, 0]
+    column = first.columns(base, range(own, own + 1))[:, 0]
     file = first.evaluate(first.hypothesis((), ()), np.zeros(0))
     size = float(column @ column)
     start = float(explained.hypothesis.start_of_numbers()[place])
@@ -55,8 +55,7 @@ def wrong_by_itself(fitter: Fitter, explained: Fit, place: int) -> float:
         # The file does not have it at all: no refit leaves it there, unless the bound held it.
         return 1.0 if alone > low else 0.5
     by_refit = start + moved - alone
-    finished = explained if explained.jacobian is not None else fitter.finish(explained)
-    known = float(vector_deviations(finished, fitter)[place])
+    known = float(vector_deviations(explained, fitter)[place])
     scale = max(float(np.hypot(FORMULA_MISSES * by_refit, known)), np.finfo(float).tiny)
     refit = student.pdf(moved, FORMULA_TAILS, loc=by_refit, scale=scale)
     # What a file says is off by no more than it is, or as much as the file is believed.

@@ -64,7 +64,7 @@ class NumberFinding:
         value: that it has in the fit.
         kept: whether a refit of the file left just this one as it was.
         rivals: (effect, weight) of numbers of which one is wrong instead, if this one isn't.
-        moved: probability that it is not as in the file.
+        moved: probability that it is not as in the file, and that no refit has moved it.
     """
 
     effect: str
@@ -111,19 +111,19 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
 def _beside_physics(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     """Return the numbers that are likelier off by themselves than as in the file, or moved by a
     refit around the effects, and that matter where those that stand are held."""
-    finished = explained if explained.jacobian is not None else fitter.finish(explained)
+    finished = fitter.finished(explained)
     kept = _kept_by_data(fitter, finished)
     off = [name for name in kept if kept[name] < 0.5]
     if not set(off) & set(_BY_NUMBER):
         return []
-    rises = _rises_beside_file(fitter, explained, _groups(off))
+    groups = _groups(off)
+    rises = _rises_beside_file(fitter, explained, groups)
     # What the fit leaves is the noise that a number has to stand out of, and what other formulas
     # of the effects miss could be put into it.
     least = max(CLEAN_EXCESS * max(1.0, reduced_chi_square(explained, fitter)),
                 part_of_formula() * _whole(fitter, explained))
     found = []
-    for group, rise in zip(_groups(off), rises, strict=True):
-        name = group[0]
+    for (name, *_), rise in zip(groups, rises, strict=True):
         if name not in _BY_NUMBER or rise < least:
             continue
         finding = _named(fitter, finished, name, rise)
@@ -176,8 +176,9 @@ def still_wrong(fitter: Fitter, explained: Fit, before: Mapping[tuple[str, str],
              and (finding := _named(fitter, explained, name, rises[name])) is not None]
     if not explained.hypothesis.variants:
         return found
-    return [replace(finding, moved=wrong_by_itself(fitter, explained, number_place(
-        explained.hypothesis.numbers, finding.effect))) for finding in found]
+    finished = fitter.finished(explained)
+    return [replace(finding, moved=wrong_by_itself(fitter, finished, number_place(
+        finished.hypothesis.numbers, finding.effect))) for finding in found]
 
 
 def _or_another(fitter: Fitter, held: NumberFinding, insisted: list[NumberFinding],
@@ -209,8 +210,7 @@ def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
     # a free load curve, or what has no name, leaves nothing of.
     if variants and (fitter.load_shape or explained.hypothesis.has_unnamed or refitted(fitter)):
         return {}
-    kept = _kept_by_data(fitter, explained if explained.jacobian is not None
-                         else fitter.finish(explained))
+    kept = _kept_by_data(fitter, fitter.finished(explained))
     off = sum(probability < 0.5 for probability in kept.values())
     # A refit that held the load curve has moved most of the others.
     return kept if not fitter.held or off <= LARGER_PART * len(kept) else {}
@@ -228,7 +228,7 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     rises = dict(zip(groups, _rises_beside_file(fitter, explained, groups), strict=True))
     # What the fit leaves is the noise that a number has to stand out of.
     least = CLEAN_EXCESS * max(1.0, reduced_chi_square(explained, fitter))
-    curve = rises.pop(tuple(name for name in off if name in LOAD_NUMBERS), 0.0)
+    curve = sum(rises.pop(group) for group in groups if group[0] in LOAD_NUMBERS)
     if curve >= max(least, part_of_formula() * _whole(fitter, explained)):
         others = [name for name in kept if name not in LOAD_NUMBERS]
         if len(rises) > LARGER_PART * len(others):

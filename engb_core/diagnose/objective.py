@@ -112,6 +112,10 @@ class Objective:
         """Return the fit with all derivatives at its end."""
         return replace(fit, jacobian=self.columns(fit, range(fit.hypothesis.size)))
 
+    def finished(self, fit: Fit) -> Fit:
+        """Return the fit with all derivatives at its end, which it may have already."""
+        return fit if fit.jacobian is not None else self.finish(fit)
+
     def _cost(self, hypothesis: Hypothesis, vector: Array, residual: Array) -> float:
         scaled = (residual / self.spread)[self.fitted]
         if not np.isfinite(scaled).all():

@@ -31,7 +31,7 @@ _LEAST_TOLD = 1e-9
 
 def costs_left_out(fitter: Fitter, fit: Fit) -> Array:
     """Return the weighted sum of squares on each recording, (runs,), of the fit to all others."""
-    finished = fit if fit.jacobian is not None else fitter.finish(fit)
+    finished = fitter.finished(fit)
     jacobian, weight = finished.jacobian, fitter.weight
     assert jacobian is not None
     low, high = fit.hypothesis.bounds

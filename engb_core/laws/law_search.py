@@ -31,13 +31,7 @@ from engb_core.laws.atoms import (
     mirrors_of,
     onset_forms,
 )
-from engb_core.laws.blocks import (
-    Blocks,
-    derivatives_of,
-    HEARD,
-    Score,
-    stretches_of_time,
-)
+from engb_core.laws.blocks import Blocks, derivatives_of, HEARD, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
