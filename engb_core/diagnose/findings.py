@@ -63,8 +63,7 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
     """
     chosen = explanation.fit
     physics = _physics(fitter, explanation, judged, selection, told)
-    changed = number_findings(fitter, nominal, explanation, judged, numbers,
-                              fitter.load_shape or _something_left(explanation))
+    changed = number_findings(fitter, nominal, explanation, judged, numbers)
     findings = [finding for finding, _ in (*physics, *changed)]
     if physics and changed:
         # What effects and numbers explain together, each by what is lost without it.
@@ -209,10 +208,9 @@ def _other(rival: Fit, chosen: Fit) -> str:
 
 
 def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chosen: Fit,
-                    numbers: list[NumberFinding], makeshift: bool = False,
-                    ) -> list[tuple[EffectFinding, float]]:
+                    numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
     """Return the wrong numbers, and by how much the reduced chi-square rises with each as the
-    file has it; whether one beside effects may be a `makeshift` for what has no name."""
+    file has it."""
     before = max(reduced_chi_square(nominal, fitter) - 1.0, 1e-9)
     total = sum(finding.matters for finding in numbers)
     after = excess(chosen, fitter)
@@ -226,7 +224,7 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
         surely = something_known(left) if finding.effect == LOAD_SHAPE else _number_known(
-            fitter, finding, whole, left, makeshift)
+            fitter, finding, whole, left)
         findings.append((EffectFinding(
             effect=effect.id, probability=surely * finding.moved * (1.0 - others),
             parameters=parameters,
@@ -238,8 +236,7 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
     return findings
 
 
-def _number_known(fitter: Fitter, finding: NumberFinding, whole: Fit, left: float,
-                  makeshift: bool) -> float:
+def _number_known(fitter: Fitter, finding: NumberFinding, whole: Fit, left: float) -> float:
     """Return the probability that a wrong number is none that stands for something else: beside
     effects it is bound as each further one, by how much of the `whole` they leave without it."""
     held = held_at_file(fitter, finding.fit, finding.effect)
@@ -247,8 +244,7 @@ def _number_known(fitter: Fitter, finding: NumberFinding, whole: Fit, left: floa
     surely = something_known(left, own)
     if not finding.fit.hypothesis.variants:
         return surely
-    surely = min(surely, further_known(fitter, whole, held, finding.fit, own))
-    return LARGER_PART * surely if makeshift else surely
+    return min(surely, further_known(fitter, whole, held, finding.fit, own))
 
 
 def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[EffectFinding],

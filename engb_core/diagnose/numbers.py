@@ -79,28 +79,44 @@ class NumberFinding:
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     """Return the numbers that are wrong in the model file, given the effects in `explained`.
 
-    Beside physics each number speaks for itself: a file that was refitted around missing physics
-    has moved numbers, but by no more and no less than the physics pulls them (moved_by_refit.py).
+    Beside missing physics a number is named only where no refit of the file around the physics
+    has moved it (moved_by_refit.py). Where something without a name stands beside, which may have
+    taken in what others of them do or left what passes for one, the file has to tell as well.
     """
     variants = explained.hypothesis.variants
-    if not all(variant.number_only for variant in variants):
+    beside_physics = not all(variant.number_only for variant in variants)
+    if beside_physics and not (fitter.load_shape or explained.hypothesis.has_unnamed):
         return _beside_physics(fitter, explained)
+    found = _told_by_file(fitter, explained)
+    return _wrong_by_themselves(fitter, explained, found) if beside_physics and found else found
+
+
+def _told_by_file(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
+    """Return the numbers beside which the file's others stand, or which a refit of it held: a
+    file that was refitted around what is missing has all others moved."""
     few = _moved(fitter, explained)
-    if few or (variants and refitted(fitter)):
-        # Around a wrong load curve a refit has moved all others.
+    if few:
         return few
-    insisted = _insisted(fitter, explained)
-    if variants and fitter.held == (LOAD,) and not was_refitted(fitter):
+    load_kept = bool(explained.hypothesis.variants) and fitter.held == (LOAD,)
+    if load_kept and (refitted(fitter) or was_refitted(fitter)):
+        # All others moved to make up for the load curve, which has its own cause.
+        return []
+    insisted = _insisted(fitter, explained, load_kept)
+    if load_kept:
         # The file was not refitted, and may stand but for one number.
         return _fewest(fitter, explained, insisted, 1)
     kept = [_BY_NUMBER[name] for name in fitter.held if name in _BY_NUMBER]
-    if variants and len(kept) > 1:
-        # What is wrong with the load may have passed for one of them.
+    if explained.hypothesis.variants and len(kept) > 1:
+        # What is missing may have passed for one of them.
         kept = []
     insisted = [replace(finding, kept=finding.effect in kept) for finding in insisted]
     held = [_or_another(fitter, finding, insisted) if len(kept) == 1 else finding
             for finding in insisted if finding.kept]
-    if (variants and held) or was_refitted(fitter):
+    unnamed = explained.hypothesis.has_unnamed
+    if kept and not held and unnamed:
+        held = [replace(finding, kept=True) for finding in _insisted(
+            fitter, _named_only(fitter, explained)) if finding.effect in kept]
+    if (explained.hypothesis.variants and held) or was_refitted(fitter):
         # A file that was refitted around what is settled by now has all other numbers moved.
         return held
     # A file with one number wrong is plainer than a refit that held it, and that than two of them.
@@ -122,18 +138,23 @@ def _beside_physics(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     # of the effects miss could be put into it.
     least = max(CLEAN_EXCESS * max(1.0, reduced_chi_square(explained, fitter)),
                 part_of_formula() * _whole(fitter, explained))
-    found = []
-    for (name, *_), rise in zip(groups, rises, strict=True):
-        if name not in _BY_NUMBER or rise < least:
-            continue
-        finding = _named(fitter, finished, name, rise)
-        if finding is None:
-            continue
-        place = number_place(finished.hypothesis.numbers, finding.effect)
-        moved = (1.0 - kept[name]) * wrong_by_itself(fitter, finished, place)
-        if moved >= LARGER_PART:
-            found.append(replace(finding, moved=moved))
-    return sorted(found, key=lambda finding: -finding.matters)
+    matters = {name: rise for (name, *_), rise in zip(groups, rises, strict=True)
+               if name in _BY_NUMBER and rise >= least}
+    found = [replace(finding, moved=1.0 - kept[name]) for name, rise in matters.items()
+             if (finding := _named(fitter, finished, name, rise)) is not None]
+    return sorted(_wrong_by_themselves(fitter, finished, found),
+                  key=lambda finding: -finding.matters)
+
+
+def _wrong_by_themselves(fitter: Fitter, explained: Fit, found: list[NumberFinding],
+                         ) -> list[NumberFinding]:
+    """Return those of the numbers that are likelier off by themselves than moved by a refit around
+    the effects."""
+    finished = fitter.finished(explained)
+    likely = [replace(finding, moved=finding.moved * wrong_by_itself(
+        fitter, finished, number_place(finished.hypothesis.numbers, finding.effect)))
+        for finding in found]
+    return [finding for finding in likely if finding.moved >= LARGER_PART]
 
 
 def _kept_by_data(fitter: Fitter, finished: Fit) -> dict[str, float]:
@@ -174,11 +195,8 @@ def still_wrong(fitter: Fitter, explained: Fit, before: Mapping[tuple[str, str],
     rises = _rises(fitter, explained, stay)
     found = [finding for name in stay if rises[name] >= CLEAN_EXCESS
              and (finding := _named(fitter, explained, name, rises[name])) is not None]
-    if not explained.hypothesis.variants:
-        return found
-    finished = fitter.finished(explained)
-    return [replace(finding, moved=wrong_by_itself(fitter, finished, number_place(
-        finished.hypothesis.numbers, finding.effect))) for finding in found]
+    return _wrong_by_themselves(fitter, explained, found) if explained.hypothesis.variants \
+        else found
 
 
 def _or_another(fitter: Fitter, held: NumberFinding, insisted: list[NumberFinding],
@@ -265,14 +283,19 @@ def held_at_file(fitter: Fitter, explained: Fit, effect: str) -> Fit:
         if _BY_NUMBER.get(number.name) != effect))
 
 
-def _insisted(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
-    """Return the numbers that the data insist on changing, the weightiest first."""
+def _insisted(fitter: Fitter, explained: Fit, told: bool = False) -> list[NumberFinding]:
+    """Return the numbers that the data insist on changing, the weightiest first; with less that
+    they matter where it is `told` otherwise which of them is wrong."""
+    variants = explained.hypothesis.variants
+    if any(variant.number_only for variant in variants) and not all(
+            variant.number_only for variant in variants):
+        return []
     rises = _rises(fitter, explained,
                    [number.name for number in explained.hypothesis.numbers
                     if number.name in _BY_NUMBER])
     # What other formulas of all that the file misses could put into a number.
     misses = part_of_formula() * _whole(fitter, explained)
-    least = {name: max(CLEAN_EXCESS, 0.0 if name in fitter.held else misses)
+    least = {name: max(CLEAN_EXCESS, 0.0 if told or name in fitter.held else misses)
              for name in rises}
     return [finding for name in sorted(rises, key=lambda name: -rises[name])
             if rises[name] >= least[name]
@@ -301,6 +324,14 @@ def _rises_beside_file(fitter: Fitter, explained: Fit, groups: Sequence[tuple[st
     return [level - least for level in levels]
 
 
+def _named_only(fitter: Fitter, explained: Fit) -> Fit:
+    """Return the fit without what has no name, which may have taken in what a number does."""
+    for index in reversed(range(len(explained.hypothesis.variants))):
+        if explained.hypothesis.variants[index].effect.unnamed:
+            explained = fitter.without(explained, index)
+    return explained
+
+
 def _whole(fitter: Fitter, explained: Fit) -> float:
     """Return the excess that a number's part is measured by: the file's, but beside effects no
     more than theirs, since a file that was not refitted may miss by any amount."""
@@ -313,7 +344,9 @@ def _whole(fitter: Fitter, explained: Fit) -> float:
 def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding], most: int,
             ) -> list[NumberFinding]:
     """Return the fewest of the numbers beside which all others of the file stand, so many at
-    most; none where there are more."""
+    most; none where there are more, or where the file was refitted around the effects."""
+    if explained.hypothesis.variants and refitted(fitter):
+        return []
     return next((list(wrong) for count in range(1, most + 1)
                  for wrong in itertools.combinations(insisted, count)
                  if _all_but(fitter, explained, *wrong)), [])
@@ -342,8 +375,8 @@ def was_refitted(fitter: Fitter) -> bool:
 
 
 def _all_but(fitter: Fitter, explained: Fit, *wrong: NumberFinding) -> bool:
-    """Whether the file's other numbers fit as they stand, as far as the least of the wrong ones
-    matters."""
+    """Whether the file's other numbers fit as they stand beside the effects, as far as the least
+    of the wrong ones matters."""
     least = min(finding.matters for finding in wrong)
     return _with_only(fitter, explained, wrong) < reduced_chi_square(explained, fitter) + max(
         CLEAN_EXCESS, part_of_formula() * least)

@@ -263,6 +263,18 @@ def test_what_a_refit_may_have_held_instead_is_told_with_its_odds():
     assert found.rivals == (('coulomb_friction_error', pytest.approx(1.0 / 4.1)),)
 
 
+def test_what_has_no_name_is_taken_off_before_numbers_are_asked():
+    taken = []
+
+    def without(fit, index):
+        taken.append(index)
+        return Level(tuple(name for place, name in enumerate(fit.names) if place != index), 0.0)
+
+    fit = Level(('unexplained_spot', 'backlash', 'unexplained_rest'), 0.0)
+    assert numbers._named_only(SimpleNamespace(without=without), fit).names == ('backlash',)
+    assert taken == [2, 0]
+
+
 def test_a_gain_that_falls_below_the_file_s_is_no_finding():
     explained = SimpleNamespace(vector=np.array([0.05]), hypothesis=SimpleNamespace(
         numbers=(SimpleNamespace(name='load_gain', logarithmic=False),),
