@@ -19,7 +19,7 @@ from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.normal_equations import normal_equations
 from engb_core.diagnose.objective import Objective
 
-__all__ = ['delay_held', 'descended', 'reach']
+__all__ = ['delay_held', 'descended']
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ def descended(objective: Objective, begin: Fit, shared: Array, rounds: int, tole
     centre, spread = hypothesis.prior
     others = range(shared.shape[1], hypothesis.size)
     weight = objective.weight
-    down, up = reach(hypothesis)
+    down, up = _reach(hypothesis)
     held = delay_held(hypothesis)
     best = _within_bounds(objective, begin, held)
     damping, steps, done, failed, taken_here = DAMPING, 0, False, False, False
@@ -87,7 +87,7 @@ def descended(objective: Objective, begin: Fit, shared: Array, rounds: int, tole
     return best
 
 
-def reach(hypothesis: Hypothesis) -> tuple[Array, Array]:
+def _reach(hypothesis: Hypothesis) -> tuple[Array, Array]:
     """Return how far one step may move each entry of the vector, down and up, (size,) each."""
     count = len(hypothesis.numbers)
     reach = np.array([(-np.inf, np.inf)] * count

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import FORMULA_ERROR, LARGER_PART
-from engb_core.diagnose.cross_validation import time_folds
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.problem import Run
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
@@ -41,6 +40,8 @@ __all__ = ['Flexible', 'Table', 'best_table', 'form_left', 'left_out']
 
 Array = NDArray[np.float64]
 
+FOLDS = 5
+STRETCH = 1.5        # s; longer than any filter, shorter than a stroke
 SMOOTHNESS = (0.3, 3.0, 30.0, 300.0)
 
 
@@ -168,7 +169,7 @@ def form_left(fitter: Fitter, without: Fit, with_it: Fit, coordinate: str) -> fl
     made = _made(fitter.problem.runs, *_FORMS[coordinate])
     if made is None:
         return None
-    folds = time_folds(fitter)
+    folds = _folds(fitter)
     before, after = (_Regression(fitter, fitter.finished(fit), made)
                      for fit in (without, with_it))
     alone, explained = before.alone(folds), before.best(folds)[0]
@@ -255,7 +256,7 @@ def _knots(values: Array, span: tuple[float, float], count: int,
 
 def _fitted(fitter: Fitter, fit: Fit, table: Table) -> Flexible:
     made = _Regression(fitter, fit, table)
-    reached, smoothness = made.best(time_folds(fitter))
+    reached, smoothness = made.best(_folds(fitter))
     solution = made.solved(fitter.fitted, smoothness)
     count = made.norm.size
     values = solution[count:]
@@ -310,6 +311,18 @@ class _Regression:
             solution = self.solved(self._fitter.fitted & ~out, smoothness, size)
             left[out] = self._target[out] - self._design[:, :size][out] @ solution
         return float(np.sum(left ** 2)) / self._noise
+
+
+def _folds(fitter: Fitter) -> NDArray[np.int64]:
+    """Return the fold (m,) of each value: stretches of time, or whole recordings where there are
+    enough of them, since the next one moves in other ways than the last."""
+    runs = fitter.problem.runs
+    if len(runs) >= FOLDS:
+        parts = [np.full(run.measured.size, index) for index, run in enumerate(runs)]
+    else:
+        parts = [(run.motion.time[run.comparison.grid] / STRETCH).astype(int) + 3 * index
+                 for index, run in enumerate(runs)]
+    return np.concatenate(parts) % FOLDS
 
 
 def _solve(design: Array, target: Array, penalty: Array) -> Array:

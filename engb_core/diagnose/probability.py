@@ -1,36 +1,34 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How sure: probabilities of the chosen effects, their rivals and of something else altogether.
 
-The weights of hypotheses of like size come from how surely one leaves less than the other, by the
-scatter over stretches of time. That the cause has no name is one hypothesis more beside those of
-the library, in nothing privileged: where a name explains all that there is, data cannot tell it
-from physics that nobody wrote down and that looks alike, and the odds are those beforehand. The
-more is left of values left out, the less it is what another formula of the same physics leaves, by
-the priors in `constants.py`.
+The weights of hypotheses of like size come from their mean squares, tempered, because the
+residual of a formula that is only nearly right is no noise. That the cause has no name is one
+hypothesis more beside those of the library, in nothing privileged: where a name explains all that
+there is, data cannot tell it from physics that nobody wrote down and that looks alike, and the
+odds are those beforehand. The more is left on what no fit has seen, the less it is what another
+formula of the same physics leaves, by the priors in `constants.py`.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     CONTAINING,
+    PARAMETER_PRICE,
     PHYSICS_FOR_NUMBER,
+    TEMPER,
     UNNAMED,
-)
-from engb_core.diagnose.cross_validation import (
-    left_out_chi_square,
-    odds_of_less,
-    stretches,
-    without_each_fold,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, further_odds, probability
-from engb_core.diagnose.reduced_chi_square import excess
+from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 
-__all__ = ['closer_odds', 'further_known', 'own_part_left', 'part_left', 'rival_weights']
+__all__ = ['further_known', 'own_part_left', 'part_left', 'rival_weights']
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -41,31 +39,17 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
         fitter: of the problem.
         before: excess that the chosen fit's numbers leave without effects.
     """
-    floor = formula_error(before)
-    weights = [1.0] + [closer_odds(fit, chosen, fitter, floor) * _prior(fit, chosen)
+    size = chosen.hypothesis.size
+
+    def score(fit: Fit) -> float:
+        return PARAMETER_PRICE * (fit.hypothesis.size - size) + math.log(
+            excess(fit, fitter) + formula_error(before))
+
+    best = score(chosen)
+    weights = [1.0] + [min(1.0, math.exp(-TEMPER * (score(fit) - best))) * _prior(fit, chosen)
                        for fit in rivals]
     total = sum(weights)
     return [weight / total for weight in weights]
-
-
-def closer_odds(rival: Fit, chosen: Fit, fitter: Fitter, floor: float) -> float:
-    """Return the odds, 1 at most, that a rival is nearer to the truth than the chosen fit: that
-    its excess over the noise is the smaller one, by how the ratio of both scatters over stretches
-    of time. What a nearly right formula leaves is no noise, and its values are not independent;
-    its stretches are.
-
-    Args:
-        rival, chosen: fits of like size.
-        fitter: of the problem.
-        floor: excess that even the right formulas leave.
-    """
-    weight = 1.0 / fitter.spread ** 2
-    noise = weight * fitter.sigma ** 2
-    stretch = stretches(fitter)
-    share = np.bincount(stretch, noise) / noise.sum()
-    first, second = (np.bincount(stretch, weight * fit.residual ** 2) / noise.sum() - share
-                     for fit in (rival, chosen))
-    return odds_of_less(first, second, share, floor)
 
 
 def _prior(fit: Fit, chosen: Fit) -> float:
@@ -82,17 +66,21 @@ def _prior(fit: Fit, chosen: Fit) -> float:
 
 
 def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:
-    """Return the part (0 to 1) of one fit's excess over the noise that another one leaves, of
-    values that neither was fitted to.
+    """Return the part (0 to 1) of one fit's excess over the noise that another one leaves, on what
+    no fit has seen.
 
     What is fitted takes away more of the stretches that it is fitted to than it explains: with
-    enough effects nearly all. No more is left than noise whose level is known so well can be.
+    enough effects nearly all. Where what is left out holds nothing to explain (a thing that
+    happened once), all that was recorded is asked. No more is left than noise whose level is known
+    so well can be.
     """
-    missed = left_out_chi_square(fitter, before) - 1.0
-    if missed <= CLEAN_EXCESS:
-        return 0.0
-    left = left_out_chi_square(fitter, after) - 1.0 - CLEAN_EXCESS
-    return min(1.0, max(0.0, left) / missed)
+    unseen = ~fitter.fitted
+    for rows in (unseen, np.ones_like(unseen)):
+        missed = reduced_chi_square_of(before, fitter, rows) - 1.0
+        if missed > CLEAN_EXCESS:
+            left = reduced_chi_square_of(after, fitter, rows) - 1.0 - CLEAN_EXCESS
+            return min(1.0, max(0.0, left) / missed)
+    return 0.0
 
 
 def further_known(fitter: Fitter, whole: Fit, without: Fit, with_it: Fit,
@@ -106,14 +94,11 @@ def further_known(fitter: Fitter, whole: Fit, without: Fit, with_it: Fit,
 
 
 def own_part_left(fitter: Fitter, fit: Fit, index: int) -> float:
-    """Return the part (0 to 1) of what one effect of a fit says that isn't there on values that it
-    was not fitted to: 0 where its part of the residual is gone with it, 1 where it takes nothing
-    away."""
-    said, left = np.empty_like(fit.residual), np.empty_like(fit.residual)
-    for rows, one in without_each_fold(fitter, fit):
-        adds = one.predicted - fitter.predict(*without_effects(one, {index}))
-        said[rows], left[rows] = adds[rows], one.residual[rows]
-    said, left = said / fitter.sigma, left / fitter.sigma
+    """Return the part (0 to 1) of what one effect of a fit says that isn't there on what no fit
+    has seen: 0 where its part of the residual is gone with it, 1 where it takes nothing away."""
+    said = fit.predicted - fitter.predict(*without_effects(fit, {index}))
+    unseen = ~fitter.fitted if not fitter.fitted.all() else fitter.fitted
+    said, left = (values[unseen] / fitter.sigma[unseen] for values in (said, fit.residual))
     size = float(said @ said)
     if size == 0.0:
         return 1.0

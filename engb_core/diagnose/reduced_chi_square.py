@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 
-__all__ = ['excess', 'reduced_chi_square', 'reduced_chi_square_of',
-           'reduced_chi_square_of_residual']
+__all__ = ['excess', 'reduced_chi_square', 'reduced_chi_square_of']
 
 
 def reduced_chi_square(fit: Fit, fitter: Fitter) -> float:
@@ -32,11 +31,6 @@ def reduced_chi_square_of(fit: Fit, fitter: Fitter, rows: NDArray[np.bool_]) -> 
     if not rows.any():
         return 1.0
     return _mean_square(fit.residual[rows], fitter.sigma[rows], fitter.spread[rows])
-
-
-def reduced_chi_square_of_residual(residual: NDArray[np.float64], fitter: Fitter) -> float:
-    """Return the mean square of a residual (m,) [N·m], in units of the noise's."""
-    return _mean_square(residual, fitter.sigma, fitter.spread)
 
 
 def _mean_square(residual: NDArray[np.float64], sigma: NDArray[np.float64],

@@ -17,7 +17,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.cross_validation import HEARD
 from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
@@ -26,7 +25,7 @@ from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
 from engb_core.effects.law import law_value
 from engb_core.errors import InputError
 from engb_core.laws.atoms import first_forms
-from engb_core.laws.blocks import Blocks, kinds_of_motion
+from engb_core.laws.blocks import Blocks, HEARD, kinds_of_motion
 from engb_core.laws.columns import scales_of
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
 from engb_core.laws.law_search import best_of, Candidate, is_promising, Search, search_laws

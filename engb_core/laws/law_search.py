@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.cross_validation import HEARD
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.parallel_map import parallel_map
@@ -32,7 +31,7 @@ from engb_core.laws.atoms import (
     mirrors_of,
     onset_forms,
 )
-from engb_core.laws.blocks import Blocks, derivatives_of, Score, stretches_of_time
+from engb_core.laws.blocks import Blocks, derivatives_of, HEARD, Score, stretches_of_time
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 

@@ -122,7 +122,7 @@ def test_what_one_recording_alone_tells_stays_as_it_is_for_the_others():
     jacobian[rows, 2] = 0.0
     jacobian[:, 2] *= 1e6
     hypothesis = SimpleNamespace(
-        variants=(), numbers=base.hypothesis.numbers, places=(), bounds=base.hypothesis.bounds,
+        bounds=base.hypothesis.bounds,
         prior=(base.hypothesis.prior[0], np.full(base.hypothesis.size, np.inf)))
     costs = costs_left_out(fitter, replace(base, jacobian=jacobian, hypothesis=hypothesis))
     assert np.isfinite(costs).all()

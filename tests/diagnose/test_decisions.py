@@ -136,10 +136,9 @@ def test_physics_beside_one_wrong_number_and_what_contains_the_chosen_are_rarer(
     ([1.0, -1.0], [-0.5, 0.5], 1.0)])
 def test_how_much_of_an_effect_is_not_there(monkeypatch, said, left, part):
     fit = SimpleNamespace(predicted=np.array(said), residual=np.array(left))
-    fitter = SimpleNamespace(sigma=np.ones(2), predict=lambda *_: np.zeros(2))
+    fitter = SimpleNamespace(fitted=np.zeros(2, bool), sigma=np.ones(2),
+                             predict=lambda *_: np.zeros(2))
     monkeypatch.setattr(probability, 'without_effects', lambda fit, which: (None, None))
-    monkeypatch.setattr(probability, 'without_each_fold',
-                        lambda fitter, fit: [(np.ones(2, bool), fit)])
     assert probability.own_part_left(fitter, fit, 0) == pytest.approx(part)
 
 
@@ -308,7 +307,7 @@ def test_without_candidates_the_base_stays(monkeypatch):
     monkeypatch.setattr(selection, '_candidates', lambda *_: [])
     result = SimpleNamespace(fitter=None, base=base)
     assert selection._forward(result, 5.0) is base
-    assert selection._of_best_pair(result, base) is base
+    assert selection._of_best_pair(result, base, 5.0) is base
 
 
 # ---- shafts that ring

@@ -1,15 +1,17 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How sure a name is: by what it leaves of what no fit has seen."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from engb_core.diagnose import probability
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import further_odds, something_known
-from engb_core.diagnose.probability import closer_odds, further_known, part_left
+from engb_core.diagnose.probability import further_known, part_left
+from engb_core.diagnose.problem import problem_of
+
+from .simulated_brake import brake_with, lively, NOMINAL
 
 
 def test_a_cause_that_nobody_wrote_down_stays_possible():
@@ -25,19 +27,29 @@ def test_what_is_left_unexplained_speaks_against_a_name():
     assert something_known(0.5 ** 2, 0.5) < 0.5
 
 
-@pytest.fixture
-def levels(monkeypatch) -> None:
-    """Let a fit stand for the excess that it leaves, of all and of what it was not fitted to."""
-    monkeypatch.setattr(probability, 'left_out_chi_square', lambda fitter, fit: 1.0 + fit)
-    monkeypatch.setattr(probability, 'excess', lambda fit, fitter: fit)
+@pytest.fixture(scope='module')
+def fitter() -> Fitter:
+    return Fitter(problem_of([lively(brake_with('asymmetric_friction', asymmetry=0.4))], NOMINAL))
 
 
-def test_the_part_that_is_left_is_that_of_what_was_left_out(levels):
-    assert part_left(None, 20.0, 5.0) == pytest.approx(0.25, abs=0.02)
-    assert part_left(None, 20.0, 30.0) == 1.0
-    # No more is left than noise may be, and nothing was missed but noise.
-    assert part_left(None, 20.0, 0.9 * CLEAN_EXCESS) == 0.0
-    assert part_left(None, 0.9 * CLEAN_EXCESS, 1.0) == 0.0
+def scaled(fit: Fit, rows: np.ndarray, factor: float) -> Fit:
+    return replace(fit, residual=np.where(rows, factor, 1.0) * fit.residual)
+
+
+def test_what_is_left_is_asked_where_no_fit_has_looked(fitter):
+    """An effect that fits what it was fitted to, and nothing else, explains nothing."""
+    base = scaled(fitter.base(), np.array(True), 20.0)
+    assert part_left(fitter, base, scaled(base, fitter.fitted, 0.0)) > 0.9
+    assert part_left(fitter, base, scaled(base, ~fitter.fitted, 0.5)) == pytest.approx(
+        0.25, abs=0.05)
+    assert part_left(fitter, base, scaled(base, ~fitter.fitted, 0.0)) == 0.0
+
+
+def test_what_lies_in_no_stretch_left_out_is_asked_of_all(fitter):
+    once = scaled(fitter.base(), np.array(True), 20.0)
+    once = scaled(once, ~fitter.fitted, 0.0)
+    assert part_left(fitter, once, scaled(once, fitter.fitted, 0.5)) == pytest.approx(
+        0.25, abs=0.05)
 
 
 def test_an_effect_beside_others_is_held_against_what_their_formulas_miss():
@@ -51,27 +63,11 @@ def test_an_effect_beside_others_is_held_against_what_their_formulas_miss():
         assert odds == sorted(odds, reverse=True)
 
 
-def test_an_effect_beside_others_is_no_surer_than_it_is_needed_there(levels):
-    known = [further_known(None, 100.0, 9.0, 9.0 * part) for part in (0.01, 0.25, 0.64)]
+def test_an_effect_beside_others_is_no_surer_than_it_is_needed_there(fitter):
+    base = scaled(fitter.base(), np.array(True), 20.0)
+    beside = scaled(base, np.array(True), 0.3)
+    known = [further_known(fitter, base, beside, scaled(beside, np.array(True), factor))
+             for factor in (0.1, 0.5, 0.8)]
     assert known[0] > 0.85 and known[1] < 0.75 and known[2] < 0.5
-    assert further_known(None, 100.0, 9.0, 9.0 * 0.64, 0.8) < 0.2
-    assert something_known(part_left(None, 100.0, 9.0 * 0.64)) > 0.6
-
-
-class Rival:
-    """A fit of one effect with this residual."""
-
-    def __init__(self, residual: np.ndarray) -> None:
-        self.residual = residual
-
-
-def test_a_rival_weighs_by_how_surely_it_leaves_less(monkeypatch):
-    """What counts is how the ratio scatters over stretches of time, not how many values there
-    are: of the same excess in one stretch a rival may be right, in all of them it is not."""
-    fitter = SimpleNamespace(sigma=np.ones(400), spread=np.ones(400))
-    monkeypatch.setattr(probability, 'stretches', lambda _: np.repeat(np.arange(20), 20))
-    chosen = Rival(np.sqrt(2.0) * np.ones(400))
-    everywhere = Rival(np.sqrt(4.0) * np.linspace(0.9, 1.1, 400))
-    once = Rival(np.where(np.arange(400) < 20, np.sqrt(42.0), np.sqrt(2.0)))
-    odds = [closer_odds(rival, chosen, fitter, 0.1) for rival in (chosen, once, everywhere)]
-    assert odds[0] == 1.0 and 0.03 < odds[1] < 0.4 and odds[2] < 1e-3
+    assert further_known(fitter, base, beside, scaled(beside, np.array(True), 0.8), 0.8) < 0.2
+    assert something_known(part_left(fitter, base, scaled(beside, np.array(True), 0.8))) > 0.6

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.diagnose.cross_validation import HEARD
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.full_bandwidth import CorrectedModels
@@ -17,7 +16,7 @@ from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
 from engb_core.laws import competition
-from engb_core.laws.blocks import Blocks, stretches_of_time
+from engb_core.laws.blocks import Blocks, HEARD, stretches_of_time
 from engb_core.laws.competition import _beats, _without_idle_names, law_instead
 from engb_core.laws.forms import Atom, Form, Slot
 from engb_core.laws.grammar import parse
