@@ -4,8 +4,7 @@
 Levels and excesses are of the mean squared residual in units of the noise's (noise = 1); an
 excess is what a level has above 1. Origin is one of: a *test* (level of significance), a *loss*
 (what one error costs against the other), a *prior* (how common something is), a *level* (of a
-statement; any other may be asked for), *counted* (set by how often it was right on generated
-cases; to be replaced by a score on what was left out).
+statement; any other may be asked for). None is counted on cases.
 Constants of a search (starts, rounds, companions) only cost time, and stand where they are used.
 What means the same is the same constant. Some that decide one effect alone (a shaft that rings, a
 wave that repeats) stand with it.
@@ -13,11 +12,10 @@ wave that repeats) stand with it.
 
 from __future__ import annotations
 
-__all__ = ['CHANCE', 'CLEAN_EXCESS', 'CONTAINING', 'CONTAINING_PART', 'EDGE', 'FALSE_PART',
-           'FIRST_PART', 'FORMULA_ERROR', 'FORMULA_MISSES', 'FORMULA_TAILS', 'KNOWN_ODDS',
-           'LARGER_PART', 'LEAST_PROBABILITY', 'MOST_NOISE', 'NAMELESS_PRICE',
-           'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REFITTED', 'SET_LEVEL', 'STANDS_OUT', 'SURE',
-           'TEMPER', 'UNNAMED', 'WORTH_PART']
+__all__ = ['CHANCE', 'CLEAN_EXCESS', 'CONTAINING', 'EDGE', 'FALSE_PART', 'FORMULA_ERROR',
+           'FORMULA_MISSES', 'FORMULA_TAILS', 'KNOWN_ODDS', 'LARGER_PART', 'LEAST_PROBABILITY',
+           'MOST_NOISE', 'NAMELESS_PRICE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'SET_LEVEL',
+           'STANDS_OUT', 'SURE', 'UNNAMED', 'WORTH_PART']
 
 # -- is there anything? ---------------------------------------------------------------------------
 
@@ -40,11 +38,6 @@ EDGE = 0.97
 
 # -- which of several fits? -----------------------------------------------------------------------
 
-# Part [-] of what a simpler hypothesis leaves that one which contains it must take away: a richer
-# effect, one effect more, a free load curve beside the file's, effects beside a table. Counted.
-CONTAINING_PART = 0.30
-# Part [-] of the excess that the first of the effects must take away. Counted.
-FIRST_PART = 0.15
 # Log mean square by which a description without a name must fit better than physics. Loss: a
 # description predicts worse where nothing was recorded.
 NAMELESS_PRICE = 0.2
@@ -65,9 +58,6 @@ LARGER_PART = 0.5
 # further: this part of the noise's mean square, and this part of the torque (its square, of the
 # mean square). Prior.
 FORMULA_ERROR = 0.10
-# Weight of a rival: the ratio of excesses to this power [-], half the number of independent values
-# that the residual of a nearly right formula is worth. Counted.
-TEMPER = 6.0
 # How much rarer a cause is beforehand [-], where it fits no better: one without a name; physics
 # that looks like one wrong number; an effect that contains the chosen one and would have shown
 # more. Priors.
@@ -92,10 +82,6 @@ LEAST_PROBABILITY = 0.05
 # Probability [-] from which on a finding is sure, and what is doubtful may be a makeshift for its
 # details. Loss: a name that is not there costs twice one that is not given.
 SURE = 2.0 / 3.0
-# A file whose excess is within this multiple [-] of what any numbers leave without the effects was
-# refitted around them. Counted: of 129 that fitted within half as much again, 1 of 94 refitted
-# ones lay above, 9 of 35 others.
-REFITTED = 1.25
 
 # -- where? ---------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from engb_core.diagnose.constants import FORMULA_ERROR, LARGER_PART
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.problem import Run
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.stretch_odds import STRETCH
 from engb_core.effects.base import (
     ACCELERATION,
     DIRECTION,
@@ -41,7 +42,6 @@ __all__ = ['Flexible', 'Table', 'best_table', 'form_left', 'left_out']
 Array = NDArray[np.float64]
 
 FOLDS = 5
-STRETCH = 1.5        # s; longer than any filter, shorter than a stroke
 SMOOTHNESS = (0.3, 3.0, 30.0, 300.0)
 
 

@@ -9,8 +9,10 @@ whether what numbers of the file do not make up for is what a refit left.
 
 from __future__ import annotations
 
+from functools import cache
 import math
 
+from scipy.optimize import brentq
 from scipy.stats import t as student
 
 from engb_core.diagnose.constants import (
@@ -20,8 +22,8 @@ from engb_core.diagnose.constants import (
     KNOWN_ODDS,
 )
 
-__all__ = ['formula_error', 'formula_odds', 'further_odds', 'part_of_formula', 'probability',
-           'something_known']
+__all__ = ['chance_part', 'formula_error', 'formula_odds', 'further_odds', 'part_of_formula',
+           'probability', 'something_known']
 
 
 def part_of_formula() -> float:
@@ -83,6 +85,16 @@ def formula_odds(left: float) -> float:
     """Return the odds that a part of the mean square is left by the formula of what the library
     holds, against any part by chance."""
     return KNOWN_ODDS * _missed(left)
+
+
+@cache
+def chance_part() -> float:
+    """Return the part of a mean square that is as likely to be missed by the right formulas as to
+    be any: `formula_odds` are even there. What one model takes away of what another leaves is by
+    chance up to it, and physics beyond; a file that leaves no more above the least that any
+    numbers leave was refitted, by another measure or formula."""
+    part: float = brentq(lambda part: formula_odds(part) - 1.0, 0.0, 1.0)
+    return part
 
 
 def probability(odds: float) -> float:

@@ -7,9 +7,9 @@ by one number, it tells rivals apart; where all of the file's numbers are right,
 
 from __future__ import annotations
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, CONTAINING_PART, FORMULA_ERROR, REFITTED
+from engb_core.diagnose.constants import CLEAN_EXCESS, FORMULA_ERROR
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.formula import formula_error, part_of_formula
+from engb_core.diagnose.formula import chance_part, formula_error, part_of_formula
 from engb_core.diagnose.held_load_curve import (
     best_of_each,
     both_moved,
@@ -42,10 +42,10 @@ def selected_by_load_curve(result: Search, chosen: Fit) -> tuple[Fit, list[Fit]]
     if size == 0:
         # Nothing is worth a name beside a free load curve, which may have taken it in.
         return moved_by(result, excess(fitter.nominal(), fitter))
-    near = excess(chosen, fitter) / (1.0 - CONTAINING_PART) + CLEAN_EXCESS
+    near = excess(chosen, fitter) / (1.0 - chance_part()) + CLEAN_EXCESS
     close = [chosen, *(fit for fit in others if excess(fit, fitter) < near)]
     limit = reduced_chi_square(chosen, fitter) + max(
-        FORMULA_ERROR, CONTAINING_PART * excess(chosen, fitter))
+        FORMULA_ERROR, chance_part() * excess(chosen, fitter))
     held = [fit for fit in load_held(result, close) if len(fit.hypothesis.variants) == size]
     decided, rivals = _decided(fitter, chosen, held, others, limit)
     if decided is chosen:
@@ -60,7 +60,8 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     fitter = result.fitter
     before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
     kept = LOAD in fitter.held
-    if not kept and (nominal < REFITTED * before or was_refitted(fitter)) or _made_up(fitter):
+    as_refitted = (1.0 - chance_part()) * nominal < before
+    if not kept and (as_refitted or was_refitted(fitter)) or _made_up(fitter):
         return chosen, rivals
     held = fitter.refit(chosen, numbers_without_load(fitter))
     rise = reduced_chi_square(held, fitter) - reduced_chi_square(chosen, fitter)

@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from engb_core.diagnose.constants import FIRST_PART
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import scaled, Variant
+from engb_core.diagnose.probability import carries_over
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.diagnose.uncertainty import stands_out
@@ -32,39 +33,45 @@ def with_more_orders(fitter: Fitter, fit: Fit) -> Fit:
     """Return a fit whose only effect is cogging, with as many orders as each take away a part of
     what the others leave."""
     for count in range(2, 2 + MORE_ORDERS):
-        left = reduced_chi_square(fit, fitter) - 1.0
-        if left <= 0.0:
+        if reduced_chi_square(fit, fitter) <= 1.0:
             break
         found = [_with_order(fitter, fit, count, setting['order'])
                  for setting in settings_from_residual(fitter, fit, EFFECT) or ()
                  if _is_new(fit, setting['order'])]
         best = min(found, key=lambda entry: entry.cost, default=None)
-        if best is None or reduced_chi_square(best, fitter) - 1.0 > (1.0 - FIRST_PART) * left \
-                or not _better_unseen(fitter, fit, best):
+        if best is None or not carries_over(fitter, fit, best):
             break
         fit = fitter.refine(best)
     return fit
 
 
 def without_idle_orders(fitter: Fitter, fit: Fit) -> Fit:
-    """Return a fit without the further orders whose amplitude the data do not tell from none.
+    """Return a fit without the orders whose amplitude the data do not tell from none; the leading
+    one stays where no other does.
 
-    Orders that were added while cogging stood alone described what an effect that was found beside
-    it later says better; left in, they would be no list of orders, and the size of the whole would
-    not stand out.
+    Orders that were found while cogging stood alone described what an effect that was found beside
+    it later says better, or a load curve that was freed since; left in, they would be no list of
+    orders, and the size of the whole would not stand out.
     """
     for index, variant in enumerate(fit.hypothesis.variants):
         if variant.effect.id != EFFECT.id:
             continue
-        sizes = [parameter.name for parameter in variant.effect.parameters
-                 if parameter.name.startswith('amplitude_')]
-        finished = fitter.finish(fit) if sizes else fit
-        kept = [name.removeprefix('amplitude_') for name in sizes
-                if stands_out(finished, fitter, index, name)]
+        sizes = {int(parameter.name.removeprefix('amplitude').removeprefix('_') or 1):
+                 parameter.name for parameter in variant.effect.parameters
+                 if parameter.name.startswith('amplitude')}
+        finished = fitter.finish(fit) if len(sizes) > 1 else fit
+        kept = [number for number, name in sizes.items()
+                if len(sizes) == 1 or stands_out(finished, fitter, index, name)]
         if len(kept) == len(sizes):
             return fit
-        return fitter.refine(with_orders_only(fitter, fit, index,
-                                              [1, *(int(number) for number in kept)]))
+        if 1 not in kept:
+            fewer = fitter.refine(with_orders_only(fitter, fit, index, kept)) if kept else None
+            if fewer is not None and reduced_chi_square(fewer, fitter) < reduced_chi_square(
+                    fit, fitter) + CLEAN_EXCESS:
+                return fewer
+            # Two orders side by side are told together, and neither of them alone.
+            kept = [1, *kept]
+        return fitter.refine(with_orders_only(fitter, fit, index, kept))
     return fit
 
 
@@ -124,12 +131,3 @@ def _with_order(fitter: Fitter, fit: Fit, count: int, order: float) -> Fit:
     sizes, *_ = np.linalg.lstsq(columns * weight[:, None], fit.residual * weight, rcond=None)
     return fitter.iterate(at(float(np.hypot(*sizes)), float(np.arctan2(sizes[1], sizes[0]))),
                           ROUNDS)
-
-
-def _better_unseen(fitter: Fitter, fit: Fit, other: Fit) -> bool:
-    unseen = ~fitter.fitted
-    if not unseen.any():
-        return True
-    before, after = (float(np.sum((entry.residual[unseen] / fitter.spread[unseen]) ** 2))
-                     for entry in (fit, other))
-    return after < (1.0 - FIRST_PART) * before

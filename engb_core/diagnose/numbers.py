@@ -19,11 +19,10 @@ from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     LARGER_PART,
     LEAST_PROBABILITY,
-    REFITTED,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.formula import part_of_formula
+from engb_core.diagnose.formula import chance_part, part_of_formula
 from engb_core.diagnose.held_load_curve import BY_ONE_NUMBER
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.moved_by_refit import wrong_by_itself
@@ -358,8 +357,9 @@ def refitted(fitter: Fitter) -> bool:
     file, base = fitter.nominal(), fitter.base(tuple(
         number for number in fitter.numbers if number.name != CURVATURE))
     left, least = (reduced_chi_square(fit, fitter) - 1.0 for fit in (file, base))
-    return (left < REFITTED * max(least, 0.0)
-            or mean_square(file) < REFITTED * mean_square(base) or _driven_to_none(base))
+    beyond = 1.0 - chance_part()
+    return (beyond * left < max(least, 0.0)
+            or beyond * mean_square(file) < mean_square(base) or _driven_to_none(base))
 
 
 def _driven_to_none(base: Fit) -> bool:

@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import (
-    CONTAINING_PART,
     FORMULA_ERROR,
     LARGER_PART,
     WORTH_PART,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table, Flexible, form_left
-from engb_core.diagnose.formula import something_known
+from engb_core.diagnose.formula import chance_part, something_known
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.model import EffectSetting, Model
@@ -94,7 +93,7 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
         return _kept(rest, chosen, adequacy, after, ())
     base = fitter.finish(fitter.base())
     alone = _described(fitter, base)
-    if alone[2] > rest[2] + CONTAINING_PART * (after - rest[2]):
+    if alone[2] > rest[2] + chance_part() * (after - rest[2]):
         # The table needs the effects: they are part of the truth, if not all of it.
         return _kept(rest, chosen, adequacy, after, ())
     dropped = tuple(variant.effect.id for index, variant in enumerate(chosen.hypothesis.variants)

@@ -1,8 +1,8 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How sure: probabilities of the chosen effects, their rivals and of something else altogether.
 
-The weights of hypotheses of like size come from their mean squares, tempered, because the
-residual of a formula that is only nearly right is no noise. That the cause has no name is one
+The weights of hypotheses of like size come from how surely one leaves less than the other, by the
+scatter over stretches of time. That the cause has no name is one
 hypothesis more beside those of the library, in nothing privileged: where a name explains all that
 there is, data cannot tell it from physics that nobody wrote down and that looks alike, and the
 odds are those beforehand. The more is left on what no fit has seen, the less it is what another
@@ -11,24 +11,23 @@ formula of the same physics leaves, by the priors in `constants.py`.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     CONTAINING,
-    PARAMETER_PRICE,
     PHYSICS_FOR_NUMBER,
-    TEMPER,
     UNNAMED,
+    WORTH_PART,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, further_odds, probability
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
+from engb_core.diagnose.stretch_odds import odds_of_less, stretches
 
-__all__ = ['further_known', 'own_part_left', 'part_left', 'rival_weights']
+__all__ = ['carries_over', 'closer_odds', 'further_known', 'own_part_left', 'part_left',
+           'rival_weights']
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -39,17 +38,31 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
         fitter: of the problem.
         before: excess that the chosen fit's numbers leave without effects.
     """
-    size = chosen.hypothesis.size
-
-    def score(fit: Fit) -> float:
-        return PARAMETER_PRICE * (fit.hypothesis.size - size) + math.log(
-            excess(fit, fitter) + formula_error(before))
-
-    best = score(chosen)
-    weights = [1.0] + [min(1.0, math.exp(-TEMPER * (score(fit) - best))) * _prior(fit, chosen)
+    floor = formula_error(before)
+    weights = [1.0] + [closer_odds(fit, chosen, fitter, floor) * _prior(fit, chosen)
                        for fit in rivals]
     total = sum(weights)
     return [weight / total for weight in weights]
+
+
+def closer_odds(rival: Fit, chosen: Fit, fitter: Fitter, floor: float) -> float:
+    """Return the odds, 1 at most, that a rival is nearer to the truth than the chosen fit: that
+    its excess over the noise is the smaller one, by how the ratio of both scatters over stretches
+    of time. What a nearly right formula leaves is no noise, and its values are not independent;
+    its stretches are.
+
+    Args:
+        rival, chosen: fits of like size.
+        fitter: of the problem.
+        floor: excess that even the right formulas leave.
+    """
+    weight = 1.0 / fitter.spread ** 2
+    noise = weight * fitter.sigma ** 2
+    stretch = stretches(fitter)
+    share = np.bincount(stretch, noise) / noise.sum()
+    first, second = (np.bincount(stretch, weight * fit.residual ** 2) / noise.sum() - share
+                     for fit in (rival, chosen))
+    return odds_of_less(first, second, share, floor)
 
 
 def _prior(fit: Fit, chosen: Fit) -> float:
@@ -81,6 +94,12 @@ def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:
             left = reduced_chi_square_of(after, fitter, rows) - 1.0 - CLEAN_EXCESS
             return min(1.0, max(0.0, left) / missed)
     return 0.0
+
+
+def carries_over(fitter: Fitter, simple: Fit, rich: Fit) -> bool:
+    """Whether a richer hypothesis takes away so much of the excess that a simple one leaves on
+    what no fit has seen that it is worth having (`WORTH_PART`)."""
+    return part_left(fitter, simple, rich) < 1.0 - WORTH_PART
 
 
 def further_known(fitter: Fitter, whole: Fit, without: Fit, with_it: Fit,

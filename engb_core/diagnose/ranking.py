@@ -10,13 +10,13 @@ import math
 
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
-    CONTAINING_PART,
     FORMULA_ERROR,
     NAMELESS_PRICE,
     PARAMETER_PRICE,
     PHYSICS_FOR_NUMBER,
 )
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.formula import chance_part
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 
 __all__ = ['little_more', 'number_price', 'plain_price', 'price', 'simplest']
@@ -46,7 +46,7 @@ def number_price() -> float:
 def little_more(simple: float, rich: float) -> bool:
     """Whether the excess that a simpler hypothesis leaves is little more than that of one which
     contains it: then it is preferred."""
-    return simple - rich < max(CONTAINING_PART * simple, FORMULA_ERROR)
+    return simple - rich < max(chance_part() * simple, FORMULA_ERROR)
 
 
 def simplest(candidates: list[Fit], fitter: Fitter) -> Fit:

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
-    CONTAINING_PART,
     EDGE,
     LARGER_PART,
     STANDS_OUT,
 )
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.formula import something_known
+from engb_core.diagnose.formula import chance_part, something_known
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.multistart import followed, Promise, promises, search_around
 from engb_core.diagnose.nominal import DELAY
@@ -192,7 +191,7 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
     one leaves."""
     left = reduced_chi_square(linear, fitter) - 1.0
     values = _values(linear)
-    best, least = linear, (1.0 - CONTAINING_PART) * left
+    best, least = linear, (1.0 - chance_part()) * left
     for effect in NONLINEAR:
         added = effect.parameters[len(get_effect(RESONANCE).parameters):]
         settings = [{**values, **dict(zip((entry.name for entry in added), start, strict=True)),

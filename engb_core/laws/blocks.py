@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
 
-__all__ = ['HEARD', 'Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'numbers_and_sizes',
-           'stretches_of_time']
+__all__ = ['HEARD', 'Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'noise_by_block',
+           'numbers_and_sizes', 'stretches_of_time']
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -193,6 +193,15 @@ def stretches_of_time(fitter: Fitter) -> Labels:
     return np.concatenate([
         np.minimum((np.arange(run.measured.size) * count) // max(run.measured.size, 1), count - 1)
         + count * index for index, run in enumerate(runs)])
+
+
+def noise_by_block(fitter: Fitter) -> Array:
+    """Return the part (k,) of the noise's squares that each of the stretches of time holds."""
+    noise = (fitter.sigma * fitter.weight) ** 2
+    by_block = np.bincount(stretches_of_time(fitter), noise)[np.unique(
+        stretches_of_time(fitter)[noise > 0.0])]
+    whole: Array = by_block / by_block.sum()
+    return whole
 
 
 def kinds_of_motion(fitter: Fitter) -> list[Labels]:

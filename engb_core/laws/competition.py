@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     LARGER_PART,
-    TEMPER,
     UNNAMED,
     WORTH_PART,
 )
@@ -27,9 +26,17 @@ from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.stretch_odds import odds_of_less
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
-from engb_core.laws.blocks import Blocks, HEARD, numbers_and_sizes, stretches_of_time
+from engb_core.laws.blocks import (
+    Blocks,
+    HEARD,
+    noise_by_block,
+    numbers_and_sizes,
+    Score,
+    stretches_of_time,
+)
 from engb_core.laws.judgement import (
     contribution_of_last,
     depends_on,
@@ -166,19 +173,21 @@ def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Call
     """
     named = _named(fitter, told.explanation.fit)
     plain = _without_load_shape(fitter)
-    left = _on_blocks(plain, _on(plain, named) if plain is not fitter else named)
-    if left <= NOTHING_LEFT:
+    names = _score_on_blocks(plain, _on(plain, named) if plain is not fitter else named)
+    if names.level <= NOTHING_LEFT:
         # No law can predict it better.
         return None
     law = find_law(plain, _refitted_numbers(plain), tell, only_if_promising=True)
     # Of several forms over other coordinates none is likelier than what has a name.
     if not isinstance(law, Found) or not law.settled:
         return None
-    if 0.5 * math.log(left / law.after) <= WORTH:
+    if 0.5 * math.log(names.level / law.after) <= WORTH:
         return None
     noise = min(law.after, 1.0)
-    floor = formula_error(law.before - noise)
-    weight = ((law.after - noise + floor) / (left - noise + floor)) ** TEMPER
+    share = noise_by_block(plain)
+    weight = odds_of_less(names.by_block - noise * share,
+                          law.candidate.score.by_block - noise * share, share,
+                          formula_error(law.before - noise))
     return _won(plain, law, told, named) if likely * weight < UNNAMED else None
 
 
@@ -325,9 +334,14 @@ def _without_idle_names(found: Found) -> Found:
 
 def _on_blocks(fitter: Fitter, fit: Fit) -> float:
     """Return the mean squared error of a finished fit on blocks left out (noise = 1)."""
+    return _score_on_blocks(fitter, fit).level
+
+
+def _score_on_blocks(fitter: Fitter, fit: Fit) -> Score:
+    """Return the squared errors of a finished fit on blocks left out."""
     count = len(fit.hypothesis.numbers)
     return Blocks(fitter, fit, stretches_of_time(fitter), range(count),
-                  numbers_and_sizes(fit)[count:], HEARD).without().level
+                  numbers_and_sizes(fit)[count:], HEARD).without()
 
 
 def _won(fitter: Fitter, found: Found, told: CorrectedModels, named: Fit) -> Won | None:

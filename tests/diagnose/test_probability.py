@@ -2,13 +2,15 @@
 """How sure a name is: by what it leaves of what no fit has seen."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from engb_core.diagnose import probability
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import further_odds, something_known
-from engb_core.diagnose.probability import further_known, part_left
+from engb_core.diagnose.probability import carries_over, closer_odds, further_known, part_left
 from engb_core.diagnose.problem import problem_of
 
 from .simulated_brake import brake_with, lively, NOMINAL
@@ -71,3 +73,29 @@ def test_an_effect_beside_others_is_no_surer_than_it_is_needed_there(fitter):
     assert known[0] > 0.85 and known[1] < 0.75 and known[2] < 0.5
     assert further_known(fitter, base, beside, scaled(beside, np.array(True), 0.8), 0.8) < 0.2
     assert something_known(part_left(fitter, base, scaled(beside, np.array(True), 0.8))) > 0.6
+
+
+class Rival:
+    """A fit of one effect with this residual."""
+
+    def __init__(self, residual: np.ndarray) -> None:
+        self.residual = residual
+
+
+def test_a_rival_weighs_by_how_surely_it_leaves_less(monkeypatch):
+    """What counts is how the ratio scatters over stretches of time, not how many values there
+    are: of the same excess in one stretch a rival may be right, in all of them it is not."""
+    fitter = SimpleNamespace(sigma=np.ones(400), spread=np.ones(400))
+    monkeypatch.setattr(probability, 'stretches', lambda _: np.repeat(np.arange(20), 20))
+    chosen = Rival(np.sqrt(2.0) * np.ones(400))
+    everywhere = Rival(np.sqrt(4.0) * np.linspace(0.9, 1.1, 400))
+    once = Rival(np.where(np.arange(400) < 20, np.sqrt(42.0), np.sqrt(2.0)))
+    odds = [closer_odds(rival, chosen, fitter, 0.1) for rival in (chosen, once, everywhere)]
+    assert odds[0] == 1.0 and 0.03 < odds[1] < 0.4 and odds[2] < 1e-3
+
+
+def test_what_takes_little_of_what_no_fit_has_seen_is_not_worth_having(fitter):
+    base = scaled(fitter.base(), np.array(True), 20.0)
+    assert carries_over(fitter, base, scaled(base, np.array(True), 0.8))
+    assert not carries_over(fitter, base, scaled(base, np.array(True), 0.99))
+    assert not carries_over(fitter, base, scaled(base, fitter.fitted, 0.0))

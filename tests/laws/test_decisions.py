@@ -40,10 +40,14 @@ class Candidate:
     score: SimpleNamespace
 
 
+# The parts of a mean square on six blocks.
+UNEVEN = np.array([0.8, 1.2] * 3) / 6.0
+
+
 def found(level, *, names=(), fitter=None, settled=True, size=5, before=10.0):
     fit = Fit((*names, 'torque_offset'), level, size)
     form = Form('torque', (Atom('load', 'load'),), 1.0)
-    candidate = Candidate(form, fit, SimpleNamespace(level=level))
+    candidate = Candidate(form, fit, SimpleNamespace(level=level, by_block=level * UNEVEN[::-1]))
     return Found(fitter or FITTER, candidate, {}, 0.9, before, level, (), settled, np.zeros(2))
 
 
@@ -58,6 +62,9 @@ FITTER = fitter_with()
 @pytest.fixture(autouse=True)
 def levels(monkeypatch):
     monkeypatch.setattr(competition, '_on_blocks', lambda fitter, fit: fit.level)
+    monkeypatch.setattr(competition, '_score_on_blocks', lambda fitter, fit: SimpleNamespace(
+        level=fit.level, by_block=fit.level * UNEVEN))
+    monkeypatch.setattr(competition, 'noise_by_block', lambda fitter: np.full(6, 1.0 / 6.0))
 
 
 # ---- a law against names
