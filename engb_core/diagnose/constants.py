@@ -4,7 +4,8 @@
 Levels and excesses are of the mean squared residual in units of the noise's (noise = 1); an
 excess is what a level has above 1. Origin is one of: a *test* (level of significance), a *loss*
 (what one error costs against the other), a *prior* (how common something is), a *level* (of a
-statement; any other may be asked for). None is counted on cases.
+statement; any other may be asked for), *counted* (set by how often it was right on generated
+cases; to be replaced by a score on what was left out).
 Constants of a search (starts, rounds, companions) only cost time, and stand where they are used.
 What means the same is the same constant. Some that decide one effect alone (a shaft that rings, a
 wave that repeats) stand with it.
@@ -12,10 +13,10 @@ wave that repeats) stand with it.
 
 from __future__ import annotations
 
-__all__ = ['CHANCE', 'CLEAN_EXCESS', 'CONTAINING', 'EDGE', 'FALSE_PART', 'FORMULA_ERROR',
-           'FORMULA_MISSES', 'FORMULA_TAILS', 'KNOWN_ODDS', 'LARGER_PART', 'LEAST_PROBABILITY',
-           'MOST_NOISE', 'NAMELESS_PRICE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'SET_LEVEL',
-           'STANDS_OUT', 'SURE', 'UNNAMED', 'WORTH_PART']
+__all__ = ['CHANCE', 'CLEAN_EXCESS', 'CONTAINING', 'EDGE', 'FALSE_PART', 'FIRST_PART',
+           'FORMULA_ERROR', 'FORMULA_MISSES', 'FORMULA_TAILS', 'KNOWN_ODDS', 'LARGER_PART',
+           'LEAST_PROBABILITY', 'MOST_NOISE', 'NAMELESS_PRICE', 'PARAMETER_PRICE',
+           'PHYSICS_FOR_NUMBER', 'SET_LEVEL', 'STANDS_OUT', 'SURE', 'UNNAMED', 'WORTH_PART']
 
 # -- is there anything? ---------------------------------------------------------------------------
 
@@ -38,6 +39,8 @@ EDGE = 0.97
 
 # -- which of several fits? -----------------------------------------------------------------------
 
+# Part [-] of the excess that the first of the effects must take away. Counted.
+FIRST_PART = 0.15
 # Log mean square by which a description without a name must fit better than physics. Loss: a
 # description predicts worse where nothing was recorded.
 NAMELESS_PRICE = 0.2

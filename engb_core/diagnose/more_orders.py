@@ -12,10 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.constants import CLEAN_EXCESS, FIRST_PART
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import scaled, Variant
-from engb_core.diagnose.probability import carries_over
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.diagnose.uncertainty import stands_out
@@ -33,13 +32,15 @@ def with_more_orders(fitter: Fitter, fit: Fit) -> Fit:
     """Return a fit whose only effect is cogging, with as many orders as each take away a part of
     what the others leave."""
     for count in range(2, 2 + MORE_ORDERS):
-        if reduced_chi_square(fit, fitter) <= 1.0:
+        left = reduced_chi_square(fit, fitter) - 1.0
+        if left <= 0.0:
             break
         found = [_with_order(fitter, fit, count, setting['order'])
                  for setting in settings_from_residual(fitter, fit, EFFECT) or ()
                  if _is_new(fit, setting['order'])]
         best = min(found, key=lambda entry: entry.cost, default=None)
-        if best is None or not carries_over(fitter, fit, best):
+        if best is None or reduced_chi_square(best, fitter) - 1.0 > (1.0 - FIRST_PART) * left \
+                or not _better_unseen(fitter, fit, best):
             break
         fit = fitter.refine(best)
     return fit
@@ -131,3 +132,12 @@ def _with_order(fitter: Fitter, fit: Fit, count: int, order: float) -> Fit:
     sizes, *_ = np.linalg.lstsq(columns * weight[:, None], fit.residual * weight, rcond=None)
     return fitter.iterate(at(float(np.hypot(*sizes)), float(np.arctan2(sizes[1], sizes[0]))),
                           ROUNDS)
+
+
+def _better_unseen(fitter: Fitter, fit: Fit, other: Fit) -> bool:
+    unseen = ~fitter.fitted
+    if not unseen.any():
+        return True
+    before, after = (float(np.sum((entry.residual[unseen] / fitter.spread[unseen]) ** 2))
+                     for entry in (fit, other))
+    return after < (1.0 - FIRST_PART) * before

@@ -18,7 +18,6 @@ from engb_core.diagnose.constants import (
     CONTAINING,
     PHYSICS_FOR_NUMBER,
     UNNAMED,
-    WORTH_PART,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
@@ -26,8 +25,7 @@ from engb_core.diagnose.formula import formula_error, further_odds, probability
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.diagnose.stretch_odds import odds_of_less, stretches
 
-__all__ = ['carries_over', 'closer_odds', 'further_known', 'own_part_left', 'part_left',
-           'rival_weights']
+__all__ = ['closer_odds', 'further_known', 'own_part_left', 'part_left', 'rival_weights']
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -94,12 +92,6 @@ def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:
             left = reduced_chi_square_of(after, fitter, rows) - 1.0 - CLEAN_EXCESS
             return min(1.0, max(0.0, left) / missed)
     return 0.0
-
-
-def carries_over(fitter: Fitter, simple: Fit, rich: Fit) -> bool:
-    """Whether a richer hypothesis takes away so much of the excess that a simple one leaves on
-    what no fit has seen that it is worth having (`WORTH_PART`)."""
-    return part_left(fitter, simple, rich) < 1.0 - WORTH_PART
 
 
 def further_known(fitter: Fitter, whole: Fit, without: Fit, with_it: Fit,

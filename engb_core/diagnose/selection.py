@@ -17,6 +17,7 @@ import numpy as np
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     EDGE,
+    FIRST_PART,
     FORMULA_ERROR,
     LARGER_PART,
     MOST_NOISE,
@@ -27,7 +28,7 @@ from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.formula import formula_odds, further_odds, part_of_formula
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
-from engb_core.diagnose.probability import carries_over, part_left
+from engb_core.diagnose.probability import part_left
 from engb_core.diagnose.ranking import little_more, price, simplest
 from engb_core.diagnose.recording_folds import better_on_others
 from engb_core.diagnose.reduced_chi_square import excess
@@ -154,7 +155,7 @@ def _forward(result: Search, before: float) -> Fit:
             chosen = _begun_again(result, chosen, best)
         elif size == 1 and not wanted(chosen, best):
             # Alone each may be in the wrong place, or hide behind the other.
-            best = _of_best_pair(result, best)
+            best = _of_best_pair(result, best, before)
         if not wanted(chosen, best):
             break
         chosen = best
@@ -169,11 +170,12 @@ def _candidates(result: Search, size: int, chosen: Fit) -> list[Fit]:
                   key=lambda fit: price(fit, result.fitter))
 
 
-def _of_best_pair(result: Search, single: Fit) -> Fit:
+def _of_best_pair(result: Search, single: Fit, before: float) -> Fit:
     """Return the best fit of one effect, also of those begun where the best pair has them, if that
     is likelier all that is missing than a makeshift, by what it leaves on what no fit has seen;
-    the pair itself, where neither of it carries over alone. Two that are worth nothing alone can
-    be bent to each other, and a wrong pair keeps other causes from being asked."""
+    the pair itself, where neither of it is worth much of the excess `before` alone. Two that are
+    worth nothing alone can be bent to each other, and a wrong pair keeps other causes from being
+    asked."""
     fitter = result.fitter
     pairs = _candidates(result, 2, result.base)
     if not pairs:
@@ -182,7 +184,7 @@ def _of_best_pair(result: Search, single: Fit) -> Fit:
     if formula_odds(part_left(fitter, result.base, pair)) < 1.0:
         return single
     again = _begun_again(result, single, pair)
-    return again if carries_over(fitter, result.base, again) else pair
+    return again if before - excess(again, fitter) > FIRST_PART * before else pair
 
 
 def _begun_again(result: Search, chosen: Fit, larger: Fit) -> Fit:
@@ -235,7 +237,7 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fi
     without effects, `others` are all fits of the size of `best`."""
     old, new = excess(chosen, fitter), excess(best, fitter)
     if not chosen.hypothesis.variants:
-        return old - new > FORMULA_ERROR and carries_over(fitter, chosen, best)
+        return old - new > FORMULA_ERROR and old - new > FIRST_PART * old
     if not _needed(chosen, best, fitter, whole):
         return False
     # What another formula of the first one misses may suit it by chance, but hardly it alone of

@@ -75,8 +75,9 @@ def test_a_pair_that_explains_a_half_is_none(found):
     two lags that nearly cancel each other hid the scale of the torque."""
     pairs = with_pairs(found, lambda fit: np.sqrt(0.5) * found.base.residual)
     single = pairs.of_size(1)[0]
-    assert selection._of_best_pair(pairs, single) is single
-    assert selection._of_best_pair(led_astray(found), single) is not single
+    before = excess(found.base, found.fitter)
+    assert selection._of_best_pair(pairs, single, before) is single
+    assert selection._of_best_pair(led_astray(found), single, before) is not single
 
 
 def test_known_effects_that_are_nearest_to_what_one_leaves_come_first(found):

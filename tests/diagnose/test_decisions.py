@@ -307,7 +307,7 @@ def test_without_candidates_the_base_stays(monkeypatch):
     monkeypatch.setattr(selection, '_candidates', lambda *_: [])
     result = SimpleNamespace(fitter=None, base=base)
     assert selection._forward(result, 5.0) is base
-    assert selection._of_best_pair(result, base) is base
+    assert selection._of_best_pair(result, base, 5.0) is base
 
 
 # ---- shafts that ring

@@ -10,7 +10,7 @@ import pytest
 from engb_core.diagnose import probability
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import further_odds, something_known
-from engb_core.diagnose.probability import carries_over, closer_odds, further_known, part_left
+from engb_core.diagnose.probability import closer_odds, further_known, part_left
 from engb_core.diagnose.problem import problem_of
 
 from .simulated_brake import brake_with, lively, NOMINAL
@@ -92,10 +92,3 @@ def test_a_rival_weighs_by_how_surely_it_leaves_less(monkeypatch):
     once = Rival(np.where(np.arange(400) < 20, np.sqrt(42.0), np.sqrt(2.0)))
     odds = [closer_odds(rival, chosen, fitter, 0.1) for rival in (chosen, once, everywhere)]
     assert odds[0] == 1.0 and 0.03 < odds[1] < 0.4 and odds[2] < 1e-3
-
-
-def test_what_takes_little_of_what_no_fit_has_seen_is_not_worth_having(fitter):
-    base = scaled(fitter.base(), np.array(True), 20.0)
-    assert carries_over(fitter, base, scaled(base, np.array(True), 0.8))
-    assert not carries_over(fitter, base, scaled(base, np.array(True), 0.99))
-    assert not carries_over(fitter, base, scaled(base, fitter.fitted, 0.0))
