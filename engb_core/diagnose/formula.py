@@ -22,8 +22,8 @@ from engb_core.diagnose.constants import (
     KNOWN_ODDS,
 )
 
-__all__ = ['chance_part', 'formula_error', 'formula_odds', 'further_odds', 'part_of_formula',
-           'probability', 'something_known']
+__all__ = ['as_refitted', 'chance_part', 'formula_error', 'formula_odds', 'further_odds',
+           'part_of_formula', 'probability', 'something_known']
 
 
 def part_of_formula() -> float:
@@ -95,6 +95,12 @@ def chance_part() -> float:
     numbers leave was refitted, by another measure or formula."""
     part: float = brentq(lambda part: formula_odds(part) - 1.0, 0.0, 1.0)
     return part
+
+
+def as_refitted(left: float, least: float) -> bool:
+    """Whether a file that leaves `left` leaves as little as a refit does, where any numbers leave
+    `least`."""
+    return (1.0 - chance_part()) * left < max(least, 0.0)
 
 
 def probability(odds: float) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, FORMULA_ERROR
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.formula import chance_part, formula_error, part_of_formula
+from engb_core.diagnose.formula import as_refitted, chance_part, formula_error, part_of_formula
 from engb_core.diagnose.held_load_curve import (
     best_of_each,
     both_moved,
@@ -60,8 +60,7 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     fitter = result.fitter
     before, nominal = excess(result.base, fitter), excess(fitter.nominal(), fitter)
     kept = LOAD in fitter.held
-    as_refitted = (1.0 - chance_part()) * nominal < before
-    if not kept and (as_refitted or was_refitted(fitter)) or _made_up(fitter):
+    if not kept and (as_refitted(nominal, before) or was_refitted(fitter)) or _made_up(fitter):
         return chosen, rivals
     held = fitter.refit(chosen, numbers_without_load(fitter))
     rise = reduced_chi_square(held, fitter) - reduced_chi_square(chosen, fitter)

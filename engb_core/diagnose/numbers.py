@@ -22,7 +22,7 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.formula import chance_part, part_of_formula
+from engb_core.diagnose.formula import as_refitted, part_of_formula
 from engb_core.diagnose.held_load_curve import BY_ONE_NUMBER
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.moved_by_refit import wrong_by_itself
@@ -357,9 +357,8 @@ def refitted(fitter: Fitter) -> bool:
     file, base = fitter.nominal(), fitter.base(tuple(
         number for number in fitter.numbers if number.name != CURVATURE))
     left, least = (reduced_chi_square(fit, fitter) - 1.0 for fit in (file, base))
-    beyond = 1.0 - chance_part()
-    return (beyond * left < max(least, 0.0)
-            or beyond * mean_square(file) < mean_square(base) or _driven_to_none(base))
+    return (as_refitted(left, least) or as_refitted(mean_square(file), mean_square(base))
+            or _driven_to_none(base))
 
 
 def _driven_to_none(base: Fit) -> bool:

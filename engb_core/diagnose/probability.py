@@ -2,11 +2,11 @@
 """How sure: probabilities of the chosen effects, their rivals and of something else altogether.
 
 The weights of hypotheses of like size come from how surely one leaves less than the other, by the
-scatter over stretches of time. That the cause has no name is one
-hypothesis more beside those of the library, in nothing privileged: where a name explains all that
-there is, data cannot tell it from physics that nobody wrote down and that looks alike, and the
-odds are those beforehand. The more is left on what no fit has seen, the less it is what another
-formula of the same physics leaves, by the priors in `constants.py`.
+scatter over stretches of time. That the cause has no name is one hypothesis more beside those of
+the library, in nothing privileged: where a name explains all that there is, data cannot tell it
+from physics that nobody wrote down and that looks alike, and the odds are those beforehand. The
+more is left on what no fit has seen, the less it is what another formula of the same physics
+leaves, by the priors in `constants.py`.
 """
 
 from __future__ import annotations

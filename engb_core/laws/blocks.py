@@ -197,11 +197,10 @@ def stretches_of_time(fitter: Fitter) -> Labels:
 
 def noise_by_block(fitter: Fitter) -> Array:
     """Return the part (k,) of the noise's squares that each of the stretches of time holds."""
-    noise = (fitter.sigma * fitter.weight) ** 2
-    by_block = np.bincount(stretches_of_time(fitter), noise)[np.unique(
-        stretches_of_time(fitter)[noise > 0.0])]
-    whole: Array = by_block / by_block.sum()
-    return whole
+    by_block = np.bincount(stretches_of_time(fitter), (fitter.sigma * fitter.weight) ** 2)
+    # A stretch that no fit may look at is no block.
+    told: Array = by_block[by_block > 0.0] / by_block.sum()
+    return told
 
 
 def kinds_of_motion(fitter: Fitter) -> list[Labels]:

@@ -66,7 +66,7 @@ def test_an_order_that_does_not_stand_out_leaves_the_list():
         [first, [1e-6, np.log(3.3), 0.1], second, [1e-6, np.log(21.0), 0.2]]))
     left = without_idle_orders(fitter, idle)
     assert left.hypothesis.named(left.vector, 0) == pytest.approx(
-        two.hypothesis.named(two.vector, 0), rel=0.05, abs=1e-6)
+        two.hypothesis.named(two.vector, 0), rel=0.02, abs=1e-6)
     assert len(left.hypothesis.variants[0].constants) == len(constants) - 3
     assert without_idle_orders(fitter, left) is left
 
