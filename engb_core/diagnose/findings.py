@@ -36,7 +36,7 @@ from engb_core.diagnose.probability import (
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.spike_and_slab import with_averaged_numbers
-from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
+from engb_core.diagnose.uncertainty import estimates, reported_deviations, stands_out
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 
@@ -284,7 +284,7 @@ def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEst
     fit = fitter.finished(finding.fit)
     wrong = tuple(parameter.name for parameter in get_effect(finding.effect).parameters)
     fit = with_averaged_numbers(fitter, fit, free=wrong)
-    deviations = vector_deviations(fit, fitter)
+    deviations = reported_deviations(fit, fitter, get_effect(finding.effect))
     numbers = {number.name: (number, place)
                for place, number in enumerate(fit.hypothesis.numbers)}
     found = {}
@@ -297,6 +297,5 @@ def _estimates(fitter: Fitter, finding: NumberFinding) -> dict[str, ParameterEst
         if number.logarithmic:
             value = float(np.exp(value))
             std *= value
-        found[parameter.name] = ParameterEstimate(
-            value, float(np.hypot(std, parameter.form * value)), parameter.unit)
+        found[parameter.name] = ParameterEstimate(value, float(std), parameter.unit)
     return found

@@ -4,24 +4,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, STANDS_OUT
+from engb_core.diagnose.constants import CLEAN_EXCESS, FORMULA_MISSES, STANDS_OUT
 from engb_core.diagnose.descent import delay_held
 from engb_core.diagnose.diagnosis import ParameterEstimate
-from engb_core.diagnose.discrepancy import discrepancy_covariance, state_cells
+from engb_core.diagnose.discrepancy import (
+    coordinate_cells,
+    discrepancy_covariance,
+    PARTS,
+    state_cells,
+)
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.normal_equations import normal_equations
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.effects.base import Effect
 
-__all__ = ['autocorrelation', 'estimates', 'inflation', 'stands_out', 'vector_covariance',
-           'vector_deviations']
+__all__ = ['autocorrelation', 'estimates', 'inflation', 'reported_deviations', 'stands_out',
+           'vector_covariance', 'vector_deviations']
 
 # From this many times what is believed beforehand on a deviation leaves that, to rounding.
 UNTOLD = float(np.finfo(float).eps ** -0.5)
+# How often a change by as much as itself is halved until a prediction stays alike.
+HALVES = 10
 
 
 def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
@@ -42,6 +50,22 @@ def vector_deviations(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
     if by_noise_alone:
         return deviations
     return np.hypot(deviations, np.sqrt(np.diag(_by_discrepancy(told, fit, fitter))))
+
+
+def reported_deviations(fit: Fit, fitter: Fitter, number: Effect | None = None,
+                        ) -> NDArray[np.float64]:
+    """Return the standard deviation of each entry of a finished fit's vector as it is told: with
+    what another formulation of the same physics may put it to. `number` is an effect whose
+    parameters are nominal numbers of the fit."""
+    told = _Information.of(fit, fitter)
+    deviations = np.hypot(vector_deviations(fit, fitter),
+                          np.sqrt(np.diag(_by_formulas(told, fit, fitter, number))))
+    count = len(fit.hypothesis.numbers)
+    for entry, (owner, _, _) in enumerate(fit.hypothesis.places):
+        if fit.hypothesis.variants[owner].effect.multimodal:
+            deviations[count + entry] = np.hypot(
+                deviations[count + entry], _alike_within(fit, fitter, owner, count + entry))
+    return deviations
 
 
 def vector_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
@@ -110,6 +134,58 @@ def _by_discrepancy(told: _Information, fit: Fit, fitter: Fitter) -> NDArray[np.
     return told.of_all(discrepancy_covariance(
         fit.jacobian[:, told.free] / norm, inverse, fitter.weight, fitter.sigma,
         state_cells(fitter), float(np.sqrt(unseen))) / norm / norm[:, None])
+
+
+def _by_formulas(told: _Information, fit: Fit, fitter: Fitter, number: Effect | None,
+                 ) -> NDArray[np.float64]:
+    """Return the covariance (size, size) that other formulations of the effects' physics give to
+    the entries: what an effect adds may be off by another part of it, with a standard deviation
+    of `FORMULA_MISSES`, in each part of the coordinate that reveals it. A wrong number has but
+    one formula, and a description without a name is none of physics."""
+    inverse, norm = _inverse(told.gram + told.bounded)
+    assert fit.jacobian is not None, 'the fit is finished'
+    jacobian = fit.jacobian[:, told.free] / norm
+    found = np.zeros_like(inverse)
+    added = [(variant.effect, fit.predicted - fitter.predict(*without_effects(fit, {index})))
+             for index, variant in enumerate(fit.hypothesis.variants)]
+    if number is not None:
+        names = {parameter.name for parameter in number.parameters}
+        moved = np.array([entry.name in names for entry in fit.hypothesis.numbers])
+        count = moved.size
+        change = (fit.vector - fit.hypothesis.prior[0])[:count] * moved
+        added.append((number, fit.jacobian[:, :count] @ change))
+    for effect, adds in added:
+        if not (effect.number_only or effect.unnamed):
+            found += discrepancy_covariance(jacobian, inverse, fitter.weight, adds,
+                                            coordinate_cells(fitter, effect.reveals),
+                                            FORMULA_MISSES)
+    return told.of_all(found / norm / norm[:, None])
+
+
+def _alike_within(fit: Fit, fitter: Fitter, owner: int, place: int) -> float:
+    """Return by how much an entry of an effect may be another before the prediction is another by
+    more than other formulations of its physics are.
+
+    Where the cost goes by jumps, derivatives tell how sharp the jumps are, not how sure the entry
+    is. A discrepancy of `FORMULA_MISSES` in each part of a coordinate moves the entry, on average,
+    as far as this part of the effect does that is in its direction.
+    """
+    weight = fitter.weight
+    adds = fit.predicted - fitter.predict(*without_effects(fit, {owner}))
+    limit = FORMULA_MISSES / np.sqrt(PARTS) * float(np.linalg.norm(adds * weight))
+    low, high = fit.hypothesis.bounds
+
+    def alike(change: float) -> bool:
+        moved = fit.vector.copy()
+        moved[place] = np.clip(moved[place] + change, low[place], high[place])
+        other = fitter.predict(fit.hypothesis, moved) - fit.predicted
+        return bool(np.linalg.norm(other * weight) < limit)
+
+    logarithmic = fit.hypothesis.parameter(place - len(fit.hypothesis.numbers)).logarithmic
+    largest = np.log(2.0) if logarithmic else abs(float(fit.vector[place]))
+    changes = largest * 0.5 ** np.arange(HALVES)
+    return max(float(next((change for change in changes if alike(sign * change)), 0.0))
+               for sign in (1.0, -1.0))
 
 
 def _beside_bounds(information: NDArray[np.float64], width: NDArray[np.float64],
@@ -198,7 +274,7 @@ def stands_out(fit: Fit, fitter: Fitter, variant: int, name: str = '') -> bool:
 def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEstimate]:
     """Return an effect's parameters with deviation and unit, as the contract names them."""
     assert fit.jacobian is not None, 'the fit is finished'
-    deviations = vector_deviations(fit, fitter)
+    deviations = reported_deviations(fit, fitter)
     offset = len(fit.hypothesis.numbers)
     found: dict[str, ParameterEstimate] = {}
     for entry, (owner, _, run) in enumerate(fit.hypothesis.places):
@@ -211,11 +287,6 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
             std *= value
         if parameter.kind == 'phase':
             value = float(np.remainder(value + np.pi, 2.0 * np.pi) - np.pi)
-        # What is none at infinity is measured from nothing, as what has no none.
-        none = parameter.none if parameter.none is not None else 0.0
-        distance = abs(value - (none if math.isfinite(none) else 0.0))
-        # Formulas are nearly right, never right: their error moves a parameter.
-        std = float(np.hypot(std, parameter.form * distance))
         std = float(np.hypot(std, parameter.form_steps * fitter.problem.scene.sampling))
         # What the data can't determine gets no deviation rather than a huge one.
         undetermined = std > 3.0 * max(abs(value), 1e-12) and (

@@ -31,7 +31,7 @@ def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 EFFECT = Effect(
     id='actuation_lag',
     title='Actuation lag',
-    parameters=(Parameter('lag', 's', 0.0, 0.2, none=0.0, starts=(0.004, 0.012, 0.035), form=0.02,
+    parameters=(Parameter('lag', 's', 0.0, 0.2, none=0.0, starts=(0.004, 0.012, 0.035),
                           form_steps=0.25),
                 Parameter('first_order', '-', 0.0, 1.0, starts=(0.0, 1.0))),
     stages={'actuation': _actuation},

@@ -58,7 +58,7 @@ def _statement(p: Mapping[str, float]) -> str:
 EFFECT = Effect(
     id='asymmetric_friction',
     title='Asymmetric friction',
-    parameters=(Parameter('asymmetry', '-', -0.95, 0.95, none=0.0, starts=(0.1,), form=0.08),
+    parameters=(Parameter('asymmetry', '-', -0.95, 0.95, none=0.0, starts=(0.1,)),
                 Parameter('of_load_friction', '-', 0.5, 2.0, starts=(1.0,), logarithmic=True),
                 Parameter('growth', '-', -1.0, 1.0, starts=(0.0, 0.8), default=0.0)),
     stages={'level': _level, 'torque': _drag},

@@ -13,8 +13,7 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 EFFECT = Effect(
     id='back_emf',
     title='Back-EMF of a voltage drive',
-    parameters=(Parameter('back_emf', 'N·m·s/rad', 0.0, 1e12, none=0.0, starts=(0.01,),
-                          form=0.005),),
+    parameters=(Parameter('back_emf', 'N·m·s/rad', 0.0, 1e12, none=0.0, starts=(0.01,)),),
     stages={'torque': _torque},
     equation='T_M = K_T · (V − K_e ω)/R = effort − back_emf · ω, back_emf = K_T K_e / R',
     reference='contract, additions; Krause, Wasynczuk and Sudhoff, Analysis of Electric '

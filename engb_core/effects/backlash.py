@@ -89,7 +89,7 @@ EFFECT = Effect(
         Parameter('gap', 'rad', 1e-3, 20.0, none=0.0,
                   starts=(0.015, 0.03, 0.06, 0.11, 0.18, 0.28, 0.44, 0.7, 1.1, 1.6, 2.4, 3.7,
                           5.5, 8.0),
-                  logarithmic=True, form=0.15),
+                  logarithmic=True),
         Parameter('inertia_fraction', '-', 0.01, 0.9, starts=(0.18, 0.35)),
         # Of the constant friction, and of what load adds: the two need not sit on one side.
         Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.1, 0.4, 0.7)),

@@ -91,8 +91,6 @@ class Parameter:
             basin.
         logarithmic: fitted on a logarithmic scale.
         per_recording: has to be found anew in each recording (a phase that is not recorded).
-        form: relative uncertainty by the formula [-]: so far apart do other formulations of the
-            same physics put this number (counted on generated cases of other formulas).
         form_steps: uncertainty of a number that is a time [sampling intervals]: when within
             an interval position and effort were taken is not recorded.
         default: what stands for it where a setting leaves it out [`unit`] (None: the middle
@@ -108,7 +106,6 @@ class Parameter:
     starts: tuple[float, ...] = ()
     logarithmic: bool = False
     per_recording: bool = False
-    form: float = 0.01
     form_steps: float = 0.0
     default: float | None = None
     formerly: tuple[str, ...] = ()

@@ -40,8 +40,8 @@ EFFECT = Effect(
     id='cogging_torque',
     title='Cogging torque',
     parameters=(
-        Parameter('amplitude', 'N·m', 0.0, 1e12, none=0.0, starts=(0.003,), form=0.01),
-        Parameter('order', '1/rev', 0.05, 2000.0, logarithmic=True, form=0.002),
+        Parameter('amplitude', 'N·m', 0.0, 1e12, none=0.0, starts=(0.003,)),
+        Parameter('order', '1/rev', 0.05, 2000.0, logarithmic=True),
         Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,)),
         Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),
@@ -67,9 +67,9 @@ EFFECT = Effect(
 def with_orders(count: int) -> Effect:
     """Return the effect with so many orders to be fitted, 1 to 1 + MORE_ORDERS."""
     further = tuple(
-        Parameter(name, unit, 0.0, 1e12, none=0.0, form=0.01, default=0.0)
+        Parameter(name, unit, 0.0, 1e12, none=0.0, default=0.0)
         if name.startswith('amplitude') else
-        Parameter(name, unit, 0.05, 2000.0, logarithmic=True, starts=(1.0,), form=0.002,
+        Parameter(name, unit, 0.05, 2000.0, logarithmic=True, starts=(1.0,),
                   default=1.0)
         if name.startswith('order') else
         Parameter(name, unit, -20.0, 20.0, starts=(0.0,), default=0.0)

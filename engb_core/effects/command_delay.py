@@ -14,7 +14,7 @@ def _command(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 EFFECT = Effect(
     id='command_delay',
     title='Command delay',
-    parameters=(Parameter('delay', 's', 0.0, 0.5, none=0.0, starts=(0.01, 0.03, 0.08), form=0.02,
+    parameters=(Parameter('delay', 's', 0.0, 0.5, none=0.0, starts=(0.01, 0.03, 0.08),
                           form_steps=0.25),),
     stages={'command': _command},
     equation='effort acted on = k · (reference(t − delay) − θ)',

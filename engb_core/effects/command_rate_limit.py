@@ -24,7 +24,7 @@ EFFECT = Effect(
     title='Command rate limit',
     # Starts are those of a motor's speed, and are scaled to the speed of a short swing.
     parameters=(Parameter('speed', 'rad/s', 1e-3, 1e5, none=math.inf,
-                          starts=(15.0, 25.0, 40.0, 60.0, 90.0), logarithmic=True, form=0.02),),
+                          starts=(15.0, 25.0, 40.0, 60.0, 90.0), logarithmic=True),),
     stages={'command': _command},
     equation='|d/dt set-point acted on| ≤ speed',
     reference='contract, additions; profile velocity of position-controlled servos',

@@ -13,7 +13,7 @@ def _level(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 EFFECT = Effect(
     id='coulomb_friction_error',
     title='Coulomb friction is off',
-    parameters=(Parameter('coulomb', 'N·m', 0.0, 1e12, form=0.005),),
+    parameters=(Parameter('coulomb', 'N·m', 0.0, 1e12),),
     stages={'level': _level},
     equation='C₀ sat(ω) with the true C₀',
     reference='equation (13)',

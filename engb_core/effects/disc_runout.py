@@ -39,7 +39,7 @@ EFFECT = Effect(
     id='disc_runout',
     title='Disc runout',
     parameters=(
-        Parameter('amplitude', 'N·m', 0.0, 1e12, none=0.0, starts=(0.003,), form=0.066),
+        Parameter('amplitude', 'N·m', 0.0, 1e12, none=0.0, starts=(0.003,)),
         Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), per_recording=True),
         Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),

@@ -25,7 +25,7 @@ EFFECT = Effect(
     title='Effort measured late',
     # Refitted numbers stand far off beside a long lag: no fit leads there from a short one.
     parameters=(Parameter('lag', 's', 1e-4, 1.0, none=0.0, starts=(0.005, 0.015, 0.04, 0.12),
-                          logarithmic=True, form=0.02, form_steps=0.25),),
+                          logarithmic=True, form_steps=0.25),),
     stages={'measurement': _measurement},
     equation='effort = T_M through 1/(lag · s + 1)',
     reference='contract, additions; filtered current estimates of motor drives',

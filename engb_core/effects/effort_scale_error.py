@@ -13,7 +13,7 @@ def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 EFFECT = Effect(
     id='effort_scale_error',
     title='Effort scale is off',
-    parameters=(Parameter('scale', '-', 0.2, 5.0, none=1.0, starts=(0.8, 1.25), form=0.01),),
+    parameters=(Parameter('scale', '-', 0.2, 5.0, none=1.0, starts=(0.8, 1.25)),),
     stages={'actuation': _actuation},
     equation='T_M = scale · effort',
     reference='contract, additions; torque constant of a drive (Lynch and Park, Modern Robotics '

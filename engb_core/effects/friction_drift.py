@@ -23,7 +23,7 @@ EFFECT = Effect(
     id='friction_drift',
     title='Friction drift',
     parameters=(
-        Parameter('friction_ratio', '-', 0.05, 10.0, none=1.0, starts=(1.1,), form=0.035),
+        Parameter('friction_ratio', '-', 0.05, 10.0, none=1.0, starts=(1.1,)),
         Parameter('settling', '-', 0.1, 20.0, starts=(0.4, 5.0), logarithmic=True),
         Parameter('shape', '-', 0.4, 5.0, starts=(1.0, 2.5), logarithmic=True),
     ),

@@ -13,7 +13,7 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 EFFECT = Effect(
     id='inertia_error',
     title='Inertia is off',
-    parameters=(Parameter('inertia', 'kg·m²', 1e-9, 1e12, form=0.0055),),
+    parameters=(Parameter('inertia', 'kg·m²', 1e-9, 1e12),),
     stages={'torque': _torque},
     equation='J dω/dt with the true J',
     reference='equation (1)',

@@ -28,9 +28,9 @@ def _statement(p: Mapping[str, float]) -> str:
 EFFECT = Effect(
     id='load_dependent_friction',
     title='Load-dependent friction',
-    parameters=(Parameter('load_gain', '-', 0.0, 3.0, form=0.02),
+    parameters=(Parameter('load_gain', '-', 0.0, 3.0),
                 # How the curve over load departs from a straight line (load_friction.py).
-                Parameter('load_curvature', '-', -0.9, 0.9, form=0.0, default=0.0)),
+                Parameter('load_curvature', '-', -0.9, 0.9, default=0.0)),
     stages={'level': _level},
     equation='T_C = (C₀ + C₁ |T_L|) sat(ω), or C₁ (1 + curvature (|T_L|/T_ref − 1)) for C₁',
     reference='equations (13), (42)',

@@ -111,7 +111,7 @@ EFFECT = Effect(
     id='load_hysteresis',
     title='Load hysteresis',
     parameters=(
-        Parameter('hysteresis_ratio', '-', 0.0, 0.8, none=0.0, starts=(0.03,), form=0.08),
+        Parameter('hysteresis_ratio', '-', 0.0, 0.8, none=0.0, starts=(0.03,)),
         Parameter('memory_distance', 'rad', 0.05, 60.0, starts=(0.5, 1.5, 4.0, 10.0),
                   logarithmic=True),
         Parameter('load_exponent', '-', 0.0, 2.0, starts=(0.3, 1.0)),

@@ -33,9 +33,9 @@ EFFECT = Effect(
     id='nonlinear_viscous_friction',
     title='Nonlinear viscous friction',
     parameters=(Parameter('quadratic_viscous_friction', 'N·m·s²/rad²', -1e12, 1e12, none=0.0,
-                          starts=(1e-5,), form=0.014),
+                          starts=(1e-5,)),
                 Parameter('transition_speed', 'rad/s', 1e-3, 60.0, starts=(0.5, 2.0, 8.0),
-                          logarithmic=True, form=0.14)),
+                          logarithmic=True)),
     stages={'torque': _torque},
     equation='T = B₂ ω |ω|, or, where B₂ < 0 and it levels off, '
              'T = −B₂ ω_mean² (1 − exp(−|ω|/ω_t)) sgn ω',

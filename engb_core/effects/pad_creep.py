@@ -29,9 +29,9 @@ EFFECT = Effect(
     id='pad_creep',
     title='Pad creep',
     parameters=(
-        Parameter('relaxed_fraction', '-', 0.0, 0.8, none=0.0, starts=(0.05,), form=0.075),
+        Parameter('relaxed_fraction', '-', 0.0, 0.8, none=0.0, starts=(0.05,)),
         Parameter('time_constant', 's', 0.1, 60.0, starts=(0.3, 1.0, 3.0),
-                  logarithmic=True, form=0.1),
+                  logarithmic=True),
         Parameter('spread', '-', 1.0, 8.0, starts=(1.5,), default=1.0),
     ),
     stages={'load': _load},

@@ -51,7 +51,7 @@ EFFECT = Effect(
     id='pad_friction_fade',
     title='Pad friction fade',
     parameters=(
-        Parameter('ratio_change', '-', -3.0, 3.0, none=0.0, starts=(-0.1,), form=0.095),
+        Parameter('ratio_change', '-', -3.0, 3.0, none=0.0, starts=(-0.1,)),
         Parameter('load_ratio', '-', 0.05, 3.0, starts=(0.9,)),
         # How steep the change is, and where in the range of temperature its middle lies.
         Parameter('steepness', '-', 0.1, 20.0, starts=(2.5, 7.0), logarithmic=True, default=0.1),

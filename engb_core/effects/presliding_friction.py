@@ -41,7 +41,7 @@ EFFECT = Effect(
     title='Presliding friction',
     parameters=(
         Parameter('presliding_distance', 'rad', 1e-4, 20.0, none=0.0,
-                  starts=(0.02, 0.06, 0.15, 0.4, 1.0), logarithmic=True, form=0.15),
+                  starts=(0.02, 0.06, 0.15, 0.4, 1.0), logarithmic=True),
         Parameter('shape', '-', 0.1, 3.0, starts=(0.95,)),
     ),
     stages={'direction': _direction},

@@ -23,7 +23,7 @@ EFFECT = Effect(
     id='self_energizing',
     title='Self-energizing',
     parameters=(
-        Parameter('load_ratio', '-', 0.05, 3.0, none=1.0, starts=(0.8,), form=0.05),
+        Parameter('load_ratio', '-', 0.05, 3.0, none=1.0, starts=(0.8,)),
         # From here on the disc turns; and the time in which its friction builds up.
         Parameter('turning_speed', 'rad/s', 0.1, 20.0, starts=(0.5, 3.0), logarithmic=True,
                   default=0.5),

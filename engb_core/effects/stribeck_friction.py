@@ -20,9 +20,9 @@ EFFECT = Effect(
     id='stribeck_friction',
     title='Stribeck friction',
     parameters=(
-        Parameter('breakaway_ratio', '-', 1.0, 6.0, none=1.0, starts=(1.3,), form=0.08),
+        Parameter('breakaway_ratio', '-', 1.0, 6.0, none=1.0, starts=(1.3,)),
         Parameter('stribeck_velocity', 'rad/s', 1e-3, 60.0,
-                  starts=(0.5, 1.0, 2.0, 4.0, 8.0), logarithmic=True, form=0.14),
+                  starts=(0.5, 1.0, 2.0, 4.0, 8.0), logarithmic=True),
         Parameter('shape', '-', 0.6, 2.5, starts=(1.0, 2.0)),
     ),
     stages={'level': _level},

@@ -13,7 +13,7 @@ def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 EFFECT = Effect(
     id='torque_offset',
     title='Torque (current) offset',
-    parameters=(Parameter('offset', 'N·m', -1e12, 1e12, none=0.0, starts=(0.005,), form=0.015),),
+    parameters=(Parameter('offset', 'N·m', -1e12, 1e12, none=0.0, starts=(0.005,)),),
     stages={'actuation': _actuation},
     equation='T_M = effort − offset',
     reference='contract, table 4; current sensor offset',

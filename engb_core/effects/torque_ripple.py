@@ -16,7 +16,7 @@ EFFECT = Effect(
     title='Torque ripple',
     parameters=(
         Parameter('relative_amplitude', '-', 0.0, 0.9, none=0.0, starts=(0.02,)),
-        Parameter('order', '1/rev', 0.05, 2000.0, logarithmic=True, form=0.002),
+        Parameter('order', '1/rev', 0.05, 2000.0, logarithmic=True),
         Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,)),
         Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),

@@ -34,7 +34,7 @@ EFFECT = Effect(
     id='torque_saturation',
     title='Torque saturation',
     parameters=(
-        Parameter('torque_loss', '-', 0.0, 0.9, none=0.0, starts=(0.08, 0.4), form=0.045),
+        Parameter('torque_loss', '-', 0.0, 0.9, none=0.0, starts=(0.08, 0.4)),
         Parameter('shape', '-', 1.0, 8.0, starts=(1.2, 3.0), logarithmic=True),
         Parameter('onset', '-', 0.0, 0.8, starts=(0.0, 0.4)),
     ),

@@ -13,7 +13,7 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 EFFECT = Effect(
     id='viscous_friction_error',
     title='Viscous friction is off',
-    parameters=(Parameter('viscous_friction', 'N·m·s/rad', 0.0, 1e12, form=0.005),),
+    parameters=(Parameter('viscous_friction', 'N·m·s/rad', 0.0, 1e12),),
     stages={'torque': _torque},
     equation='B ω with the true B',
     reference='equation (1)',

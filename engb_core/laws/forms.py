@@ -121,13 +121,13 @@ class Form:
         for atom in self.factors:
             unit = divided(unit, atom.unit)
         found = [Parameter('a', written(unit), -1e9, 1e9, none=0.0,
-                           starts=(self.size or 1e-9,), form=0.0)]
+                           starts=(self.size or 1e-9,))]
         names = iter(_NAMES[1:])
         for atom in self.factors:
             for slot in atom.slots:
                 found.append(Parameter(
                     next(names), slot.unit, slot.low, slot.high, none=slot.start,
-                    starts=(slot.start,), logarithmic=slot.logarithmic, form=0.0))
+                    starts=(slot.start,), logarithmic=slot.logarithmic))
         return tuple(found)
 
     def starts(self) -> tuple[float, ...]:
