@@ -4,8 +4,7 @@
 Levels and excesses are of the mean squared residual in units of the noise's (noise = 1); an
 excess is what a level has above 1. Origin is one of: a *test* (level of significance), a *loss*
 (what one error costs against the other), a *prior* (how common something is), a *level* (of a
-statement; any other may be asked for), *counted* (set by how often it was right on generated
-cases; to be replaced by a score on what was left out).
+statement; any other may be asked for). None is counted on cases.
 Constants of a search (starts, rounds, companions) only cost time, and stand where they are used.
 What means the same is the same constant. Some that decide one effect alone (a shaft that rings, a
 wave that repeats) stand with it.
@@ -13,10 +12,10 @@ wave that repeats) stand with it.
 
 from __future__ import annotations
 
-__all__ = ['CHANCE', 'CLEAN_EXCESS', 'CONTAINING', 'EDGE', 'FALSE_PART', 'FIRST_PART',
-           'FORMULA_ERROR', 'FORMULA_MISSES', 'FORMULA_TAILS', 'KNOWN_ODDS', 'LARGER_PART',
-           'LEAST_PROBABILITY', 'MOST_NOISE', 'NAMELESS_PRICE', 'PARAMETER_PRICE',
-           'PHYSICS_FOR_NUMBER', 'SET_LEVEL', 'STANDS_OUT', 'SURE', 'UNNAMED', 'WORTH_PART']
+__all__ = ['CHANCE', 'CLEAN_EXCESS', 'CONTAINING', 'EDGE', 'FALSE_PART', 'FORMULA_ERROR',
+           'FORMULA_MISSES', 'FORMULA_TAILS', 'KNOWN_ODDS', 'LARGER_PART', 'LEAST_PROBABILITY',
+           'MOST_NOISE', 'NAMELESS_PRICE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'SET_LEVEL',
+           'STANDS_OUT', 'SURE', 'UNNAMED', 'WORTH_PART']
 
 # -- is there anything? ---------------------------------------------------------------------------
 
@@ -39,16 +38,14 @@ EDGE = 0.97
 
 # -- which of several fits? -----------------------------------------------------------------------
 
-# Part [-] of the excess that the first of the effects must take away. Counted.
-FIRST_PART = 0.15
 # Log mean square by which a description without a name must fit better than physics. Loss: a
 # description predicts worse where nothing was recorded.
 NAMELESS_PRICE = 0.2
 # Log mean square that each fitted parameter must take away, and what one nat of odds beforehand is
 # worth: a criterion of information for some 250 independent values. Test.
 PARAMETER_PRICE = 0.004
-# Part [-] of a mean square on what no fit has seen that a richer model must take away to be kept.
-# Loss: it predicts worse elsewhere.
+# Part [-] of a mean square that a richer model must take away to be worth having: the first of the
+# effects of the excess, all else of what no fit has seen. Loss: it predicts worse elsewhere.
 WORTH_PART = 0.1
 # Part [-] of a whole that decides, where nothing speaks for more or less: the larger part of a
 # mismatch, a name that is likelier right than wrong, numbers most of which are off. Loss: both

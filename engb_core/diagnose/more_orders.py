@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, FIRST_PART
+from engb_core.diagnose.constants import CLEAN_EXCESS, WORTH_PART
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import scaled, Variant
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
@@ -39,7 +39,7 @@ def with_more_orders(fitter: Fitter, fit: Fit) -> Fit:
                  for setting in settings_from_residual(fitter, fit, EFFECT) or ()
                  if _is_new(fit, setting['order'])]
         best = min(found, key=lambda entry: entry.cost, default=None)
-        if best is None or reduced_chi_square(best, fitter) - 1.0 > (1.0 - FIRST_PART) * left \
+        if best is None or reduced_chi_square(best, fitter) - 1.0 > (1.0 - WORTH_PART) * left \
                 or not _better_unseen(fitter, fit, best):
             break
         fit = fitter.refine(best)
@@ -140,4 +140,4 @@ def _better_unseen(fitter: Fitter, fit: Fit, other: Fit) -> bool:
         return True
     before, after = (float(np.sum((entry.residual[unseen] / fitter.spread[unseen]) ** 2))
                      for entry in (fit, other))
-    return after < (1.0 - FIRST_PART) * before
+    return after < (1.0 - WORTH_PART) * before

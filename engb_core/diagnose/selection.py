@@ -17,7 +17,6 @@ import numpy as np
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     EDGE,
-    FIRST_PART,
     FORMULA_ERROR,
     LARGER_PART,
     MOST_NOISE,
@@ -184,7 +183,7 @@ def _of_best_pair(result: Search, single: Fit, before: float) -> Fit:
     if formula_odds(part_left(fitter, result.base, pair)) < 1.0:
         return single
     again = _begun_again(result, single, pair)
-    return again if before - excess(again, fitter) > FIRST_PART * before else pair
+    return again if before - excess(again, fitter) > WORTH_PART * before else pair
 
 
 def _begun_again(result: Search, chosen: Fit, larger: Fit) -> Fit:
@@ -237,7 +236,7 @@ def _worth(chosen: Fit, best: Fit, fitter: Fitter, whole: float, others: list[Fi
     without effects, `others` are all fits of the size of `best`."""
     old, new = excess(chosen, fitter), excess(best, fitter)
     if not chosen.hypothesis.variants:
-        return old - new > FORMULA_ERROR and old - new > FIRST_PART * old
+        return old - new > FORMULA_ERROR and old - new > WORTH_PART * old
     if not _needed(chosen, best, fitter, whole):
         return False
     # What another formula of the first one misses may suit it by chance, but hardly it alone of

@@ -6,7 +6,7 @@ import re
 
 from engb_core.diagnose import constants
 
-ORIGINS = ('Test', 'Loss', 'Prior', 'Level', 'Counted')
+ORIGINS = ('Test', 'Loss', 'Prior', 'Level')
 
 
 def test_there_are_no_more_than_twenty_five_and_all_are_numbers():
