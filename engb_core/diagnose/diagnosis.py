@@ -410,3 +410,8 @@ class Diagnosis:
     evidence: Evidence = field(default_factory=Evidence)
     data_faults: tuple[DataFault, ...] = ()
     timing: Timing | None = None
+
+    @property
+    def corrects(self) -> bool:
+        """Whether the corrected model is another than the file."""
+        return self.verdict != 'consistent' or self.timing is not None

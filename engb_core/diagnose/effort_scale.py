@@ -33,8 +33,8 @@ MOVERS = (LOAD, 'contact_shift', 'torque_offset')
 # How far apart the logarithms of two wrong numbers' factors are at most usually: each of them is
 # believed to 0.4 (nominal.py).
 APART = 0.4 * math.sqrt(2.0)
-# What numbers from masses and lengths are sure to at best: each effect's `form`.
-FORM = 0.01
+# What numbers from masses and lengths are sure to at best. Prior: 1 %.
+MEASURED = 0.01
 
 
 @dataclass(frozen=True)
@@ -54,15 +54,15 @@ class Factors:
     @property
     def std(self) -> float:
         """The deviation of that."""
-        return math.hypot(self.inertia_std, self.load_std, FORM, FORM)
+        return math.hypot(self.inertia_std, self.load_std, MEASURED, MEASURED)
 
     @property
     def both_off_alike(self) -> bool:
         """Whether both are off by more than such numbers usually are, to the same side, and
         agree."""
         return (self.inertia * self.load > 0.0
-                and abs(self.inertia) > STANDS_OUT * math.hypot(self.inertia_std, FORM)
-                and abs(self.load) > STANDS_OUT * math.hypot(self.load_std, FORM)
+                and abs(self.inertia) > STANDS_OUT * math.hypot(self.inertia_std, MEASURED)
+                and abs(self.load) > STANDS_OUT * math.hypot(self.load_std, MEASURED)
                 and abs(self.apart) < STANDS_OUT * self.std)
 
     def one_cause(self) -> float:

@@ -64,7 +64,7 @@ from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
-from engb_core.diagnose.timing import lateness, timing_of
+from engb_core.diagnose.timing import lateness, timing_of, with_timing
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of, with_nearest
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.diagnose.wind_up import with_resonance
@@ -147,7 +147,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started),
         data_faults=(*faults, *further),
-        timing=None if outcome.verdict == 'consistent' else outcome.timing)
+        timing=outcome.timing)
 
 
 def _proposed(outcome: _Outcome) -> NextExperiment | None:
@@ -320,6 +320,10 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         verdict != 'consistent'
         and that_helps(told, (problem.model,)) is not problem.model)
     verdict = unless_nothing_helps(verdict, findings, helps)
+    if verdict == 'consistent':
+        # When samples were taken is known to a sample, and is no missing physics.
+        late = with_timing(fitter, nominal)
+        corrected, timing = (problem.model, None) if late is None else late
     if problem.held_out and corrected in told.models:
         tell('fitting the numbers to all that may be fitted')
         corrected = fitted_to_all(fitter, told, told.models.index(corrected))

@@ -8,15 +8,16 @@ way: the recordings say that something is late, and a set of causes, none of whi
 
 from __future__ import annotations
 
-from engb_core.diagnose.constants import STANDS_OUT
+from engb_core.diagnose.constants import STANDS_OUT, WORTH_PART
 from engb_core.diagnose.diagnosis import ParameterEstimate, Timing
+from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 
-__all__ = ['lateness', 'timing_of']
+__all__ = ['lateness', 'timing_of', 'with_timing']
 
 
 def timing_of(fitter: Fitter, fit: Fit) -> Timing | None:
@@ -42,6 +43,19 @@ def timing_of(fitter: Fitter, fit: Fit) -> Timing | None:
         f'{1e3 * abs(delay):.2g} ms (standard deviation {1e3 * deviation:.2g} ms), less than a '
         f'sample: {other}, or effort and position are sampled apart. At this rate the '
         'recordings do not tell which; both are the same in the corrected model.')
+
+
+def with_timing(fitter: Fitter, nominal: Fit) -> tuple[Model, Timing] | None:
+    """Return the model file with the delay that a fit of it alone has found, and what is said of
+    that; None where it is not significant, or predicts what no fit has seen no better."""
+    fit = fitter.finished(nominal)
+    timing = timing_of(fitter, fit)
+    if timing is None:
+        return None
+    model = fit.hypothesis.corrected(fit.vector)
+    before, after = (pooled(unseen_errors(fitter.problem, entry))
+                     for entry in (fitter.problem.model, model))
+    return (model, timing) if after < (1.0 - WORTH_PART) * before else None
 
 
 def lateness(model: Model) -> float:

@@ -22,12 +22,11 @@ def add_improvement(page: Page, diagnosis: Diagnosis, units: Units) -> None:
     rows = diagnosis.held_out
     if not rows and not diagnosis.evidence.closed_loops:
         return
-    consistent = diagnosis.verdict == 'consistent'
-    page.section('How well the model predicts' if consistent else 'How much better')
+    page.section('How much better' if diagnosis.corrects else 'How well the model predicts')
     if rows:
         page.text('Root mean square errors on recordings, or parts of them, that no fit has '
                   'seen.', kind='muted')
-        _fit_table(page, rows, corrected=not consistent)
+        _fit_table(page, rows, corrected=diagnosis.corrects)
     loops = diagnosis.evidence.closed_loops
     for loop in loops[:1]:
         page.figure(closed_loop(loop, units), points=MAIN_POINTS)

@@ -43,7 +43,7 @@ class Units:
         self.velocity = 'm/s' if linear else 'rad/s'
         self.effort = 'N' if linear else 'N·m'
         self.effort_name = 'force' if linear else 'torque'
-        self.corrected = diagnosis.verdict != 'consistent'
+        self.corrected = diagnosis.corrects
         floors = [trace.noise_floor for trace in diagnosis.evidence.traces
                   if np.isfinite(trace.noise_floor)]
         self.noise: float | None = float(np.median(floors)) if floors else None

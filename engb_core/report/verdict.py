@@ -55,7 +55,12 @@ def _lead(diagnosis: Diagnosis) -> list[str]:
                      if fit.noise_floor is not None else '')
             text += (f' On recordings that no fit has seen, the model misses the motor '
                      f'{_effort(fit)} by {quantity(fit.rms_before, fit.unit)} rms{floor}.')
-        return [text]
+        if diagnosis.timing is None:
+            return [text]
+        said = diagnosis.timing.statement
+        if fit:
+            said += f' With that in it, it misses by {quantity(fit.rms_after, fit.unit)} rms.'
+        return [text, said]
     if diagnosis.verdict == 'explained' and not diagnosis.effects:
         text = ('Other numbers in the model take the mismatch away, and none of them stands out '
                 'as the one that is off. The corrected model holds them.')
@@ -108,7 +113,7 @@ def _key(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
         if fit is None:
             continue
         title = f'Held-out {_effort(fit)} error' if name == 'effort' else 'Closed-loop position'
-        if diagnosis.verdict == 'consistent':
+        if not diagnosis.corrects:
             value = quantity(fit.rms_before, fit.unit)
         else:
             value = '\u00a0→ '.join(quantities((fit.rms_before, fit.rms_after), fit.unit))

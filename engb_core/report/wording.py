@@ -186,7 +186,8 @@ def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict as one sentence without a full stop."""
     effects = diagnosis.effects
     if diagnosis.verdict == 'consistent':
-        return 'The model agrees with the recordings'
+        return 'The model agrees with the recordings' + (
+            ', but for when samples were taken' if diagnosis.corrects else '')
     if diagnosis.verdict == 'explained' and not effects:
         return 'Other numbers in the model explain the mismatch'
     if diagnosis.verdict == 'unexplained' or not effects:

@@ -85,6 +85,8 @@ VERDICTS = {
     'partly_explained': 'partly explained: effects were found, and structure remains',
     'unexplained': 'unexplained: there is structure that no known effect accounts for',
 }
+BUT_TIMING = ('consistent: nothing above the noise floor but that effort and position are part of '
+              'a sample apart; model.yaml holds it')
 BY_NUMBERS = ('explained: other numbers in the model take the mismatch away, and none of them '
               'stands out; model.yaml holds them')
 
@@ -210,8 +212,10 @@ def summary(diagnosis: Diagnosis, said: Sequence[str] = ()) -> str:
     """Return the diagnosis in a few lines of text, without notes that were `said` before."""
     from engb_core.report.alike import alike_together
     by_numbers = diagnosis.verdict == 'explained' and not diagnosis.effects
-    lines = [(BY_NUMBERS if by_numbers else VERDICTS.get(diagnosis.verdict, diagnosis.verdict))
-             + _of_the_floor(diagnosis)]
+    verdict = (BY_NUMBERS if by_numbers else
+               BUT_TIMING if diagnosis.verdict == 'consistent' and diagnosis.corrects else
+               VERDICTS.get(diagnosis.verdict, diagnosis.verdict))
+    lines = [verdict + _of_the_floor(diagnosis)]
     for number, finding in enumerate(diagnosis.effects, 1):
         doubt = ', rather not' if finding.probability < EVEN else ''
         lines.append(f'{number}. {finding.effect} (probability {finding.probability:.2f}{doubt}, '

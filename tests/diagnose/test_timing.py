@@ -67,8 +67,17 @@ def test_beside_a_lag_nothing_more_is_told():
 
 
 @pytest.mark.slow
-def test_a_recording_without_a_mismatch_is_told_nothing():
-    assert diagnose([apart(0.55)], NOMINAL).timing is None
+@pytest.mark.parametrize('parts', [0.0, 0.55])
+def test_nothing_is_missing_where_samples_are_apart_but_the_model_predicts_better_with_it(parts):
+    said = diagnose([apart(parts)], NOMINAL)
+    assert said.verdict == 'consistent' and not said.effects
+    effort = said.held_out[0]
+    if not parts:
+        assert said.timing is None and said.model == NOMINAL
+        return
+    assert said.timing is not None
+    assert [entry.effect for entry in said.model.effects] == ['sampling_delay']
+    assert effort.rms_after < 0.95 * effort.rms_before
 
 
 @pytest.mark.slow
