@@ -24,7 +24,7 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.formula import chance_part, something_known
+from engb_core.diagnose.formula import chance_part, formula_odds, something_known
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.multistart import followed, Promise, promises, search_around
 from engb_core.diagnose.nominal import DELAY
@@ -123,7 +123,8 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
     base = fitter.base()
     if excess(base, fitter) < CLEAN_EXCESS:
         return None
-    for fit in _shafts(fitter):
+    tried: list[Fit] = []
+    for fit in _shafts(fitter, tried):
         known = something_known(part_left(fitter, base, fit))
         if known < LARGER_PART or not _rings(fit, fitter):
             continue
@@ -131,7 +132,8 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
         if any(reduced_chi_square(rival, fitter) < left
                for rival in _rivals(fitter, corrected, problem.onsets)):
             return None
-        return _resonance(fitter, fit, known, 1.0 - excess(fit, fitter) / excess(base, fitter))
+        return _resonance(fitter, fit, known, 1.0 - excess(fit, fitter) / excess(base, fitter),
+                          _over_formulations(fitter, base, fit, tried))
     return None
 
 
@@ -175,20 +177,23 @@ def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
     return followed(fitter, promised[:PROMISED], 8, fitter.iterate)
 
 
-def _shafts(fitter: Fitter) -> Iterator[Fit]:
+def _shafts(fitter: Fitter, tried: list[Fit]) -> Iterator[Fit]:
     """Yield finished fits of shafts that may ring, what explains more first: one that isn't
-    linear, and the linear one, which stands where the other one was led astray."""
+    linear, and the linear one, which stands where the other one was led astray. All that were
+    fitted are added to `tried`."""
     linear = fitter.finish(_linear(fitter))
+    tried.append(linear)
     if excess(linear, fitter) > CLEAN_EXCESS:
-        other = _bent(fitter, linear) if _rings(linear, fitter) else _hardened(fitter, linear)
+        other = _bent(fitter, linear, tried) if _rings(linear, fitter) \
+            else _hardened(fitter, linear, tried)
         if other is not linear:
             yield fitter.finish(other)
     yield linear
 
 
-def _bent(fitter: Fitter, linear: Fit) -> Fit:
+def _bent(fitter: Fitter, linear: Fit, tried: list[Fit]) -> Fit:
     """Return the fit with a shaft that isn't linear where that takes away most of what a linear
-    one leaves."""
+    one leaves; all that were fitted are added to `tried`."""
     left = reduced_chi_square(linear, fitter) - 1.0
     values = _values(linear)
     best, least = linear, (1.0 - chance_part()) * left
@@ -201,18 +206,19 @@ def _bent(fitter: Fitter, linear: Fit) -> Fit:
         for variant in variants_of(effect, fitter.problem.scene):
             fit = fitter.refine(fitter.fit(variant, starts=fitter.starts(variant, settings),
                                            rounds=8, keep=BENT_KEPT))
+            tried.append(fit)
             if reduced_chi_square(fit, fitter) - 1.0 < least:
                 best, least = fit, reduced_chi_square(fit, fitter) - 1.0
     if least > CLEAN_EXCESS:
-        fit = _hardened(fitter, linear)
+        fit = _hardened(fitter, linear, tried)
         if reduced_chi_square(fit, fitter) - 1.0 < least:
             return fit
     return best
 
 
-def _hardened(fitter: Fitter, than: Fit) -> Fit:
+def _hardened(fitter: Fitter, than: Fit, tried: list[Fit]) -> Fit:
     """Return the best fit found of a shaft that hardens much, where one promises to be better
-    than another fit; else that one."""
+    than another fit; else that one. All that were fitted are added to `tried`."""
     (variant,) = variants_of(NONLINEAR[0], fitter.problem.scene)
     hypothesis, base = fitter.hypothesis((variant,)), fitter.base()
     promised = promises(fitter, base, hypothesis, [
@@ -234,7 +240,25 @@ def _hardened(fitter: Fitter, than: Fit) -> Fit:
     first = sorted(parallel_map(moved, list(most.values())[:FOLLOWED], fitter.threads),
                    key=lambda fit: fit.cost)
     better = [fit for fit in first if fit.cost < than.cost][:SETTLED]
-    return min([than, *parallel_map(settled, better, fitter.threads)], key=lambda fit: fit.cost)
+    settled_ones = list(parallel_map(settled, better, fitter.threads))
+    tried += settled_ones
+    return min([than, *settled_ones], key=lambda fit: fit.cost)
+
+
+def _over_formulations(fitter: Fitter, base: Fit, told: Fit, tried: list[Fit],
+                       ) -> dict[str, float]:
+    """Return how far from the one that is `told` other formulations of the shaft put the numbers
+    that all of them have (root mean square), each as likely as it is that a formula misses what it
+    leaves; one that is likelier a makeshift says nothing of them."""
+    values = _values(told)
+    odds = np.array([formula_odds(part_left(fitter, base, fit)) for fit in tried])
+    odds[odds < 1.0] = 0.0
+    if not odds.any():
+        return {}
+    apart = {parameter.name: np.array([_values(fit)[parameter.name] - values[parameter.name]
+                                       for fit in tried])
+             for parameter in get_effect(RESONANCE).parameters}
+    return {name: float(np.sqrt(odds @ away ** 2 / odds.sum())) for name, away in apart.items()}
 
 
 def _values(fit: Fit) -> dict[str, float]:
@@ -271,13 +295,18 @@ def _rings(fit: Fit, fitter: Fitter) -> bool:
     return bool(2.0 * STANDS_OUT * deviation < 1.0)
 
 
-def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float) -> Resonance:
+def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float,
+               apart: dict[str, float]) -> Resonance:
     values = _values(fit)
+    parameters = {
+        name: replace(entry, std=None if entry.std is None else float(
+            np.hypot(entry.std, apart.get(name, 0.0))))
+        for name, entry in estimates(fit, fitter, 0).items()}
     effect = get_effect(RESONANCE)
     without = fitter.predict(fitter.hypothesis(()), fit.vector[:len(fit.hypothesis.numbers)])
     finding = EffectFinding(
         effect=RESONANCE, probability=probability,
-        parameters=estimates(fit, fitter, 0), share=float(np.clip(share, 0.0, 1.0)),
+        parameters=parameters, share=float(np.clip(share, 0.0, 1.0)),
         alternatives=(), statement=effect.statement(values))
     return Resonance(finding, EffectSetting(RESONANCE, values), fitter.problem.runs,
                      tuple(fitter.problem.split(fit.predicted - without)),

@@ -54,7 +54,7 @@ def test_a_resonance_above_the_band_is_heard(ringing):
 
 
 def test_a_bent_shaft_that_was_led_astray_leaves_the_linear_one(monkeypatch, ringing):
-    def astray(fitter: Fitter, linear: Fit) -> Fit:
+    def astray(fitter: Fitter, linear: Fit, tried: list[Fit]) -> Fit:
         vector = linear.vector.copy()
         names = [entry.name for entry in get_effect(RESONANCE).parameters]
         vector[len(linear.hypothesis.numbers) + names.index('frequency')] = np.log(900.0)

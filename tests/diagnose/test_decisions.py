@@ -323,13 +323,14 @@ def wide(levels, monkeypatch):
         monkeypatch.setattr(wide_band, '_as_it_stands', lambda problem: 1.0 + file)
         monkeypatch.setattr(wide_band, 'Fitter', lambda *_: SimpleNamespace(
             base=lambda: Level((), base)))
-        monkeypatch.setattr(wide_band, '_shafts', lambda fitter: iter(shafts))
+        monkeypatch.setattr(wide_band, '_shafts', lambda fitter, tried: iter(shafts))
         monkeypatch.setattr(wide_band, '_rivals', lambda *_: iter(rivals))
         monkeypatch.setattr(wide_band, 'part_left', lambda *_: 0.0)
         monkeypatch.setattr(wide_band, 'something_known', lambda left: known)
         monkeypatch.setattr(wide_band, '_rings', lambda fit, fitter: ring)
         monkeypatch.setattr(wide_band, '_resonance',
-                            lambda fitter, fit, known, share: (fit, share))
+                            lambda fitter, fit, known, share, apart: (fit, share))
+        monkeypatch.setattr(wide_band, '_over_formulations', lambda *_: {})
         problem = SimpleNamespace(runs=(), onsets=())
         return wide_band.resonance_beside(problem, Model())
     return look
@@ -359,8 +360,26 @@ def test_the_straight_shaft_stands_where_the_bent_one_leads_astray(levels, monke
                                 (straight, straight, [straight]),
                                 (Level(('drivetrain_resonance',), 0.0), bent, None)):
         monkeypatch.setattr(wide_band, '_linear', lambda fitter, linear=linear: linear)
-        monkeypatch.setattr(wide_band, '_bent', lambda fitter, fit, made=made: made)
-        assert list(wide_band._shafts(fitter)) == (found or [linear])
+        monkeypatch.setattr(wide_band, '_bent', lambda fitter, fit, tried, made=made: made)
+        assert list(wide_band._shafts(fitter, [])) == (found or [linear])
+
+
+def test_formulations_of_a_shaft_that_explain_as_well_say_how_sure_its_numbers_are(monkeypatch):
+    shafts = {name: SimpleNamespace(frequency=frequency, left=left) for name, frequency, left in (
+        ('hardens', 35.0, 0.0), ('linear', 41.0, 0.0), ('astray', 900.0, 0.9))}
+    monkeypatch.setattr(wide_band, 'part_left', lambda fitter, base, fit: fit.left)
+    monkeypatch.setattr(wide_band, '_values', lambda fit: dict.fromkeys(
+        ('inertia_fraction', 'damping_ratio', 'friction_fraction'), 0.1)
+        | {'frequency': fit.frequency})
+
+    def apart(*names: str) -> float:
+        return wide_band._over_formulations(
+            None, None, shafts['hardens'], [shafts[name] for name in names])['frequency']
+
+    assert apart('hardens') == 0.0
+    assert apart('linear', 'hardens') == pytest.approx(6.0 / np.sqrt(2.0))
+    # What is likelier a makeshift says nothing.
+    assert apart('astray', 'hardens') == 0.0
 
 
 @pytest.mark.parametrize(('fraction', 'damping', 'frequency', 'rings'), [
