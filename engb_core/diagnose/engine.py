@@ -322,8 +322,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     verdict = unless_nothing_helps(verdict, findings, helps)
     if verdict == 'consistent':
         # When samples were taken is known to a sample, and is no missing physics.
-        late = with_timing(fitter, nominal)
-        corrected, timing = (problem.model, None) if late is None else late
+        corrected, timing = with_timing(fitter, nominal)
     if problem.held_out and corrected in told.models:
         tell('fitting the numbers to all that may be fitted')
         corrected = fitted_to_all(fitter, told, told.models.index(corrected))

@@ -15,7 +15,7 @@ import numpy as np
 from engb_core.diagnose.constants import CLEAN_EXCESS, WORTH_PART
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import scaled, Variant
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square, reduced_chi_square_of
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.diagnose.uncertainty import stands_out
 from engb_core.effects.cogging_torque import EFFECT, MORE_ORDERS, with_orders
@@ -138,6 +138,5 @@ def _better_unseen(fitter: Fitter, fit: Fit, other: Fit) -> bool:
     unseen = ~fitter.fitted
     if not unseen.any():
         return True
-    before, after = (float(np.sum((entry.residual[unseen] / fitter.spread[unseen]) ** 2))
-                     for entry in (fit, other))
+    before, after = (reduced_chi_square_of(entry, fitter, unseen) for entry in (fit, other))
     return after < (1.0 - WORTH_PART) * before

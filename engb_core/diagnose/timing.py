@@ -45,17 +45,18 @@ def timing_of(fitter: Fitter, fit: Fit) -> Timing | None:
         'recordings do not tell which; both are the same in the corrected model.')
 
 
-def with_timing(fitter: Fitter, nominal: Fit) -> tuple[Model, Timing] | None:
+def with_timing(fitter: Fitter, nominal: Fit) -> tuple[Model, Timing | None]:
     """Return the model file with the delay that a fit of it alone has found, and what is said of
-    that; None where it is not significant, or predicts what no fit has seen no better."""
-    fit = fitter.finished(nominal)
+    that; the file and None where it is not significant, or predicts what no fit has seen no
+    better."""
+    fit, file = fitter.finished(nominal), fitter.problem.model
     timing = timing_of(fitter, fit)
-    if timing is None:
-        return None
-    model = fit.hypothesis.corrected(fit.vector)
-    before, after = (pooled(unseen_errors(fitter.problem, entry))
-                     for entry in (fitter.problem.model, model))
-    return (model, timing) if after < (1.0 - WORTH_PART) * before else None
+    if timing is not None:
+        model = fit.hypothesis.corrected(fit.vector)
+        before, after = (pooled(unseen_errors(fitter.problem, entry)) for entry in (file, model))
+        if after < (1.0 - WORTH_PART) * before:
+            return model, timing
+    return file, None
 
 
 def lateness(model: Model) -> float:

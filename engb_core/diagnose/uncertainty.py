@@ -57,15 +57,20 @@ def reported_deviations(fit: Fit, fitter: Fitter, number: Effect | None = None,
     """Return the standard deviation of each entry of a finished fit's vector as it is told: with
     what another formulation of the same physics may put it to. `number` is an effect whose
     parameters are nominal numbers of the fit."""
-    told = _Information.of(fit, fitter)
-    deviations = np.hypot(vector_deviations(fit, fitter),
-                          np.sqrt(np.diag(_by_formulas(told, fit, fitter, number))))
-    count = len(fit.hypothesis.numbers)
-    for entry, (owner, _, _) in enumerate(fit.hypothesis.places):
-        if fit.hypothesis.variants[owner].effect.multimodal:
-            deviations[count + entry] = np.hypot(
-                deviations[count + entry], _alike_within(fit, fitter, owner, count + entry))
-    return deviations
+    told, count = _Information.of(fit, fitter), len(fit.hypothesis.numbers)
+    variance = vector_deviations(fit, fitter) ** 2
+    if number is not None and _has_other_formulas(number):
+        variance += _by_formula(told, fit, fitter, number, _added_by_number(fit, number))
+    for index, variant in enumerate(fit.hypothesis.variants):
+        if not _has_other_formulas(variant.effect):
+            continue
+        adds = fit.predicted - fitter.predict(*without_effects(fit, {index}))
+        variance += _by_formula(told, fit, fitter, variant.effect, adds)
+        if variant.effect.multimodal:
+            for entry, (owner, _, _) in enumerate(fit.hypothesis.places, count):
+                if owner == index:
+                    variance[entry] += _alike_within(fit, fitter, entry, adds) ** 2
+    return np.sqrt(variance)
 
 
 def vector_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
@@ -126,52 +131,57 @@ class _Information:
         return found
 
 
-def _by_discrepancy(told: _Information, fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
-    """Return the covariance (size, size) that the model's discrepancy gives to the entries."""
-    unseen = max(reduced_chi_square(fit, fitter) - 1.0, CLEAN_EXCESS)
+def _moved(told: _Information, fit: Fit, fitter: Fitter, scale: NDArray[np.float64],
+           cells: NDArray[np.int64], size: float) -> NDArray[np.float64]:
+    """Return the covariance (size, size) that a discrepancy gives to the entries, as
+    `discrepancy_covariance` has it."""
     inverse, norm = _inverse(told.gram + told.bounded)
     assert fit.jacobian is not None, 'the fit is finished'
     return told.of_all(discrepancy_covariance(
-        fit.jacobian[:, told.free] / norm, inverse, fitter.weight, fitter.sigma,
-        state_cells(fitter), float(np.sqrt(unseen))) / norm / norm[:, None])
+        fit.jacobian[:, told.free] / norm, inverse, fitter.weight, scale, cells, size)
+        / norm / norm[:, None])
 
 
-def _by_formulas(told: _Information, fit: Fit, fitter: Fitter, number: Effect | None,
-                 ) -> NDArray[np.float64]:
-    """Return the covariance (size, size) that other formulations of the effects' physics give to
-    the entries: what an effect adds may be off by another part of it, with a standard deviation
-    of `FORMULA_MISSES`, in each part of the coordinate that reveals it. A wrong number has but
-    one formula, and a description without a name is none of physics."""
-    inverse, norm = _inverse(told.gram + told.bounded)
+def _by_discrepancy(told: _Information, fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return the covariance (size, size) that the model's discrepancy gives to the entries."""
+    unseen = max(reduced_chi_square(fit, fitter) - 1.0, CLEAN_EXCESS)
+    return _moved(told, fit, fitter, fitter.sigma, state_cells(fitter), float(np.sqrt(unseen)))
+
+
+def _has_other_formulas(effect: Effect) -> bool:
+    """Whether its physics may be formulated in another way: a wrong number has but one formula,
+    and a description without a name is none of physics."""
+    return not (effect.number_only or effect.unnamed)
+
+
+def _by_formula(told: _Information, fit: Fit, fitter: Fitter, effect: Effect,
+                adds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the variance (size,) that other formulations of an effect's physics give to the
+    entries: what it adds (m,) may be off by another part of it, with a standard deviation of
+    `FORMULA_MISSES`, in each part of the coordinate that reveals it."""
+    return np.diag(_moved(told, fit, fitter, adds, coordinate_cells(fitter, effect.reveals),
+                          FORMULA_MISSES))
+
+
+def _added_by_number(fit: Fit, effect: Effect) -> NDArray[np.float64]:
+    """Return what an effect whose parameters are nominal numbers adds to the file's, (m,)."""
     assert fit.jacobian is not None, 'the fit is finished'
-    jacobian = fit.jacobian[:, told.free] / norm
-    found = np.zeros_like(inverse)
-    added = [(variant.effect, fit.predicted - fitter.predict(*without_effects(fit, {index})))
-             for index, variant in enumerate(fit.hypothesis.variants)]
-    if number is not None:
-        names = {parameter.name for parameter in number.parameters}
-        moved = np.array([entry.name in names for entry in fit.hypothesis.numbers])
-        count = moved.size
-        change = (fit.vector - fit.hypothesis.prior[0])[:count] * moved
-        added.append((number, fit.jacobian[:, :count] @ change))
-    for effect, adds in added:
-        if not (effect.number_only or effect.unnamed):
-            found += discrepancy_covariance(jacobian, inverse, fitter.weight, adds,
-                                            coordinate_cells(fitter, effect.reveals),
-                                            FORMULA_MISSES)
-    return told.of_all(found / norm / norm[:, None])
+    names = {parameter.name for parameter in effect.parameters}
+    moved = np.array([entry.name in names for entry in fit.hypothesis.numbers])
+    change = (fit.vector - fit.hypothesis.prior[0])[:moved.size] * moved
+    adds: NDArray[np.float64] = fit.jacobian[:, :moved.size] @ change
+    return adds
 
 
-def _alike_within(fit: Fit, fitter: Fitter, owner: int, place: int) -> float:
-    """Return by how much an entry of an effect may be another before the prediction is another by
-    more than other formulations of its physics are.
+def _alike_within(fit: Fit, fitter: Fitter, place: int, adds: NDArray[np.float64]) -> float:
+    """Return by how much an entry of an effect that adds (m,) may be another before the prediction
+    is another by more than other formulations of its physics are.
 
     Where the cost goes by jumps, derivatives tell how sharp the jumps are, not how sure the entry
     is. A discrepancy of `FORMULA_MISSES` in each part of a coordinate moves the entry, on average,
     as far as this part of the effect does that is in its direction.
     """
     weight = fitter.weight
-    adds = fit.predicted - fitter.predict(*without_effects(fit, {owner}))
     limit = FORMULA_MISSES / np.sqrt(PARTS) * float(np.linalg.norm(adds * weight))
     low, high = fit.hypothesis.bounds
 

@@ -240,9 +240,9 @@ def _hardened(fitter: Fitter, than: Fit, tried: list[Fit]) -> Fit:
     first = sorted(parallel_map(moved, list(most.values())[:FOLLOWED], fitter.threads),
                    key=lambda fit: fit.cost)
     better = [fit for fit in first if fit.cost < than.cost][:SETTLED]
-    settled_ones = list(parallel_map(settled, better, fitter.threads))
-    tried += settled_ones
-    return min([than, *settled_ones], key=lambda fit: fit.cost)
+    fits = list(parallel_map(settled, better, fitter.threads))
+    tried += fits
+    return min([than, *fits], key=lambda fit: fit.cost)
 
 
 def _over_formulations(fitter: Fitter, base: Fit, told: Fit, tried: list[Fit],
@@ -250,15 +250,18 @@ def _over_formulations(fitter: Fitter, base: Fit, told: Fit, tried: list[Fit],
     """Return how far from the one that is `told` other formulations of the shaft put the numbers
     that all of them have (root mean square), each as likely as it is that a formula misses what it
     leaves; one that is likelier a makeshift says nothing of them."""
-    values = _values(told)
+    values, others = _values(told), [_values(fit) for fit in tried]
     odds = np.array([formula_odds(part_left(fitter, base, fit)) for fit in tried])
     odds[odds < 1.0] = 0.0
     if not odds.any():
         return {}
-    apart = {parameter.name: np.array([_values(fit)[parameter.name] - values[parameter.name]
-                                       for fit in tried])
-             for parameter in get_effect(RESONANCE).parameters}
-    return {name: float(np.sqrt(odds @ away ** 2 / odds.sum())) for name, away in apart.items()}
+
+    def apart(name: str) -> float:
+        away = np.array([other[name] - values[name] for other in others])
+        return float(np.sqrt(odds @ away ** 2 / odds.sum()))
+
+    return {parameter.name: apart(parameter.name)
+            for parameter in get_effect(RESONANCE).parameters}
 
 
 def _values(fit: Fit) -> dict[str, float]:
