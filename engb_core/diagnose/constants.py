@@ -6,15 +6,15 @@ excess is what a level has above 1. Origin is one of: a *test* (level of signifi
 (what one error costs against the other), a *prior* (how common something is), a *level* (of a
 statement; any other may be asked for). None is counted on cases.
 Constants of a search (starts, rounds, companions) only cost time, and stand where they are used.
-What means the same is the same constant. Some that decide one effect alone (a shaft that rings, a
-wave that repeats) stand with it.
+What means the same is the same constant.
 """
 
 from __future__ import annotations
 
-__all__ = ['CHANCE', 'CLEAN_EXCESS', 'CONTAINING', 'EDGE', 'FALSE_PART', 'FORMULA_ERROR',
-           'FORMULA_MISSES', 'FORMULA_TAILS', 'KNOWN_ODDS', 'LARGER_PART', 'LEAST_PROBABILITY',
-           'MOST_NOISE', 'NAMELESS_PRICE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'SET_LEVEL',
+__all__ = ['CHANCE', 'CLEAN_EXCESS', 'CONTAINING', 'DAMPED_BELOW', 'EDGE', 'FALSE_PART',
+           'FORMULA_ERROR', 'FORMULA_MISSES', 'FORMULA_TAILS', 'KNOWN_ODDS', 'LARGER_PART',
+           'LEAST_FRACTION', 'LEAST_PROBABILITY', 'MEASURED', 'MOST_FRACTION', 'MOST_NOISE',
+           'NAMELESS_PRICE', 'PARAMETER_PRICE', 'PHYSICS_FOR_NUMBER', 'REPEATS', 'SET_LEVEL',
            'STANDS_OUT', 'SURE', 'UNNAMED', 'WORTH_PART']
 
 # -- is there anything? ---------------------------------------------------------------------------
@@ -82,6 +82,18 @@ LEAST_PROBABILITY = 0.05
 # Probability [-] from which on a finding is sure, and what is doubtful may be a makeshift for its
 # details. Loss: a name that is not there costs twice one that is not given.
 SURE = 2.0 / 3.0
+
+# -- of one effect alone --------------------------------------------------------------------------
+
+# Relative deviation [-] of numbers that come from masses and lengths, at best. Prior.
+MEASURED = 0.01
+# How often a wave must repeat along the stroke to be told from what stands in some places once,
+# the form of the load curve (load_shape.py). Prior.
+REPEATS = 5.0
+# Parts [-] of the inertia that a shaft which rings has beyond it: less is no shaft's resonance,
+# more only smooths what the motor's acceleration holds of noise and timing; and part of the band
+# from which on one at the bound of its damping smooths noise (wide_band.py). Priors.
+LEAST_FRACTION, MOST_FRACTION, DAMPED_BELOW = 0.15, 0.7, 0.6
 
 # -- where? ---------------------------------------------------------------------------------------
 

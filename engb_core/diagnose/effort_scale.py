@@ -14,11 +14,11 @@ import math
 
 from scipy.stats import norm
 
-from engb_core.diagnose.constants import STANDS_OUT
+from engb_core.diagnose.constants import MEASURED, STANDS_OUT
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.nominal import LOAD_NUMBERS
+from engb_core.diagnose.nominal import BELIEVED, LOAD_NUMBERS
 from engb_core.diagnose.numbers import refitted, was_refitted
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
@@ -30,11 +30,8 @@ __all__ = ['Factors', 'with_effort_scale']
 SCALE, LOAD = 'effort_scale_error', 'load_stiffness_error'
 # What says that the load curve is off as a whole: judged anew beside the scale of effort.
 MOVERS = (LOAD, 'contact_shift', 'torque_offset')
-# How far apart the logarithms of two wrong numbers' factors are at most usually: each of them is
-# believed to 0.4 (nominal.py).
-APART = 0.4 * math.sqrt(2.0)
-# What numbers from masses and lengths are sure to at best. Prior: 1 %.
-MEASURED = 0.01
+# How far apart the logarithms of two wrong numbers' factors are at most usually.
+APART = math.sqrt(2.0) * BELIEVED
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
-from engb_core.diagnose.timing import lateness, timing_of, with_timing
+from engb_core.diagnose.timing import BEFORE_STOP, lateness, timing_of, with_timing
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of, with_nearest
 from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
 from engb_core.diagnose.wind_up import with_resonance
@@ -82,9 +82,8 @@ from engb_core.signals.plausibility import refuse_implausible
 
 __all__ = ['diagnose']
 
-# A lag from here on [s] has efforts before a stop belong to a shaft that stands; for how long, as
-# a multiple of the lag.
-SHORTEST_LAG, LATE = 1e-3, 1.5
+# A lag from here on [s] has efforts before a stop belong to a shaft that stands.
+SHORTEST_LAG = 1e-3
 
 
 def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Recording] = (),
@@ -211,7 +210,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
         return problem, outcome
     tell('judging once more without what comes too late before a stop')
     try:
-        again = judged(LATE * lag, outcome.fitter, outcome.selection.chosen)
+        again = judged(BEFORE_STOP * lag, outcome.fitter, outcome.selection.chosen)
     except InputError:
         return problem, outcome
     return again if lateness(again[1].corrected) > 0.0 else (problem, outcome)

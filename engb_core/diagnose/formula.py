@@ -20,10 +20,11 @@ from engb_core.diagnose.constants import (
     FORMULA_MISSES,
     FORMULA_TAILS,
     KNOWN_ODDS,
+    SURE,
 )
 
 __all__ = ['as_refitted', 'chance_part', 'formula_error', 'formula_odds', 'further_odds',
-           'part_of_formula', 'probability', 'something_known']
+           'little_apart', 'part_of_formula', 'probability', 'something_known', 'sure_part']
 
 
 def part_of_formula() -> float:
@@ -85,6 +86,20 @@ def formula_odds(left: float) -> float:
     """Return the odds that a part of the mean square is left by the formula of what the library
     holds, against any part by chance."""
     return KNOWN_ODDS * _missed(left)
+
+
+@cache
+def sure_part() -> float:
+    """Return the part of a mean square up to which what leaves it is surely what it says it is:
+    `something_known` has the probability `SURE` there."""
+    part: float = brentq(lambda part: something_known(part) - SURE, 0.0, 1.0)
+    return part
+
+
+def little_apart() -> float:
+    """Return the part of a mean square by which nothing is told apart any more: even the right
+    formulas leave as much."""
+    return FORMULA_ERROR ** 2
 
 
 @cache

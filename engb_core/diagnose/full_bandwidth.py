@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import LARGER_PART, WORTH_PART
+from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.flexible import best_table
@@ -23,6 +23,7 @@ from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.multistart import is_multimodal
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import Problem, sharper
+from engb_core.diagnose.ranking import worth_having
 from engb_core.diagnose.spike_and_slab import average, with_averaged_numbers
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
@@ -113,7 +114,7 @@ def that_helps(told: CorrectedModels, otherwise: tuple[Model, ...]) -> Model:
     candidates = (*told.models, *otherwise)
     errors = (*told.unseen, *(pooled(unseen_errors(told.problem, model)) for model in otherwise))
     for place, candidate in enumerate(candidates[:-1]):
-        if errors[place] <= (1.0 - WORTH_PART) * min(errors[place + 1:]):
+        if worth_having(errors[place], min(errors[place + 1:])):
             return candidate
     return candidates[-1]
 

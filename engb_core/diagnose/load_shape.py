@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS
+from engb_core.diagnose.constants import CLEAN_EXCESS, REPEATS
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
@@ -27,8 +27,6 @@ from engb_core.effects.load_curve_shape import EFFECT
 __all__ = ['LOAD_SHAPE', 'load_shape_finding', 'nameless_curve', 'with_free_load_curve']
 
 LOAD_SHAPE = EFFECT.id
-# So often a wave must repeat along the stroke to be told from what stands in some places once.
-REPEATS = 5.0
 
 
 def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:

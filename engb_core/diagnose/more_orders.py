@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, WORTH_PART
+from engb_core.diagnose.constants import CLEAN_EXCESS
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import scaled, Variant
+from engb_core.diagnose.ranking import worth_having
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square, reduced_chi_square_of
 from engb_core.diagnose.starts import settings_from_residual
 from engb_core.diagnose.uncertainty import stands_out
@@ -39,7 +40,7 @@ def with_more_orders(fitter: Fitter, fit: Fit) -> Fit:
                  for setting in settings_from_residual(fitter, fit, EFFECT) or ()
                  if _is_new(fit, setting['order'])]
         best = min(found, key=lambda entry: entry.cost, default=None)
-        if best is None or reduced_chi_square(best, fitter) - 1.0 > (1.0 - WORTH_PART) * left \
+        if best is None or not worth_having(reduced_chi_square(best, fitter) - 1.0, left) \
                 or not _better_unseen(fitter, fit, best):
             break
         fit = fitter.refine(best)
@@ -64,16 +65,37 @@ def without_idle_orders(fitter: Fitter, fit: Fit) -> Fit:
         kept = [number for number, name in sizes.items()
                 if len(sizes) == 1 or stands_out(finished, fitter, index, name)]
         if len(kept) == len(sizes):
-            return fit
+            return _without_twins(fitter, fit, index)
         if 1 not in kept:
             fewer = fitter.refine(with_orders_only(fitter, fit, index, kept)) if kept else None
-            if fewer is not None and reduced_chi_square(fewer, fitter) < reduced_chi_square(
-                    fit, fitter) + CLEAN_EXCESS:
-                return fewer
+            if fewer is not None and _as_good(fitter, fewer, fit):
+                return _without_twins(fitter, fewer, index)
             # Two orders side by side are told together, and neither of them alone.
             kept = [1, *kept]
-        return fitter.refine(with_orders_only(fitter, fit, index, kept))
+        fewer = fitter.refine(with_orders_only(fitter, fit, index, kept))
+        return _without_twins(fitter, fewer, index)
     return fit
+
+
+def _without_twins(fitter: Fitter, fit: Fit, index: int) -> Fit:
+    """Return a fit without the second of two orders that are less than one period apart along the
+    stroke: they are one wave there (Rayleigh's criterion), and where both grow to cancel each other
+    each of them stands out. Where the wave does grow along the stroke it keeps both."""
+    orders = orders_of(fit.hypothesis.named(fit.vector, index))
+    low, high = fitter.problem.scene.position_range
+    apart = 2.0 * np.pi / (high - low) if high > low else np.inf
+    for number in reversed(orders):
+        if any(abs(orders[number] - order) < apart
+               for other, order in orders.items() if other < number):
+            kept = [other for other in orders if other != number]
+            fewer = fitter.refine(with_orders_only(fitter, fit, index, kept))
+            if _as_good(fitter, fewer, fit):
+                return without_idle_orders(fitter, fewer)
+    return fit
+
+
+def _as_good(fitter: Fitter, fewer: Fit, fit: Fit) -> bool:
+    return reduced_chi_square(fewer, fitter) < reduced_chi_square(fit, fitter) + CLEAN_EXCESS
 
 
 def orders_of(values: Mapping[str, float]) -> dict[int, float]:
@@ -139,4 +161,4 @@ def _better_unseen(fitter: Fitter, fit: Fit, other: Fit) -> bool:
     if not unseen.any():
         return True
     before, after = (reduced_chi_square_of(entry, fitter, unseen) for entry in (fit, other))
-    return after < (1.0 - WORTH_PART) * before
+    return worth_having(after, before)

@@ -23,13 +23,16 @@ from engb_core.physics.plant import (
     N_VISCOUS,
 )
 
-__all__ = ['CURVATURE', 'DELAY', 'LOAD_NUMBERS', 'NominalNumber', 'SHAPE_NUMBERS',
+__all__ = ['BELIEVED', 'CURVATURE', 'DELAY', 'LOAD_NUMBERS', 'NominalNumber', 'SHAPE_NUMBERS',
            'nominal_numbers', 'with_load_shape', 'with_numbers', 'with_reference_load']
 
 # Effort and position may be sampled up to a sample apart; fitted along, never claimed.
 DELAY = 'sampling_delay'
 # How friction departs from a straight line over load: no refit of a file knew of it.
 CURVATURE = 'load_curvature'
+# Deviation to which the logarithm of a number of the file is believed: files are refitted, and
+# parts vary.
+BELIEVED = 0.4
 # What a table adds to the load curve, knot by knot.
 SHAPE_NUMBERS = tuple(entry.name for entry in LOAD_SHAPE.parameters)
 # Those that make up the load curve.
@@ -70,7 +73,7 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
     apart = () if scene.commanded else (delay,)
     angle = 'rad' if revolute else 'm'
     numbers = [
-        NominalNumber('inertia', N_INERTIA, 'kg·m²' if revolute else 'kg', 0.4,
+        NominalNumber('inertia', N_INERTIA, 'kg·m²' if revolute else 'kg', BELIEVED,
                       motor.inertia * 0.05, motor.inertia * 20.0, True),
         NominalNumber('viscous_friction', N_VISCOUS, f'{torque}·s/{angle}',
                       0.5 * motor.viscous_friction + 0.2 * effort / speed,

@@ -14,12 +14,13 @@ from engb_core.diagnose.constants import (
     NAMELESS_PRICE,
     PARAMETER_PRICE,
     PHYSICS_FOR_NUMBER,
+    WORTH_PART,
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import chance_part
 from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
 
-__all__ = ['little_more', 'number_price', 'plain_price', 'price', 'simplest']
+__all__ = ['little_more', 'number_price', 'plain_price', 'price', 'simplest', 'worth_having']
 
 
 def price(fit: Fit, fitter: Fitter) -> float:
@@ -47,6 +48,12 @@ def little_more(simple: float, rich: float) -> bool:
     """Whether the excess that a simpler hypothesis leaves is little more than that of one which
     contains it: then it is preferred."""
     return simple - rich < max(chance_part() * simple, FORMULA_ERROR)
+
+
+def worth_having(rich: float, simple: float, parameters: int = 1) -> bool:
+    """Whether a richer model is worth having: of the mean square that a simpler one leaves of what
+    neither was fitted to it takes away a part for each of its further `parameters`."""
+    return rich < (1.0 - WORTH_PART) ** parameters * simple
 
 
 def simplest(candidates: list[Fit], fitter: Fitter) -> Fit:

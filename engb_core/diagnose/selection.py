@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
+import itertools
 import math
 
 import numpy as np
@@ -24,7 +25,12 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.formula import formula_odds, further_odds, part_of_formula
+from engb_core.diagnose.formula import (
+    formula_odds,
+    further_odds,
+    little_apart,
+    part_of_formula,
+)
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.probability import part_left
@@ -35,10 +41,6 @@ from engb_core.diagnose.search import extend, Search
 from engb_core.diagnose.wide_band import RESONANCE, rings
 
 __all__ = ['Selection', 'select', 'worth_a_further_effect']
-
-MOST_EFFECTS = 3
-# A further effect may raise the plain mean square by this factor at most.
-HARM = 1.02
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,7 @@ def _in_plain_torque(result: Search) -> Fit | None:
 def _forward(result: Search, before: float) -> Fit:
     fitter = result.fitter
     chosen = result.base
-    for size in range(1, MOST_EFFECTS + 1):
+    for size in itertools.count(1):
         if size > 2:
             extend(result, chosen)
         candidates = _candidates(result, size, chosen)
@@ -211,7 +213,8 @@ def _harmless(fit: Fit, chosen: Fit, fitter: Fitter) -> bool:
         if parameter.name == 'frequency' and value > math.log(EDGE * parameter.high):
             # Driven to the edge of what can be seen, it stands for something else.
             return False
-    return not _at_the_edge(fit, chosen) and mean_square(fit) <= HARM * mean_square(chosen)
+    return not _at_the_edge(fit, chosen) and mean_square(fit) <= (
+        1.0 + little_apart()) * mean_square(chosen)
 
 
 def _at_the_edge(fit: Fit, chosen: Fit) -> bool:

@@ -8,16 +8,21 @@ way: the recordings say that something is late, and a set of causes, none of whi
 
 from __future__ import annotations
 
-from engb_core.diagnose.constants import STANDS_OUT, WORTH_PART
+from engb_core.diagnose.constants import STANDS_OUT
 from engb_core.diagnose.diagnosis import ParameterEstimate, Timing
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.ranking import worth_having
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 
-__all__ = ['lateness', 'timing_of', 'with_timing']
+__all__ = ['BEFORE_STOP', 'lateness', 'timing_of', 'with_timing']
+
+# How long before a stop nothing can be judged, as a multiple of the longest delay: efforts there
+# belong to a shaft that stands.
+BEFORE_STOP = 1.5
 
 
 def timing_of(fitter: Fitter, fit: Fit) -> Timing | None:
@@ -54,7 +59,7 @@ def with_timing(fitter: Fitter, nominal: Fit) -> tuple[Model, Timing | None]:
     if timing is not None:
         model = fit.hypothesis.corrected(fit.vector)
         before, after = (pooled(unseen_errors(fitter.problem, entry)) for entry in (file, model))
-        if after < (1.0 - WORTH_PART) * before:
+        if worth_having(after, before):
             return model, timing
     return file, None
 

@@ -18,8 +18,11 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
+    DAMPED_BELOW,
     EDGE,
     LARGER_PART,
+    LEAST_FRACTION,
+    MOST_FRACTION,
     STANDS_OUT,
 )
 from engb_core.diagnose.diagnosis import EffectFinding
@@ -62,11 +65,6 @@ FOLLOWED, FIRST_MOVES = 4, 60
 SETTLED, FURTHER_MOVES, ROUNDS = 2, 150, 12
 # It must promise to take away a tenth of the cost.
 HOPE = 0.1
-# Less of the inertia beyond the shaft is no shaft's resonance; more only smooths what the motor's
-# acceleration holds of noise and timing.
-LEAST_FRACTION, MOST_FRACTION = 0.15, 0.7
-# Above this part of the band a resonance at its damping's bound smooths noise.
-DAMPED_BELOW = 0.6
 # Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed.
 FRACTION, PROMISED = 0.3, 3
 

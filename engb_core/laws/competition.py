@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +20,11 @@ from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.flexible import left_out
-from engb_core.diagnose.formula import formula_error, something_known
+from engb_core.diagnose.formula import formula_error, something_known, sure_part
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.ranking import worth_having
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.stretch_odds import odds_of_less
 from engb_core.diagnose.uncertainty import estimates
@@ -41,14 +41,12 @@ from engb_core.laws.judgement import (
     contribution_of_last,
     depends_on,
     excess_removed,
-    EXPLAINED,
     find_law,
     fits_elsewhere,
     Found,
     Nearest,
-    WORTH,
 )
-from engb_core.laws.law_search import NOTHING_LEFT
+from engb_core.laws.law_search import nothing_left
 from engb_core.laws.statement import formula_of, said_line, said_names, statement_of, told_as
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
@@ -128,7 +126,7 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
     if left <= CLEAN_EXCESS and plain is fitter:
         return None
     said = bool(named.hypothesis.variants) or plain is not fitter
-    if left <= CLEAN_EXCESS and likely and _on_blocks(fitter, named) <= NOTHING_LEFT:
+    if left <= CLEAN_EXCESS and likely and nothing_left(_on_blocks(fitter, named)):
         # No law can predict it better.
         return None
     nearest, roughly = None, []
@@ -174,14 +172,14 @@ def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Call
     named = _named(fitter, told.explanation.fit)
     plain = _without_load_shape(fitter)
     names = _score_on_blocks(plain, _on(plain, named) if plain is not fitter else named)
-    if names.level <= NOTHING_LEFT:
+    if nothing_left(names.level):
         # No law can predict it better.
         return None
     law = find_law(plain, _refitted_numbers(plain), tell, only_if_promising=True)
     # Of several forms over other coordinates none is likelier than what has a name.
     if not isinstance(law, Found) or not law.settled:
         return None
-    if 0.5 * math.log(names.level / law.after) <= WORTH:
+    if not worth_having(law.after, names.level):
         return None
     noise = min(law.after, 1.0)
     share = noise_by_block(plain)
@@ -233,7 +231,7 @@ def nearest_told(fitter: Fitter, told: CorrectedModels, nearest: Nearest, unexpl
     names = depends_on(nearest.candidate)
     # What leaves less than the noise explains all of it: the noise is known to a part only.
     part = min(nearest.explained, 1.0)
-    short = (f'explains only {100.0 * part:.0f} % of it' if part < EXPLAINED else
+    short = (f'explains only {100.0 * part:.0f} % of it' if part < 1.0 - sure_part() else
              f'not surely enough to be a law (it explains {100.0 * part:.0f} % of it)')
     after = f'; of all forms that were tried one over {said_names(names)} predicts it best, but ' \
         f'{short}.'
@@ -270,7 +268,7 @@ def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
     left = _on_blocks(law.fitter, named)
     plainer = not likely and not named.hypothesis.variants \
         and law.candidate.fit.hypothesis.size < named.hypothesis.size
-    if 0.5 * math.log(left / law.after) <= (-WORTH if plainer else WORTH):
+    if worth_having(left, law.after) if plainer else not worth_having(law.after, left):
         return False
     unsaid = (left - law.after) / max(law.before - law.after, 1e-12)
     if not likely or something_known(min(1.0, max(0.0, unsaid))) < LARGER_PART:
@@ -318,8 +316,7 @@ def _without_idle_names(found: Found) -> Found:
     for index in reversed(range(len(fit.hypothesis.variants) - 1)):
         fewer = _fitted_without(fitter, fit, {index})
         leaves = _on_blocks(fitter, fewer)
-        lost = 0.5 * math.log(leaves / left)
-        if lost <= WORTH * len(fit.hypothesis.variants[index].effect.parameters):
+        if not worth_having(left, leaves, len(fit.hypothesis.variants[index].effect.parameters)):
             fit, left = fewer, leaves
     if fit is found.candidate.fit:
         return found
@@ -354,10 +351,10 @@ def _won(fitter: Fitter, found: Found, told: CorrectedModels, named: Fit) -> Won
     errors = [pooled(unseen_errors(problem, model)) for model in models]
     model = models[int(np.argmin(errors))]
     file = pooled(unseen_errors(problem, fitter.problem.model))
-    if min(*told.unseen, file) < (1.0 - WORTH_PART) * min(errors):
+    if worth_having(min(*told.unseen, file), min(errors)):
         return None
     # Of an approximation nothing else says that it is good for anything.
-    if found.approximate and not (min(errors) <= (1.0 - WORTH_PART) * file
+    if found.approximate and not (worth_having(min(errors), file)
                                   and fits_elsewhere(found.fitter, found.candidate.fit)):
         return None
     bare_model = replace(model, effects=model.effects[:-1])

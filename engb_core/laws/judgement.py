@@ -17,9 +17,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import LARGER_PART, MOST_NOISE, UNNAMED
 from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.formula import little_apart, part_of_formula, sure_part
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.ranking import worth_having
+from engb_core.diagnose.timing import BEFORE_STOP
 from engb_core.diagnose.uncertainty import autocorrelation, estimates
 from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
 from engb_core.effects.law import law_value
@@ -37,24 +41,9 @@ __all__ = ['Found', 'Nearest', 'contribution_of_last', 'depends_on', 'excess_rem
 
 Array = NDArray[np.float64]
 
-# Part of the excess over the noise that a law must explain, on blocks left out, and mean square
-# that it may leave (noise = 1): a remainder of this size still has structure, but no longer more
-# of it than noise. Where the mismatch is so large that the law's own formula shows, this part.
-EXPLAINED, LEFT, NEARLY_ALL = 0.8, 2.0, 0.95
-# Part of the excess that it must explain on the other kind of motion; and what is no law yet must
-# explain to be told as an approximation: more than it leaves.
-ELSEWHERE = 0.5
-# Gain in log density per value that a further parameter or factor must bring [nats]; and that
-# from which on two laws are told apart at all.
-WORTH, ALIKE = 0.05, 0.005
-# Odds against a law beforehand [nats], beside the number of forms that were looked at.
-PRIOR_ODDS = math.log(20.0)
-FORMS = 4000
 MOST_ALTERNATIVES = 3
 # Steps downhill of a fit to a part of what was recorded.
 ROUNDS = 6
-# How long before a stop nothing can be judged, as a multiple of the longest delay.
-LATE = 1.5
 # What a place to act brings with it, whatever the formula.
 _BRINGS = {'torque': (), 'friction_gain': ('direction',), 'load_gain': ('load',),
            'effort_gain': ('effort',), 'inertia': ('acceleration',),
@@ -146,7 +135,7 @@ def find_law(fitter: Fitter, base: Fit, tell: Callable[[str], None], approximate
         only_if_promising: give up where no form as it starts explains what a law must.
     """
     tell('looking for a law in what is left')
-    search = search_laws(fitter, base, tell, EXPLAINED if only_if_promising else 0.0)
+    search = search_laws(fitter, base, tell, 1.0 - sure_part() if only_if_promising else 0.0)
     if not search.candidates:
         return None
     chosen, alike = _plainest(search.fitter, search.candidates)
@@ -211,7 +200,7 @@ def _without_stops(search: Search, law: Candidate, tell: Callable[[str], None]) 
     """Return the search where nothing is judged so long before each stop that its effort belongs
     to a shaft which stands already."""
     problem = search.fitter.problem
-    longest = LATE * float(np.max(np.abs(_delays(search.fitter, law))))
+    longest = BEFORE_STOP * float(np.max(np.abs(_delays(search.fitter, law))))
     if longest <= problem.before_stop:
         return search
     try:
@@ -244,13 +233,12 @@ def _plainest(fitter: Fitter, candidates: Sequence[Candidate],
     well as the best, of those that can't be told apart the one that asks for the least torque;
     and all that do as well."""
     best = candidates[0].score.level
-    alike = [entry for entry in candidates
-             if 0.5 * math.log(entry.score.level / best) < WORTH]
+    alike = [entry for entry in candidates if not worth_having(best, entry.score.level)]
     fewest = min(entry.form.count for entry in alike)
     short = sorted((entry for entry in alike if entry.form.count == fewest),
                    key=lambda entry: entry.score.level)
     same = [entry for entry in short
-            if 0.5 * math.log(entry.score.level / short[0].score.level) < ALIKE]
+            if entry.score.level < (1.0 + little_apart()) * short[0].score.level]
     chosen = min(same, key=lambda entry: float(np.mean(
         contribution_of_last(fitter, entry.fit) ** 2)))
     return chosen, alike
@@ -266,8 +254,10 @@ def contribution_of_last(fitter: Fitter, fit: Fit) -> Array:
 
 
 def _believed(search: Search, law: Candidate) -> bool:
-    after, explained = law.score.level, _explained(search, law)
-    if explained < EXPLAINED or (after > LEFT and explained < NEARLY_ALL):
+    # What it leaves is as little as what leaves it is surely a law; what still has structure is
+    # no more than noise, or than another formulation of the same law usually misses.
+    left = 1.0 - _explained(search, law)
+    if left > sure_part() or (law.score.level - 1.0 > MOST_NOISE and left > part_of_formula()):
         return False
     return _pays(search, law) and all(
         _holds(search, law, labels) and _same_size(search, law, labels)
@@ -277,16 +267,19 @@ def _believed(search: Search, law: Candidate) -> bool:
 def _pays(search: Search, law: Candidate) -> bool:
     """Whether the gain pays for all the forms that were looked at, and nothing that merely begins
     at an instant does as well."""
-    after = law.score.level
-    if search.onset is not None and search.onset.score.level < after * math.exp(2.0 * ALIKE):
+    if search.onset is not None and search.onset.score.level < (
+            1.0 + little_apart()) * law.score.level:
         return False
     return _gain(search, law) >= 0.0
 
 
 def _gain(search: Search, law: Candidate) -> float:
     """Return the gain in log density less what all the forms that were looked at cost [nats]."""
-    gain = 0.5 * _independent(search, law) * math.log(search.before.level / law.score.level)
-    return gain - math.log(FORMS) - PRIOR_ODDS - law.form.count * math.log(10.0)
+    values = _independent(search, law)
+    gain = 0.5 * values * math.log(search.before.level / law.score.level)
+    # A law is rarer than what has a name; each of its parameters costs what it does by the
+    # Bayesian information criterion (Schwarz, Annals of Statistics 6 (1978) 461).
+    return gain - math.log(search.forms / UNNAMED) - 0.5 * law.form.count * math.log(values)
 
 
 def _approximates(search: Search, law: Candidate) -> bool:
@@ -295,7 +288,8 @@ def _approximates(search: Search, law: Candidate) -> bool:
     # Time and the way travelled pass but once: nothing that was left out tells how it goes on.
     if {'time', 'distance'} & set(depends_on(law)):
         return False
-    return (before - after > ELSEWHERE * (before - 1.0) and _explained(search, law) > ELSEWHERE
+    return (before - after > LARGER_PART * (before - 1.0)
+            and _explained(search, law) > LARGER_PART
             and _pays(search, law) and all(
                 _same_size(search, law, labels) for labels in kinds_of_motion(search.fitter)))
 
@@ -316,7 +310,7 @@ def _same_size(search: Search, law: Candidate, labels: NDArray[np.int64]) -> boo
         (fitter.sigma * fitter.weight) ** 2)
     missed = np.array([squares[labels == label].sum() for label in np.unique(labels[rows])])
     return bool((leaves < missed).all()
-                and (missed - leaves).sum() > ELSEWHERE * max(missed.sum() - 1.0, 0.0))
+                and (missed - leaves).sum() > LARGER_PART * max(missed.sum() - 1.0, 0.0))
 
 
 def fits_elsewhere(fitter: Fitter, fit: Fit) -> bool:
@@ -343,7 +337,7 @@ def fits_elsewhere(fitter: Fitter, fit: Fit) -> bool:
             left += float(np.sum((again.residual[rows] / fitter.spread[rows]) ** 2))
             left -= float(noise[rows].sum())
             missed += float(weighted[rows].sum() - noise[rows].sum())
-        if left > ELSEWHERE * missed:
+        if left > LARGER_PART * missed:
             return False
     return True
 
@@ -373,7 +367,7 @@ def _explained(search: Search, law: Candidate) -> float:
     """Return the part of the excess over the noise that the law takes away, in units of the noise:
     the weights of the fit forgive what a missing law does where effort changes fast."""
     on_blocks = 1.0 - max(law.score.level - 1.0, 0.0) / max(search.before.level - 1.0, 1e-9)
-    return excess_removed(search.fitter, search.base, law.fit) if on_blocks > ELSEWHERE else 0.0
+    return excess_removed(search.fitter, search.base, law.fit) if on_blocks > LARGER_PART else 0.0
 
 
 def excess_removed(fitter: Fitter, without: Fit, complete: Fit) -> float:

@@ -18,7 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import FORMULA_ERROR
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.formula import sure_part
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.effects.law import law_effect
@@ -35,7 +37,7 @@ from engb_core.laws.blocks import Blocks, derivatives_of, HEARD, Score, stretche
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
-__all__ = ['Candidate', 'NOTHING_LEFT', 'Screened', 'Search', 'best_of', 'is_promising',
+__all__ = ['Candidate', 'Screened', 'Search', 'best_of', 'is_promising', 'nothing_left',
            'search_laws']
 
 Array = NDArray[np.float64]
@@ -54,14 +56,11 @@ ROUNDS, ROUNDS_AGAIN = 8, 8
 # Of many forms that are fitted half are given up after so many rounds, and of the others all but
 # those that are polished after as many again.
 FIRST_ROUNDS = 2
-# Part of the excess that the best form must explain for more of its kind to be fitted: half of
-# what a law must.
-PROMISING = 0.4
+# Part of what a law must explain that the best form must for more of its kind to be fitted.
+PROMISING = 0.5
 # Part of its size at which a form begins that is worse than none at all of it.
 NEARER = 0.3
 CHUNK = 400
-# Mean square on blocks left out (noise = 1) from which downwards noise is all that is left.
-NOTHING_LEFT = 1.05
 
 
 @dataclass(frozen=True)
@@ -94,19 +93,26 @@ class Candidate:
 @dataclass(frozen=True)
 class Search:
     """All that was fitted, best first; `before` is the score without a law, `onset` the best of
-    what begins at an instant."""
+    what begins at an instant, `forms` how many were looked at."""
 
     fitter: Fitter
     base: Fit
     before: Score
     candidates: tuple[Candidate, ...]
     onset: Candidate | None
+    forms: int
 
 
 def is_promising(best: Screened | Candidate, before: Score) -> bool:
     """Whether a form is near enough to a law that is believed for more to be asked; `before` is
     the score without a law."""
-    return before.level - best.score.level > PROMISING * (before.level - 1.0)
+    return before.level - best.score.level > PROMISING * (1.0 - sure_part()) * (
+        before.level - 1.0)
+
+
+def nothing_left(level: float) -> bool:
+    """Whether noise is all that a mean square on blocks left out (noise = 1) holds."""
+    return level - 1.0 <= FORMULA_ERROR
 
 
 def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None], least: float = 0.0,
@@ -139,6 +145,7 @@ class _Searching:
         self._blocks = Blocks(fitter, base, self._labels, heard=HEARD)
         self._within = _ranges(fitter)
         self._seen: dict[tuple[Any, ...], Candidate] = {}
+        self._forms = 0
 
     def run(self, least: float = 0.0) -> Search:
         before = self._blocks.without()
@@ -146,14 +153,14 @@ class _Searching:
         self._tell(f'screened {len(first)} candidate laws')
         if least and (not first or before.level - first[0].score.level
                       < least * (before.level - 1.0)):
-            return Search(self._fitter, self._base, before, (), None)
+            return Search(self._fitter, self._base, before, (), None, self._forms)
         waves = tuple(dict.fromkeys(
             atom.slots[0].start for entry in first[:60] for atom in entry.form.factors
             if 'wave' in atom.kind))[:4]
         self._polish(_of_each_kind(first, TRIED * POLISHED), POLISHED)
         for generation in range(GENERATIONS):
             leading = self._leading()[:MUTATED]
-            if not leading or leading[0].score.level < NOTHING_LEFT:
+            if not leading or nothing_left(leading[0].score.level):
                 break
             self._tell(f'changing the best laws, round {generation + 1} of {GENERATIONS}')
             found = self._screened(self._mutations(leading, waves))
@@ -164,14 +171,15 @@ class _Searching:
             self._polish(_of_each_kind(worth, TRIED * POLISHED_AFTER), POLISHED_AFTER)
         leading = self._leading()
         if not leading or not is_promising(leading[0], before):
-            return Search(self._fitter, self._base, before, tuple(leading), None)
+            return Search(self._fitter, self._base, before, tuple(leading), None, self._forms)
         limits = {form.kinds: form for entry in leading[:LIMITED]
                   for form in (*limits_of(entry.form), *mirrors_of(entry.form))
                   if form.kinds not in self._seen}
         self._polish(self._screened(limits.values()))
         onsets = self._screened(onset_forms(self._scales))
         onset = self._polished(onsets[0]) if onsets and self._hopeful(onsets[0]) else None
-        return Search(self._fitter, self._base, before, tuple(self._leading()), onset)
+        return Search(self._fitter, self._base, before, tuple(self._leading()), onset,
+                      self._forms)
 
     def best(self, forms: Iterable[Form]) -> tuple[Screened | None, Score]:
         """Return the form that promises most, and the score without any."""
@@ -189,6 +197,7 @@ class _Searching:
         """Return the forms, best first."""
         found: list[Screened] = []
         forms = list(forms)
+        self._forms += len(forms)
         for begin in range(0, len(forms), CHUNK):
             chunk = forms[begin:begin + CHUNK]
             columns = [self._columns.of(form) for form in chunk]

@@ -62,8 +62,6 @@ Places = NDArray[np.int64]
  N_CONTACT, N_FORM, N_AMPLITUDE, N_PHASE, N_DELAY, N_TERMS) = range(13)
 MAXIMUM_LOAD_TERMS = 12
 NOMINAL_SIZE = N_TERMS + 1 + MAXIMUM_LOAD_TERMS
-# How many effect functions one model can hold (an effect brings one to three).
-_MOST_FUNCTIONS = 12
 # What an effect may give for a motion of size one, in SI units; beyond it sums overflow.
 _LARGEST = 1e100
 
@@ -215,7 +213,7 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
             rather than run forward in time.
 
     Raises:
-        InputError: an unknown effect or parameter, or more effects than there are slots.
+        InputError: an unknown effect or parameter.
     """
     if effects is None:
         effects = effects_of(model)
@@ -234,9 +232,6 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
                 stages[stage].append((effect.stages[stage], index))
                 owner.append(index)
         bounds.append(len(functions))
-    if len(functions) > _MOST_FUNCTIONS:
-        raise InputError(f'effects: the model holds more than {_MOST_FUNCTIONS} effect functions; '
-                         'leave some out')
     cogging = np.array([[term.order, term.amplitude, term.phase] for term in model.cogging],
                        float).reshape(-1, 3)
     parameters = np.zeros((max(len(chosen), 1), PARAMETER_SIZE))

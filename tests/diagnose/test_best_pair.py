@@ -15,9 +15,10 @@ from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.search import Search, search
 from engb_core.diagnose.selection import select
+from engb_core.effects.catalogue import catalogue
 from engb_core.model import EffectSetting
 
-from .simulated_brake import equal_strokes, NOMINAL, recorded
+from .simulated_brake import equal_strokes, NOMINAL, recorded, strokes_and_waves
 
 STROKES = equal_strokes(8.0)
 BOTH = {'torque_ripple', 'asymmetric_friction'}
@@ -103,3 +104,24 @@ def test_no_search_knows_less_than_the_last(found, monkeypatch):
     again = search(fitter, found=pair).of_size(2)[0]
     assert again.hypothesis.ids == pair.hypothesis.ids
     assert again.cost < 1.01 * pair.cost
+
+
+@pytest.mark.slow
+def test_a_brake_with_five_effects_gets_five_names():
+    """There is no greatest number of names: each is worth it or is not."""
+    brake = replace(NOMINAL, effects=(
+        EffectSetting('torque_ripple', {'relative_amplitude': 0.05, 'order': 6.0, 'phase': 0.4}),
+        EffectSetting('cogging_torque', {'amplitude': 0.004, 'order': 11.0, 'phase': 0.4}),
+        EffectSetting('asymmetric_friction', {'asymmetry': 0.2}),
+        EffectSetting('load_hysteresis', {
+            'hysteresis_ratio': 0.06, 'memory_distance': 1.5, 'load_exponent': 1.0}),
+        EffectSetting('nonlinear_viscous_friction', {
+            'quadratic_viscous_friction': 1e-5, 'transition_speed': 2.0})))
+    strokes = strokes_and_waves(3)
+    problem = problem_of([recorded(brake, lambda time, _: strokes.at(time), strokes.duration,
+                                   noise=0.001)], NOMINAL)
+    # These are looked for, and one that is not there.
+    wanted = {entry.effect for entry in brake.effects}
+    others = {entry.id for entry in catalogue().values()} - wanted - {'torque_offset'}
+    chosen = select(search(Fitter(replace(problem, settled=tuple(others))))).chosen
+    assert set(chosen.hypothesis.ids) == wanted

@@ -90,6 +90,19 @@ def test_a_leading_order_that_does_not_stand_out_gives_way_to_the_next():
                                  for entry in left.hypothesis.variants[0].effect.parameters}
 
 
+def test_two_waves_that_the_stroke_does_not_tell_apart_are_one():
+    """Two waves of almost one order cancel: each with five times the amplitude of what is there."""
+    fitter, fit = cogging(recording(WAVES[0]))
+    three = fitter.hypothesis((Variant(with_orders(3), fit.hypothesis.variants[0].constants[6:]),),
+                              fit.hypothesis.numbers)
+    cancel = fitter.evaluate(three, np.concatenate(
+        [fit.vector, [0.02, np.log(5.6010), 0.9], [0.02, np.log(5.6009), 0.9 - np.pi]]))
+    left = without_idle_orders(fitter, fitter.refine(cancel))
+    told = left.hypothesis.named(left.vector, 0)
+    assert [told[f'amplitude_{number}'] for number in (2, 3)] == [0.0, 0.0]
+    assert told['amplitude'] == pytest.approx(0.008, rel=0.05)
+
+
 def test_one_order_stays_one():
     fitter, fit = cogging(recording(WAVES[0]))
     assert with_more_orders(fitter, fit) is fit

@@ -9,9 +9,11 @@ import pytest
 
 from engb_core.diagnose import probability
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.formula import further_odds, something_known
+from engb_core.diagnose.constants import SURE, WORTH_PART
+from engb_core.diagnose.formula import further_odds, something_known, sure_part
 from engb_core.diagnose.probability import closer_odds, further_known, part_left
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.ranking import worth_having
 
 from .simulated_brake import brake_with, lively, NOMINAL
 
@@ -27,6 +29,18 @@ def test_what_is_left_unexplained_speaks_against_a_name():
     # may be missing beside it; a makeshift, if it leaves as much of what is its own.
     assert 0.45 < something_known(0.5 ** 2) < 0.65
     assert something_known(0.5 ** 2, 0.5) < 0.5
+
+
+def test_what_leaves_little_is_surely_what_it_says():
+    assert something_known(sure_part()) == pytest.approx(SURE)
+    assert something_known(0.5 * sure_part()) > SURE > something_known(2.0 * sure_part())
+
+
+def test_each_further_parameter_has_to_take_a_part_away():
+    assert worth_having(1.0 - 1.1 * WORTH_PART, 1.0)
+    assert not worth_having(1.0 - 0.9 * WORTH_PART, 1.0)
+    assert not worth_having(1.0 - 1.1 * WORTH_PART, 1.0, parameters=2)
+    assert worth_having(1.0 - 2.0 * WORTH_PART, 1.0, parameters=2)
 
 
 @pytest.fixture(scope='module')
