@@ -79,8 +79,8 @@ def without_idle_orders(fitter: Fitter, fit: Fit) -> Fit:
 
 def _without_twins(fitter: Fitter, fit: Fit, index: int) -> Fit:
     """Return a fit without the second of two orders that are less than one period apart along the
-    stroke: they are one wave there (Rayleigh's criterion), and where both grow to cancel each other
-    each of them stands out. Where the wave does grow along the stroke it keeps both."""
+    stroke: they are one wave there (Rayleigh's criterion), and where both grow to cancel, each
+    stands out. Where the wave does grow along the stroke both are kept."""
     orders = orders_of(fit.hypothesis.named(fit.vector, index))
     low, high = fitter.problem.scene.position_range
     apart = 2.0 * np.pi / (high - low) if high > low else np.inf

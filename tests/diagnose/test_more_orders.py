@@ -91,7 +91,7 @@ def test_a_leading_order_that_does_not_stand_out_gives_way_to_the_next():
 
 
 def test_two_waves_that_the_stroke_does_not_tell_apart_are_one():
-    """Two waves of almost one order cancel: each with five times the amplitude of what is there."""
+    """Two waves of almost one order cancel, each of them larger than what is there."""
     fitter, fit = cogging(recording(WAVES[0]))
     three = fitter.hypothesis((Variant(with_orders(3), fit.hypothesis.variants[0].constants[6:]),),
                               fit.hypothesis.numbers)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose import probability
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.constants import SURE, WORTH_PART
+from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import further_odds, something_known, sure_part
 from engb_core.diagnose.probability import closer_odds, further_known, part_left
 from engb_core.diagnose.problem import problem_of
