@@ -20,10 +20,10 @@ from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
 from engb_core.signals.data_faults import cleaned
 from engb_core.signals.filtering import comparison_of, slowest_speed
-from engb_core.signals.motion import filtered, Motion, motion_of
+from engb_core.signals.motion import Motion, motion_of
 from engb_core.signals.motion_band import COMPARED, told_up_to
 from engb_core.signals.position_error import effort_of_recording
-from engb_core.signals.sharp_motion import sharp_motion_of
+from engb_core.signals.sharp_motion import band_limited, sharp_motion_of
 from engb_core.signals.stamps import evenly_timed
 
 __all__ = ['find_phases', 'predict_effort']
@@ -62,14 +62,13 @@ def predict_effort(recording: Recording, model: Model) -> Array:
 
 
 def _effort(recording: Recording, motion: Motion, model: Model) -> Array:
-    """Return the effort at the recording's samples, each the mean from half a sample before to
-    half a sample after: late torque turns within less."""
+    """Return the effort at the recording's samples, without what these cannot show: late torque
+    turns within less."""
     moving = np.abs(motion.velocity) >= slowest_speed(
         [motion], model.friction.saturation_velocity, motion.speed)
     effort = effort_of_recording(recording, motion, motion.samples(), physics_of(model), moving)
-    parts = max(1, round(recording.interval / motion.step))
-    window = np.convolve(np.full(parts, 1.0 / parts), [0.5, 0.5]) if parts > 1 else np.ones(1)
-    return np.interp(recording.time, motion.time, filtered(effort, window))
+    return np.interp(recording.time, motion.time,
+                     band_limited(effort, motion.step, recording.interval))
 
 
 def find_phases(motion: Motion, model: Model) -> Model:

@@ -83,10 +83,11 @@ def edges_of(recording: Recording) -> CountEdges:
         (_going_on(edge[:2], time[0]), _going_on(edge[-1:-3:-1], end)))
 
 
-def passing(recording: Recording) -> NDArray[np.bool_]:
+def passing(recording: Recording, count: float | None = None) -> NDArray[np.bool_]:
     """Return which samples (n,) lie between two changes by several counts, none of them lost; at
-    both ends of the recording there is but one change."""
-    quantum = quantum_of(recording.position)
+    both ends of the recording there is but one change. A count is so many radians (None: the
+    smallest step that is usual)."""
+    quantum = quantum_of(recording.position) if count is None else count
     if quantum <= 0.0:
         return np.zeros(recording.time.size, bool)
     several = ((np.abs(np.diff(recording.position)) > 1.5 * quantum)

@@ -26,7 +26,7 @@ from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
 from engb_core.signals.motion import filtered, gaussian_kernel, Motion
-from engb_core.signals.sharp_motion import ORDER
+from engb_core.signals.sharp_motion import between_samples, ORDER
 
 __all__ = ['at_recorded_samples', 'carried', 'effort_of_recording']
 
@@ -38,8 +38,7 @@ def carried(recording: Recording, motion: Motion, values: Array) -> tuple[Array,
     pass as the position does: themselves, their rate and its rate, (n,) each."""
     if motion.sharp:
         time = motion.time
-        raw = 0.5 * (motion.edges.joined(time, values)
-                     + np.interp(time, recording.time, values))
+        raw = between_samples(recording, motion, time, values)
         smooth = sosfiltfilt(butter(ORDER, motion.bandwidth, fs=1.0 / motion.step, output='sos'),
                              raw)
         rate = np.gradient(smooth, motion.step)
