@@ -30,7 +30,7 @@ __all__ = ['MOST_OF_RATE', 'ORDER', 'band_limited', 'between_samples', 'sharp_mo
 Array = NDArray[np.float64]
 
 # Corner [Hz] and order: friction turns within milliseconds.
-BANDWIDTH, ORDER = 150.0, 3
+BANDWIDTH, ORDER = 120.0, 3
 # The corner can't be higher than this part of the sampling rate: of what is nearer to half of it
 # the samples tell less than half.
 MOST_OF_RATE = 0.45
@@ -58,9 +58,12 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     raw = bridged(time, between_samples(recording, recorded, time, recording.position), recording)
     low_pass = butter(ORDER, bandwidth, fs=1.0 / step, output='sos')
     period = int(np.ceil(1.0 / bandwidth / step))
-    position = sosfiltfilt(low_pass, _going_on(raw, period), padlen=0)[
-        REMEMBERED * period:][:raw.size]
-    velocity = np.gradient(position, step)
+    # Differences at the very ends would be half the acceleration: they are taken beyond them.
+    beyond = sosfiltfilt(low_pass, _going_on(raw, period), padlen=0)
+    speed = np.gradient(beyond, step)
+    inside = slice(REMEMBERED * period, REMEMBERED * period + raw.size)
+    position, velocity, acceleration = (
+        values[inside].copy() for values in (beyond, speed, np.gradient(speed, step)))
     effort = sosfiltfilt(low_pass, _curved(recording, time, recording.effort),
                          padlen=min(time.size - 1, REMEMBERED * period))
 
@@ -69,7 +72,7 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
 
     return replace(
         recorded, step=step, time=time, position=position, velocity=velocity,
-        acceleration=np.gradient(velocity, step), effort=effort,
+        acceleration=acceleration, effort=effort,
         disc_speed=on_grid(recorded.disc_speed), disc_angle=on_grid(recorded.disc_angle),
         pad_temperature=on_grid(recorded.pad_temperature),
         known=on_grid(recorded.known.astype(float)) > 0.5,

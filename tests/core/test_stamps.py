@@ -74,4 +74,5 @@ def test_a_prediction_by_jittering_stamps_is_as_good_as_by_even_ones():
 def test_a_recording_may_end_in_motion(step):
     recording = swing(step)
     off = np.abs(predict_effort(recording, MODEL) - recording.effort)
-    assert off[-5:].max() < 5.0 * np.quantile(off[10:-10], 0.999)
+    # Differences at the last sample itself had given half the acceleration.
+    assert off[-5:].max() < np.quantile(off[10:-10], 0.999)
