@@ -54,7 +54,7 @@ from engb_core.diagnose.load_shape import (
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.more_orders import without_idle_orders
 from engb_core.diagnose.multistart import is_multimodal, search_around
-from engb_core.diagnose.nameless import that_carries
+from engb_core.diagnose.nameless import that_carries, without_doubtful_onsets
 from engb_core.diagnose.numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
@@ -302,17 +302,18 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch, selection.further)
-    corrected = problem.model
+    corrected, certain = problem.model, told
     if verdict != 'consistent':
         # What is likelier wrong than right is told, but has to carry over to be in the model.
         likely = any(_is_physics(entry, selection) and entry.probability >= 0.5
                      for entry in findings)
-        applied = told if likely else that_carries(fitter, nominal, told)
+        certain = without_doubtful_onsets(fitter, told, findings)
+        applied = certain if likely else that_carries(fitter, nominal, certain)
         otherwise = () if findings and applied.models else (problem.model,)
         alone = None if applied.models else with_numbers_alone(fitter, explanation, findings)
         if alone is not None:
             applied = that_carries(fitter, nominal, replace(
-                told, explanation=alone, models=alone.models()))
+                certain, explanation=alone, models=alone.models()))
         corrected = that_helps(applied, otherwise)
     # Numbers that are not right for every kind of motion may help all the same: not consistent.
     helps = corrected is not problem.model or (
@@ -322,9 +323,9 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     if verdict == 'consistent':
         # When samples were taken is known to a sample, and is no missing physics.
         corrected, timing = with_timing(fitter, nominal)
-    if problem.held_out and corrected in told.models:
+    if problem.held_out and corrected in certain.models:
         tell('fitting the numbers to all that may be fitted')
-        corrected = fitted_to_all(fitter, told, told.models.index(corrected))
+        corrected = fitted_to_all(fitter, certain, certain.models.index(corrected))
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
                     unexplained, corrected, told, timing=timing)
 

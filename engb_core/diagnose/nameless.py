@@ -1,23 +1,29 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""Does what has no name carry over to another kind of motion? Else it is not in the model.
+"""Does what is not surely named carry over to another recording? Else it is not in the model.
 
 Refitted numbers and tables follow the motion that they were fitted to, whatever is missing: on the
 next recording, which moves in other ways, they may be worse than the file. So each must explain
 more than half of what the file misses of stretches that it was not fitted to, tables and
 descriptions also of kinds of motion: right more often than wrong where nothing else says that it
-is right at all.
+is right at all. What begins within the recordings passes but once, and nothing that was left out
+tells how it goes on: it is in the model if it is likelier right than wrong.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from engb_core.diagnose.constants import LARGER_PART
+from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.flexible import left_out
-from engb_core.diagnose.full_bandwidth import CorrectedModels
+from engb_core.diagnose.full_bandwidth import CorrectedModels, explained_problem
+from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.laws.blocks import (
     Blocks,
     kinds_of_motion,
@@ -25,7 +31,30 @@ from engb_core.laws.blocks import (
     stretches_of_time,
 )
 
-__all__ = ['that_carries']
+__all__ = ['that_carries', 'without_doubtful_onsets']
+
+
+def without_doubtful_onsets(fitter: Fitter, told: CorrectedModels,
+                            findings: Sequence[EffectFinding]) -> CorrectedModels:
+    """Return what is told without the effects that begin within the recordings and are likelier
+    wrong than right, the rest fitted anew.
+
+    Args:
+        fitter: of the problem.
+        told: effects and numbers, with or without a name.
+        findings: what is claimed of them.
+    """
+    fit = told.explanation.fit
+    likely = {entry.effect for entry in findings if entry.probability >= LARGER_PART}
+    gone = {index for index, variant in enumerate(fit.hypothesis.variants)
+            if variant.onset is not None and variant.effect.id not in likely}
+    if not gone:
+        return told
+    fewer = fitter.finish(fitter.refine(fitter.evaluate(*without_effects(fit, gone))))
+    explanation = Explanation(fewer, None, told.explanation.adequacy,
+                              reduced_chi_square(fewer, fitter), told.explanation.dropped)
+    return CorrectedModels(explanation, explanation.models(), explained_problem(fitter, fewer),
+                           fewer)
 
 
 def that_carries(fitter: Fitter, nominal: Fit, told: CorrectedModels) -> CorrectedModels:

@@ -10,13 +10,17 @@ import jsonschema
 import numpy as np
 import pytest
 
+from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.document import to_document
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.evidence import unseen_errors
 from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.full_bandwidth import CorrectedModels, explained_problem
 from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.nameless import without_doubtful_onsets
 from engb_core.diagnose.onset import cost_by_onset, LEAST_VALUES, Onset, onsets_tried
 from engb_core.diagnose.onset_search import with_onset
+from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.reduced_chi_square import excess
 from engb_core.diagnose.selection import Selection
@@ -230,3 +234,26 @@ def test_a_recording_with_hardly_a_moment_to_begin_at(count):
                                 np.ones((count, 1)), residual, np.ones(count), np.ones(1),
                                 np.zeros(1))
     assert (onset is None) == (count == 2 * LEAST_VALUES)
+
+
+def test_what_may_have_begun_is_in_the_model_only_if_it_is_likely(slipped):
+    """It passes but once: nothing that was left out tells whether it goes on."""
+    fitter = Fitter(problem_of([slipped], NOMINAL))
+    (offset,) = variants_of(get_effect('torque_offset'), fitter.problem.scene)
+    (cogging,) = variants_of(get_effect('cogging_torque'), fitter.problem.scene)
+    begun = replace(offset, onset=Onset((BEGINS,)))
+    base = fitter.base()
+    hypothesis = fitter.hypothesis((cogging, begun))
+    own = [entry.none or 0.0 for entry in cogging.effect.parameters]
+    own[1] = math.log(7.0)
+    fit = fitter.finish(fitter.evaluate(hypothesis, np.array([*base.vector, *own, OFFSET])))
+    explanation = Explanation(fit, None, 1.0, excess(fit, fitter) + 1.0)
+    told = CorrectedModels(explanation, explanation.models(), explained_problem(fitter, fit), fit)
+
+    def held(probability: float) -> list[str]:
+        finding = EffectFinding('torque_offset', probability, {}, 1.0, (), '')
+        return [entry.effect for model in without_doubtful_onsets(fitter, told, [finding]).models
+                for entry in model.effects]
+
+    assert 'torque_offset' in held(0.8)
+    assert 'torque_offset' not in held(0.4) and 'cogging_torque' in held(0.4)
