@@ -54,7 +54,7 @@ from engb_core.diagnose.load_shape import (
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.more_orders import without_idle_orders
 from engb_core.diagnose.multistart import is_multimodal, search_around
-from engb_core.diagnose.nameless import that_carries, without_doubtful_onsets
+from engb_core.diagnose.nameless import that_carries, without_what_passes_once
 from engb_core.diagnose.numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
 from engb_core.diagnose.openset import explain, Explanation
@@ -307,7 +307,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         # What is likelier wrong than right is told, but has to carry over to be in the model.
         likely = any(_is_physics(entry, selection) and entry.probability >= 0.5
                      for entry in findings)
-        certain = without_doubtful_onsets(fitter, told, findings)
+        certain = without_what_passes_once(fitter, told, findings)
         applied = certain if likely else that_carries(fitter, nominal, certain)
         otherwise = () if findings and applied.models else (problem.model,)
         alone = None if applied.models else with_numbers_alone(fitter, explanation, findings)

@@ -5,8 +5,9 @@ Refitted numbers and tables follow the motion that they were fitted to, whatever
 next recording, which moves in other ways, they may be worse than the file. So each must explain
 more than half of what the file misses of stretches that it was not fitted to, tables and
 descriptions also of kinds of motion: right more often than wrong where nothing else says that it
-is right at all. What begins within the recordings passes but once, and nothing that was left out
-tells how it goes on: it is in the model if it is likelier right than wrong.
+is right at all. What begins within the recordings, or grows over their time, passes but once, and
+nothing that was left out tells how it goes on: it is in the model if it is likelier right than
+wrong.
 """
 
 from __future__ import annotations
@@ -31,13 +32,13 @@ from engb_core.laws.blocks import (
     stretches_of_time,
 )
 
-__all__ = ['that_carries', 'without_doubtful_onsets']
+__all__ = ['that_carries', 'without_what_passes_once']
 
 
-def without_doubtful_onsets(fitter: Fitter, told: CorrectedModels,
-                            findings: Sequence[EffectFinding]) -> CorrectedModels:
-    """Return what is told without the effects that begin within the recordings and are likelier
-    wrong than right, the rest fitted anew.
+def without_what_passes_once(fitter: Fitter, told: CorrectedModels,
+                             findings: Sequence[EffectFinding]) -> CorrectedModels:
+    """Return what is told without the effects that begin within the recordings, or grow over their
+    time, and are likelier wrong than right, the rest fitted anew.
 
     Args:
         fitter: of the problem.
@@ -47,7 +48,8 @@ def without_doubtful_onsets(fitter: Fitter, told: CorrectedModels,
     fit = told.explanation.fit
     likely = {entry.effect for entry in findings if entry.probability >= LARGER_PART}
     gone = {index for index, variant in enumerate(fit.hypothesis.variants)
-            if variant.onset is not None and variant.effect.id not in likely}
+            if (variant.onset is not None or variant.effect.at_once)
+            and variant.effect.id not in likely}
     if not gone:
         return told
     fewer = fitter.finish(fitter.refine(fitter.evaluate(*without_effects(fit, gone))))
