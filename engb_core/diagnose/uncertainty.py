@@ -58,7 +58,8 @@ def reported_deviations(fit: Fit, fitter: Fitter, number: Effect | None = None,
     what another formulation of the same physics may put it to. `number` is an effect whose
     parameters are nominal numbers of the fit."""
     told, count = _Information.of(fit, fitter), len(fit.hypothesis.numbers)
-    variance = vector_deviations(fit, fitter) ** 2
+    with np.errstate(over='ignore'):    # What no data tell may be infinitely far off.
+        variance = vector_deviations(fit, fitter) ** 2
     if number is not None and _has_other_formulas(number):
         variance += _by_formula(told, fit, fitter, number, _added_by_number(fit, number))
     for index, variant in enumerate(fit.hypothesis.variants):

@@ -131,6 +131,7 @@ def test_it_is_told_as_one_effect_and_nothing_beside_it():
     assert '12 times' in told[0].statement
 
 
+@pytest.mark.filterwarnings('error:overflow')
 def test_cogging_of_a_linear_axis_is_named_with_its_wave_number():
     scale = 0.007       # m a motor's radian; the screw's lead is 44 mm
     linear = replace(MODEL, joint=Joint('carriage', 'prismatic'), motor=replace(
