@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from engb_core.effects.catalogue import get_effect
-from engb_core.model import EffectSetting, Model
+from engb_core.model import Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
@@ -76,19 +76,20 @@ def find_phases(motion: Motion, model: Model) -> Model:
     for index, setting in enumerate(model.effects):
         effect = get_effect(setting.effect)
         for parameter in effect.parameters:
-            if parameter.per_recording and parameter.name == 'phase':
-                model = _with_phase(motion, model, index, setting)
+            if parameter.per_recording and parameter.kind == 'phase':
+                model = _with_phase(motion, model, index, parameter.name)
     return model
 
 
-def _with_phase(motion: Motion, model: Model, index: int, setting: EffectSetting) -> Model:
+def _with_phase(motion: Motion, model: Model, index: int, name: str) -> Model:
     comparison = comparison_of(motion, _PHASE_BANDWIDTH, 0.003 * motion.speed)
     if comparison.grid.size < 10:
         return model
-    samples, measured = motion.samples(), comparison(motion.effort)
+    setting, samples = model.effects[index], motion.samples()
+    measured = comparison(motion.effort)
 
     def at(phase: float) -> Model:
-        changed = EffectSetting(setting.effect, {**setting.parameters, 'phase': phase})
+        changed = replace(setting, parameters={**setting.parameters, name: phase})
         effects = (*model.effects[:index], changed, *model.effects[index + 1:])
         return replace(model, effects=effects)
 

@@ -77,7 +77,7 @@ def largest_step(parameter: Parameter) -> tuple[float, float]:
         return -0.01, 0.01
     if parameter.logarithmic:
         return -1.2, 1.2
-    if parameter.kind in ('phase', 'shape'):
+    if parameter.kind in ('phase', 'exponent'):
         return -0.6, 0.6
     return -np.inf, np.inf
 

@@ -61,7 +61,7 @@ class Variant:
         """Return where a fit may start: every combination of the parameters' starts, each as
         name → value. A size that acts in proportion is found by least squares instead."""
         first = 0 if self.sizing.logarithmic else 1
-        others = [entry for entry in self.effect.parameters[first:] if entry.name != 'phase']
+        others = [entry for entry in self.effect.parameters[first:] if entry.kind != 'phase']
         values = [entry.starts or (1.0,) for entry in others]
         return [dict(zip((entry.name for entry in others), combination, strict=True))
                 for combination in itertools.product(*values)]

@@ -25,18 +25,18 @@ def start_vector(hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
     `setting`; `sizes` scale it."""
     last = len(hypothesis.variants) - 1
     sizing = hypothesis.variants[last].sizing
+    phase = hypothesis.variants[last].effect.of_kind('phase')
     entries = [entry for entry, place in enumerate(hypothesis.places) if place[0] == last]
     added = []
     for entry in entries:
         parameter = hypothesis.parameter(entry)
-        default = 0.0 if parameter.name == 'phase' else \
-            parameter.starts[0] if parameter.starts else 0.0
+        default = parameter.starts[0] if parameter.starts and parameter is not phase else 0.0
         value = setting.get(parameter.name, default)
         if parameter is sizing and parameter.none is None:
             value = nominal_value(hypothesis.model, parameter.name)
         elif parameter is sizing and sizes is not None and not parameter.logarithmic:
             value = parameter.none + (np.hypot(*sizes) if sizes.size == 2 else sizes[0])
-        elif parameter.name == 'phase' and sizes is not None and sizes.size == 2:
+        elif parameter is phase and sizes is not None and sizes.size == 2:
             value = np.arctan2(sizes[1], sizes[0])
         added.append(np.log(value) if parameter.logarithmic else float(value))
     low, high = hypothesis.bounds
@@ -62,7 +62,7 @@ def start_columns(objective: Objective, hypothesis: Hypothesis, base: Fit,
         vector[base.vector.size] = sizing.none + unit
         change = objective.predict(hypothesis, vector) - base.predicted
     columns = [change / unit]
-    phases = _places_of(hypothesis, 'phase')
+    phases = _phases_of_last(hypothesis)
     if phases:
         vector[phases] += 0.5 * np.pi
         columns.append((objective.predict(hypothesis, vector) - base.predicted) / unit)
@@ -93,7 +93,10 @@ def added(objective: Objective, base: Fit, design: Array) -> tuple[Array, float]
     return solution / norm, float(target @ target - solution @ right)
 
 
-def _places_of(hypothesis: Hypothesis, name: str) -> list[int]:
-    count = len(hypothesis.numbers)
-    return [count + entry for entry in range(hypothesis.size - count)
-            if hypothesis.parameter(entry).name == name]
+def _phases_of_last(hypothesis: Hypothesis) -> list[int]:
+    """Return the places in the vector of the last effect's phase, one for each recording where
+    that is found anew in each."""
+    count, last = len(hypothesis.numbers), len(hypothesis.variants) - 1
+    phase = hypothesis.variants[last].effect.of_kind('phase')
+    return [count + entry for entry, (owner, _, _) in enumerate(hypothesis.places)
+            if owner == last and hypothesis.parameter(entry) is phase]

@@ -32,13 +32,15 @@ LOAD_SHAPE = EFFECT.id
 def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
     """Return whether a wave over the motor angle, if that is what the effect is, comes often
     enough to be told from the form of the load curve; one without an order comes once a turn."""
-    return effect.reveals != 'motor_angle' or _repeats(fitter, values.get('order', 1.0))
+    order = effect.of_kind('order')
+    return effect.reveals != 'motor_angle' or _repeats(
+        fitter, 1.0 if order is None else values[order.name])
 
 
 def is_line(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
     """Return whether an effect is a wave over the motor angle that comes often enough to be a line
     among the orders."""
-    return effect.reveals == 'motor_angle' and 'order' in values and repeats(
+    return effect.reveals == 'motor_angle' and effect.of_kind('order') is not None and repeats(
         fitter, effect, values)
 
 

@@ -210,7 +210,8 @@ def _harmless(fit: Fit, chosen: Fit, fitter: Fitter) -> bool:
     for entry in range(fit.hypothesis.size - len(fit.hypothesis.numbers)):
         parameter = fit.hypothesis.parameter(entry)
         value = fit.vector[len(fit.hypothesis.numbers) + entry]
-        if parameter.name == 'frequency' and value > math.log(EDGE * parameter.high):
+        if parameter.kind in ('frequency', 'natural_frequency') \
+                and value > math.log(EDGE * parameter.high):
             # Driven to the edge of what can be seen, it stands for something else.
             return False
     return not _at_the_edge(fit, chosen) and mean_square(fit) <= (

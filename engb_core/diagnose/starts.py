@@ -23,6 +23,8 @@ __all__ = ['settings_from_residual', 'strongest_frequency']
 
 Array = NDArray[np.float64]
 Settings = list[dict[str, float]]
+# The same by kinds of parameters, not by their names.
+Found = list[dict[str, float]]
 
 _BINS = 160
 # What repeats less often than in so many turns is no wave of the motor.
@@ -31,18 +33,22 @@ LOWEST_ORDER = 0.4
 
 def settings_from_residual(fitter: Fitter, fit: Fit, effect: Effect) -> Settings | None:
     """Return where `effect` may start on top of `fit`; None: its own starts serve."""
-    names = {parameter.name for parameter in effect.parameters}
-    makers: dict[str, Callable[[Fitter, Fit, Effect], Settings]] = {
-        'order': _orders, 'centre': _places, 'begin': _episodes, 'frequency': _frequencies}
-    if 'inertia_fraction' in names:
-        return None
-    for name, maker in makers.items():
-        if name in names:
-            return maker(fitter, fit, effect)
+    makers: dict[str, Callable[[Fitter, Fit, Effect], Found]] = {
+        'order': _orders, 'place': _places, 'begin': _episodes, 'frequency': _frequencies}
+    for kind, maker in makers.items():
+        if effect.of_kind(kind) is not None:
+            return [{_name(effect, entry): value for entry, value in found.items()}
+                    for found in maker(fitter, fit, effect)]
     return None
 
 
-def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
+def _name(effect: Effect, kind: str) -> str:
+    parameter = effect.of_kind(kind)
+    assert parameter is not None, f'an effect with this start has a parameter of kind {kind}'
+    return parameter.name
+
+
+def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
     relative = 'actuation' in effect.stages
     unit = usual_angle(fitter.problem.scene)
     angle, residual, weight, reach = [], [], [], []
@@ -64,7 +70,7 @@ def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     return [{'order': order} for order in orders]
 
 
-def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
+def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
     found = [strongest_frequency(fitter, fit)]
     if 'actuation' in effect.stages:
         # What goes with an effort that changes its size and sign shows beside its own frequency.
@@ -98,7 +104,7 @@ def strongest_frequency(fitter: Fitter, fit: Fit, by_effort: bool = False) -> fl
     return float(frequencies[peak])
 
 
-def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
+def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
     """Return the places of the stroke where the mean residual stands out, each in two widths."""
     runs = fitter.problem.runs
     position = np.concatenate([run.motion.position[run.comparison.grid] for run in runs])
@@ -106,7 +112,7 @@ def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     low, high = np.quantile(position, [0.0, 1.0])
     edges = np.linspace(low, high + 1e-9, _BINS + 1)
     place = np.clip(np.digitize(position, edges) - 1, 0, _BINS - 1)
-    found: Settings = []
+    found: Found = []
     for by in (1.0, sign):
         total = np.bincount(place, fit.residual * by / fitter.spread ** 2, _BINS)
         mass = np.bincount(place, 1.0 / fitter.spread ** 2, _BINS)
@@ -114,14 +120,14 @@ def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
             smooth = gaussian_filter1d(total, width) / (
                 gaussian_filter1d(mass, width) + 0.02 * mass.mean())
             peak = int(np.argmax(np.abs(smooth)))
-            found.append({'centre': float(0.5 * (edges[peak] + edges[peak + 1])),
+            found.append({'place': float(0.5 * (edges[peak] + edges[peak + 1])),
                           'width': float(width * (edges[1] - edges[0]))})
     return found
 
 
-def _episodes(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
+def _episodes(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
     """Return the stretch of time whose residual is largest in the mean, in a few lengths."""
-    found: Settings = []
+    found: Found = []
     run = fitter.problem.runs[0]
     residual = fitter.problem.split(fit.residual / fitter.spread)[0]
     time = run.motion.time[run.comparison.grid]

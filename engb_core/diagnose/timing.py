@@ -15,8 +15,8 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.ranking import worth_having
 from engb_core.diagnose.uncertainty import vector_deviations
-from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
+from engb_core.physics.plant import effects_of
 
 __all__ = ['BEFORE_STOP', 'lateness', 'timing_of', 'with_timing']
 
@@ -66,5 +66,6 @@ def with_timing(fitter: Fitter, nominal: Fit) -> tuple[Model, Timing | None]:
 
 def lateness(model: Model) -> float:
     """Return by how much torque comes late [s], which nothing of a late measurement is."""
-    return float(sum(entry.parameters.get('lag', 0.0) for entry in model.effects
-                     if get_effect(entry.effect).time_shift is not None))
+    return sum((sum(effect.time_shift(dict(zip(effect.names, values, strict=True))))
+                for effect, values in effects_of(model)
+                if effect.time_shift is not None and effect.id != DELAY), 0.0)

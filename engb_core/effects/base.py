@@ -55,7 +55,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-import re
 
 from engb_core.model import EffectSetting
 from engb_core.physics.compiled import EffectFunction
@@ -96,6 +95,11 @@ class Parameter:
         default: what stands for it where a setting leaves it out [`unit`] (None: the middle
             start).
         formerly: names that it had in older versions; model files with them are read.
+        kind: what a fit has to know of it ('': nothing). A 'phase' and an 'order' of what repeats
+            over an angle, a 'frequency' of what repeats in time, a 'place' on the stroke with its
+            'width', the 'begin' and the 'end' of a stretch of time are looked for in the
+            residual; a 'natural_frequency' is driven to the edge of the band by other causes; an
+            'exponent' bends the curve more than its value says.
     """
 
     name: str
@@ -109,11 +113,7 @@ class Parameter:
     form_steps: float = 0.0
     default: float | None = None
     formerly: tuple[str, ...] = ()
-
-    @property
-    def kind(self) -> str:
-        """The name without the number of one of several alike: `order_2` is an `order`."""
-        return re.sub(r'_\d$', '', self.name)
+    kind: str = ''
 
 
 @dataclass(frozen=True)
@@ -246,6 +246,14 @@ class Effect:
     made_of: Callable[[EffectSetting], tuple[Effect, list[float]]] | None = None
     written: Callable[[Mapping[str, float]], EffectSetting] | None = None
     formerly: tuple[str, ...] = ()
+
+    def of_kind(self, kind: str) -> Parameter | None:
+        """Return the first parameter of a kind, if there is one.
+
+        Args:
+            kind: as in `Parameter`.
+        """
+        return next((entry for entry in self.parameters if entry.kind == kind), None)
 
     @property
     def names(self) -> tuple[str, ...]:

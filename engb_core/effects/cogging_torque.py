@@ -41,8 +41,8 @@ EFFECT = Effect(
     title='Cogging torque',
     parameters=(
         Parameter('amplitude', 'N·m', 0.0, 1e12, none=0.0, starts=(0.003,)),
-        Parameter('order', '1/rev', 0.05, 2000.0, logarithmic=True),
-        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,)),
+        Parameter('order', '1/rev', 0.05, 2000.0, logarithmic=True, kind='order'),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), kind='phase'),
         Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('third_sine', '-', -1.0, 1.0, starts=(0.0,), default=0.0),
@@ -70,9 +70,9 @@ def with_orders(count: int) -> Effect:
         Parameter(name, unit, 0.0, 1e12, none=0.0, default=0.0)
         if name.startswith('amplitude') else
         Parameter(name, unit, 0.05, 2000.0, logarithmic=True, starts=(1.0,),
-                  default=1.0)
+                  default=1.0, kind='order')
         if name.startswith('order') else
-        Parameter(name, unit, -20.0, 20.0, starts=(0.0,), default=0.0)
+        Parameter(name, unit, -20.0, 20.0, starts=(0.0,), default=0.0, kind='phase')
         for name, unit in _FURTHER[:3 * (count - 1)])
     return replace(EFFECT, parameters=(*EFFECT.parameters, *further),
                    constants=_FURTHER[len(further):])

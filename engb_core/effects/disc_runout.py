@@ -40,7 +40,7 @@ EFFECT = Effect(
     title='Disc runout',
     parameters=(
         Parameter('amplitude', 'N·m', 0.0, 1e12, none=0.0, starts=(0.003,)),
-        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), per_recording=True),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), per_recording=True, kind='phase'),
         Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('half_load', '-', 1e-3, 10.0, starts=(0.1, 1.0), logarithmic=True,

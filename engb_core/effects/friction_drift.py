@@ -25,7 +25,7 @@ EFFECT = Effect(
     parameters=(
         Parameter('friction_ratio', '-', 0.05, 10.0, none=1.0, starts=(1.1,)),
         Parameter('settling', '-', 0.1, 20.0, starts=(0.4, 5.0), logarithmic=True),
-        Parameter('shape', '-', 0.4, 5.0, starts=(1.0, 2.5), logarithmic=True),
+        Parameter('shape', '-', 0.4, 5.0, starts=(1.0, 2.5), logarithmic=True, kind='exponent'),
     ),
     stages={'level': _level},
     equation='F(t) = F (1 + (ratio − 1) p(t)/p(T)), p = 1 − e^(−(t/τ)^shape)',

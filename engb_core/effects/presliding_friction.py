@@ -42,7 +42,7 @@ EFFECT = Effect(
     parameters=(
         Parameter('presliding_distance', 'rad', 1e-4, 20.0, none=0.0,
                   starts=(0.02, 0.06, 0.15, 0.4, 1.0), logarithmic=True),
-        Parameter('shape', '-', 0.1, 3.0, starts=(0.95,)),
+        Parameter('shape', '-', 0.1, 3.0, starts=(0.95,), kind='exponent'),
     ),
     stages={'direction': _direction},
     equation='dz/dθ ∝ (1 − z sgn ω)^shape, T_C = F z; 63 % of the way after the distance',

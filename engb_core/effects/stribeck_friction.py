@@ -23,7 +23,7 @@ EFFECT = Effect(
         Parameter('breakaway_ratio', '-', 1.0, 6.0, none=1.0, starts=(1.3,)),
         Parameter('stribeck_velocity', 'rad/s', 1e-3, 60.0,
                   starts=(0.5, 1.0, 2.0, 4.0, 8.0), logarithmic=True),
-        Parameter('shape', '-', 0.6, 2.5, starts=(1.0, 2.0)),
+        Parameter('shape', '-', 0.6, 2.5, starts=(1.0, 2.0), kind='exponent'),
     ),
     stages={'level': _level},
     equation='F(ω) = F (1 + (ratio − 1) exp(−|ω/ω_s|^shape))',

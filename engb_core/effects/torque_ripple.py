@@ -16,8 +16,8 @@ EFFECT = Effect(
     title='Torque ripple',
     parameters=(
         Parameter('relative_amplitude', '-', 0.0, 0.9, none=0.0, starts=(0.02,)),
-        Parameter('order', '1/rev', 0.05, 2000.0, logarithmic=True),
-        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,)),
+        Parameter('order', '1/rev', 0.05, 2000.0, logarithmic=True, kind='order'),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), kind='phase'),
         Parameter('second_sine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('second_cosine', '-', -2.0, 2.0, starts=(0.0,)),
         Parameter('third_sine', '-', -1.0, 1.0, starts=(0.0,), default=0.0),

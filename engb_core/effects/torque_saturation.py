@@ -35,7 +35,7 @@ EFFECT = Effect(
     title='Torque saturation',
     parameters=(
         Parameter('torque_loss', '-', 0.0, 0.9, none=0.0, starts=(0.08, 0.4)),
-        Parameter('shape', '-', 1.0, 8.0, starts=(1.2, 3.0), logarithmic=True),
+        Parameter('shape', '-', 1.0, 8.0, starts=(1.2, 3.0), logarithmic=True, kind='exponent'),
         Parameter('onset', '-', 0.0, 0.8, starts=(0.0, 0.4)),
     ),
     stages={'actuation': _actuation},

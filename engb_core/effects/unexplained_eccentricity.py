@@ -35,7 +35,7 @@ EFFECT = Effect(
     title='Unexplained error of position once per revolution',
     parameters=(
         Parameter('error', 'rad', 0.0, 0.6, none=0.0, starts=(0.02,)),
-        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,)),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), kind='phase'),
     ),
     stages={'shift': _shift, 'torque': _torque},
     equation='θ = θ_measured − error · sin(θ_measured + phase)',

@@ -26,8 +26,8 @@ EFFECT = Effect(
     title='Unexplained episode',
     parameters=(
         Parameter('size', 'N·m', -1e12, 1e12, none=0.0, starts=(0.01,)),
-        Parameter('begin', 's', -1e12, 1e12),
-        Parameter('end', 's', -1e12, 1e12),
+        Parameter('begin', 's', -1e12, 1e12, kind='begin'),
+        Parameter('end', 's', -1e12, 1e12, kind='end'),
     ),
     stages={'torque': _torque},
     equation='T = size · (1, sgn ω or T_L) from begin to end',

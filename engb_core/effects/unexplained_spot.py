@@ -22,9 +22,9 @@ EFFECT = Effect(
     title='Unexplained torque at one place',
     parameters=(
         Parameter('height', 'N·m', -1e12, 1e12, none=0.0, starts=(0.005,)),
-        Parameter('centre', 'rad', -1e12, 1e12),
-        Parameter('width', 'rad', 1e-3, 1e4, logarithmic=True),
-        Parameter('shape', '-', 1.2, 12.0, starts=(2.0,), logarithmic=True),
+        Parameter('centre', 'rad', -1e12, 1e12, kind='place'),
+        Parameter('width', 'rad', 1e-3, 1e4, logarithmic=True, kind='width'),
+        Parameter('shape', '-', 1.2, 12.0, starts=(2.0,), logarithmic=True, kind='exponent'),
     ),
     stages={'torque': _torque},
     equation='T = height · exp(−½ |(θ − centre)/width|^shape), even or odd in speed',

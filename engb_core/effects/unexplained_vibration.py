@@ -38,8 +38,9 @@ EFFECT = Effect(
     title='Unexplained vibration',
     parameters=(
         Parameter('amplitude', 'N·m', 0.0, 1e12, none=0.0, starts=(0.003,)),
-        Parameter('frequency', 'Hz', 0.01, 400.0, starts=(1.0,), logarithmic=True),
-        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), per_recording=True),
+        Parameter('frequency', 'Hz', 0.01, 400.0, starts=(1.0,), logarithmic=True,
+                  kind='frequency'),
+        Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), per_recording=True, kind='phase'),
     ),
     stages={'torque': _torque, 'actuation': _actuation},
     equation='T = amplitude · sin(2π f t + phase), or so much at the largest effort',
