@@ -17,7 +17,7 @@ from engb_core.diagnose.noise_like import is_noise
 from engb_core.diagnose.openset import Explanation
 from engb_core.diagnose.reduced_chi_square import excess
 
-__all__ = ['unless_nothing_helps', 'verdict_of', 'with_nearest']
+__all__ = ['parity_in_velocity', 'unless_nothing_helps', 'verdict_of', 'with_nearest']
 
 
 def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
@@ -90,7 +90,7 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
         table is None and not unnamed and left > 0.3
         and not (where and where[0].variable == 'time'))
     return Unexplained(share=left, depends_on=tuple(dict.fromkeys(names)),
-                       parity_in_velocity=_parity(what, np.sign(velocity)), memory=memory,
+                       parity_in_velocity=parity_in_velocity(what, velocity), memory=memory,
                        where=tuple(where), statement=text)
 
 
@@ -121,6 +121,8 @@ def _described(fit: Fit, index: int) -> str:
     return effect.statement(fit.hypothesis.named(fit.vector, index))
 
 
-def _parity(what: NDArray[np.float64], sign: NDArray[np.float64]) -> str:
-    odd, even = abs(float(np.mean(what * sign))), abs(float(np.mean(what)))
+def parity_in_velocity(torque: NDArray[np.float64], velocity: NDArray[np.float64]) -> str:
+    """Return whether a torque (m,) [N·m] turns with the sign of the velocity (m,) [rad/s]: 'odd',
+    'even', or 'none' where neither is most of it."""
+    odd, even = abs(float(np.mean(torque * np.sign(velocity)))), abs(float(np.mean(torque)))
     return 'odd' if odd > 2.0 * even else 'even' if even > 2.0 * odd else 'none'

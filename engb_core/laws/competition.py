@@ -28,6 +28,7 @@ from engb_core.diagnose.ranking import worth_having
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.stretch_odds import odds_of_less
 from engb_core.diagnose.uncertainty import estimates
+from engb_core.diagnose.verdict import parity_in_velocity
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
 from engb_core.laws.blocks import (
     Blocks,
@@ -95,10 +96,7 @@ class Won:
     def told(self, unexplained: Unexplained | None, share: float) -> Unexplained:
         """Return what is said of the rest, with the law."""
         found = self.found
-        moving = np.sign(_column(found.fitter, 'velocity'))
-        own = found.contribution
-        odd, even = abs(float(np.mean(own * moving))), abs(float(np.mean(own)))
-        parity = 'odd' if odd > 2.0 * even else 'even' if even > 2.0 * odd else 'none'
+        parity = parity_in_velocity(found.contribution, _column(found.fitter, 'velocity'))
         return Unexplained(
             share=share, depends_on=depends_on(found.candidate), parity_in_velocity=parity,
             memory=found.memory, where=() if unexplained is None else unexplained.where,
