@@ -5,14 +5,14 @@ Refitted numbers and tables follow the motion that they were fitted to, whatever
 next recording, which moves in other ways, they may be worse than the file. So each must explain
 more than half of what the file misses of stretches that it was not fitted to, tables and
 descriptions also of kinds of motion: right more often than wrong where nothing else says that it
-is right at all. What begins within the recordings, or grows over their time, passes but once, and
-nothing that was left out tells how it goes on: it is in the model if it is likelier right than
-wrong.
+is right at all. What grows over the recordings' time passes but once, and nothing that was left
+out tells how it goes on: it is in the model if it is likelier right than wrong. What begins within
+them acts from then on as anything else, and must be worth having there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,9 @@ from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.full_bandwidth import CorrectedModels, explained_problem
+from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.ranking import worth_having
 from engb_core.diagnose.reduced_chi_square import reduced_chi_square
 from engb_core.laws.blocks import (
     Blocks,
@@ -37,22 +39,39 @@ __all__ = ['that_carries', 'without_what_passes_once']
 
 def without_what_passes_once(fitter: Fitter, told: CorrectedModels,
                              findings: Sequence[EffectFinding]) -> CorrectedModels:
-    """Return what is told without the effects that begin within the recordings, or grow over their
-    time, and are likelier wrong than right, the rest fitted anew.
+    """Return what is told without effects that are likelier wrong than right and grow over the
+    recordings' time, or begin within them and are not worth having after that, on what no fit has
+    seen; the rest fitted anew.
 
     Args:
         fitter: of the problem.
         told: effects and numbers, with or without a name.
         findings: what is claimed of them.
     """
-    fit = told.explanation.fit
     likely = {entry.effect for entry in findings if entry.probability >= LARGER_PART}
-    gone = {index for index, variant in enumerate(fit.hypothesis.variants)
-            if (variant.onset is not None or variant.effect.at_once)
-            and variant.effect.id not in likely}
-    if not gone:
+
+    def doubtful(variant: Variant) -> bool:
+        return variant.effect.id not in likely
+
+    told = _without(fitter, told, lambda variant: doubtful(variant) and _grows(variant))
+    fewer = _without(fitter, told, lambda variant: doubtful(variant)
+                     and variant.onset is not None)
+    return told if worth_having(min(told.unseen), min(fewer.unseen)) else fewer
+
+
+def _grows(variant: Variant) -> bool:
+    """Whether an effect grows over the recordings' time; one that is there at once does not."""
+    return any(entry.name in variant.effect.at_once for entry in variant.effect.parameters)
+
+
+def _without(fitter: Fitter, told: CorrectedModels, gone: Callable[[Variant], bool],
+             ) -> CorrectedModels:
+    """Return what is told without some of its effects, the rest fitted anew."""
+    fit = told.explanation.fit
+    places = {place for place, variant in enumerate(fit.hypothesis.variants) if gone(variant)}
+    if not places:
         return told
-    fewer = fitter.finish(fitter.refine(fitter.evaluate(*without_effects(fit, gone))))
+    fewer = fitter.finish(fitter.refine(fitter.evaluate(*without_effects(fit, places))))
     explanation = Explanation(fewer, None, told.explanation.adequacy,
                               reduced_chi_square(fewer, fitter), told.explanation.dropped)
     return CorrectedModels(explanation, explanation.models(), explained_problem(fitter, fewer),
