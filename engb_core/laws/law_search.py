@@ -18,9 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import FORMULA_ERROR
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.formula import sure_part
+from engb_core.diagnose.formula import little_apart, sure_part
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.effects.law import law_effect
@@ -111,8 +110,10 @@ def is_promising(best: Screened | Candidate, before: Score) -> bool:
 
 
 def nothing_left(level: float) -> bool:
-    """Whether noise is all that a mean square on blocks left out (noise = 1) holds."""
-    return level - 1.0 <= FORMULA_ERROR
+    """Whether noise is all that a mean square on blocks left out (noise = 1) holds, as far as
+    anything is told apart: how strong the noise is, is known to a part only, and a law may leave
+    less than it was thought to be."""
+    return level - 1.0 <= little_apart()
 
 
 def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None], least: float = 0.0,

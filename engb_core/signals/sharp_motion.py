@@ -30,7 +30,7 @@ __all__ = ['MOST_OF_RATE', 'ORDER', 'band_limited', 'between_samples', 'sharp_mo
 Array = NDArray[np.float64]
 
 # Corner [Hz] and order: friction turns within milliseconds.
-BANDWIDTH, ORDER = 120.0, 3
+BANDWIDTH, ORDER = 150.0, 3
 # The corner can't be higher than this part of the sampling rate: of what is nearer to half of it
 # the samples tell less than half.
 MOST_OF_RATE = 0.45
