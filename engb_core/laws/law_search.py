@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.formula import little_apart, sure_part
+from engb_core.diagnose.formula import sure_part
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.effects.law import law_effect
@@ -60,6 +60,9 @@ PROMISING = 0.5
 # Part of its size at which a form begins that is worse than none at all of it.
 NEARER = 0.3
 CHUNK = 400
+# Mean square on blocks left out (noise = 1) from which downwards nothing more is looked for: that
+# would be found by chance.
+NOTHING_LEFT = 1.05
 
 
 @dataclass(frozen=True)
@@ -110,10 +113,8 @@ def is_promising(best: Screened | Candidate, before: Score) -> bool:
 
 
 def nothing_left(level: float) -> bool:
-    """Whether noise is all that a mean square on blocks left out (noise = 1) holds, as far as
-    anything is told apart: how strong the noise is, is known to a part only, and a law may leave
-    less than it was thought to be."""
-    return level - 1.0 <= little_apart()
+    """Whether noise is all that a mean square on blocks left out (noise = 1) holds."""
+    return level <= NOTHING_LEFT
 
 
 def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None], least: float = 0.0,
