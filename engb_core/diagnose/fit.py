@@ -212,6 +212,10 @@ class Fitter(Objective):
         """Return the fit with one effect taken away and all the rest fitted anew."""
         return self.iterate(self.evaluate(*without_effects(fit, {variant})), rounds)
 
+    def finished_without(self, fit: Fit, gone: set[int]) -> Fit:
+        """Return the fit with some effects taken away and all the rest fitted anew, finished."""
+        return self.finish(self.refine(self.evaluate(*without_effects(fit, gone))))
+
     # -- inside ----------------------------------------------------------------------------------
 
     def _one_more(self, start: Fit, variant: Variant) -> Hypothesis:

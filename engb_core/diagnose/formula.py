@@ -36,7 +36,7 @@ def part_of_formula() -> float:
 def formula_error(before: float) -> float:
     """Return the excess that even the right formulas leave, in units of the noise's mean square,
     where numbers alone leave `before`."""
-    return FORMULA_ERROR + FORMULA_ERROR ** 2 * before
+    return FORMULA_ERROR + little_apart() * before
 
 
 def something_known(left: float, own: float | None = None) -> float:

@@ -20,7 +20,6 @@ import numpy as np
 from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.full_bandwidth import CorrectedModels, explained_problem
 from engb_core.diagnose.hypothesis import Variant
@@ -56,7 +55,9 @@ def without_what_passes_once(fitter: Fitter, told: CorrectedModels,
     told = _without(fitter, told, lambda variant: doubtful(variant) and _grows(variant))
     fewer = _without(fitter, told, lambda variant: doubtful(variant)
                      and variant.onset is not None)
-    return told if worth_having(min(told.unseen), min(fewer.unseen)) else fewer
+    if fewer is told or worth_having(min(told.unseen), min(fewer.unseen)):
+        return told
+    return fewer
 
 
 def _grows(variant: Variant) -> bool:
@@ -71,7 +72,7 @@ def _without(fitter: Fitter, told: CorrectedModels, gone: Callable[[Variant], bo
     places = {place for place, variant in enumerate(fit.hypothesis.variants) if gone(variant)}
     if not places:
         return told
-    fewer = fitter.finish(fitter.refine(fitter.evaluate(*without_effects(fit, places))))
+    fewer = fitter.finished_without(fit, places)
     explanation = Explanation(fewer, None, told.explanation.adequacy,
                               reduced_chi_square(fewer, fitter), told.explanation.dropped)
     return CorrectedModels(explanation, explanation.models(), explained_problem(fitter, fewer),

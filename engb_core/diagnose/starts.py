@@ -23,8 +23,6 @@ __all__ = ['settings_from_residual', 'strongest_frequency']
 
 Array = NDArray[np.float64]
 Settings = list[dict[str, float]]
-# The same by kinds of parameters, not by their names.
-Found = list[dict[str, float]]
 
 _BINS = 160
 # What repeats less often than in so many turns is no wave of the motor.
@@ -33,7 +31,8 @@ LOWEST_ORDER = 0.4
 
 def settings_from_residual(fitter: Fitter, fit: Fit, effect: Effect) -> Settings | None:
     """Return where `effect` may start on top of `fit`; None: its own starts serve."""
-    makers: dict[str, Callable[[Fitter, Fit, Effect], Found]] = {
+    # Each tells its settings by kinds of parameters, which every effect names as it likes.
+    makers: dict[str, Callable[[Fitter, Fit, Effect], Settings]] = {
         'order': _orders, 'place': _places, 'begin': _episodes, 'frequency': _frequencies}
     for kind, maker in makers.items():
         if effect.of_kind(kind) is not None:
@@ -48,7 +47,7 @@ def _name(effect: Effect, kind: str) -> str:
     return parameter.name
 
 
-def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
+def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     relative = 'actuation' in effect.stages
     unit = usual_angle(fitter.problem.scene)
     angle, residual, weight, reach = [], [], [], []
@@ -70,7 +69,7 @@ def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
     return [{'order': order} for order in orders]
 
 
-def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
+def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     found = [strongest_frequency(fitter, fit)]
     if 'actuation' in effect.stages:
         # What goes with an effort that changes its size and sign shows beside its own frequency.
@@ -104,7 +103,7 @@ def strongest_frequency(fitter: Fitter, fit: Fit, by_effort: bool = False) -> fl
     return float(frequencies[peak])
 
 
-def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
+def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     """Return the places of the stroke where the mean residual stands out, each in two widths."""
     runs = fitter.problem.runs
     position = np.concatenate([run.motion.position[run.comparison.grid] for run in runs])
@@ -112,7 +111,7 @@ def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
     low, high = np.quantile(position, [0.0, 1.0])
     edges = np.linspace(low, high + 1e-9, _BINS + 1)
     place = np.clip(np.digitize(position, edges) - 1, 0, _BINS - 1)
-    found: Found = []
+    found: Settings = []
     for by in (1.0, sign):
         total = np.bincount(place, fit.residual * by / fitter.spread ** 2, _BINS)
         mass = np.bincount(place, 1.0 / fitter.spread ** 2, _BINS)
@@ -125,9 +124,9 @@ def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
     return found
 
 
-def _episodes(fitter: Fitter, fit: Fit, effect: Effect) -> Found:
+def _episodes(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     """Return the stretch of time whose residual is largest in the mean, in a few lengths."""
-    found: Found = []
+    found: Settings = []
     run = fitter.problem.runs[0]
     residual = fitter.problem.split(fit.residual / fitter.spread)[0]
     time = run.motion.time[run.comparison.grid]

@@ -246,7 +246,7 @@ def _named(fitter: Fitter, fit: Fit) -> Fit:
 
 def _fitted_without(fitter: Fitter, fit: Fit, gone: set[int]) -> Fit:
     """Return the fit with some effects taken away and all the rest fitted anew, finished."""
-    return fitter.finish(fitter.refine(fitter.evaluate(*without_effects(fit, gone))))
+    return fitter.finished_without(fit, gone)
 
 
 def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:

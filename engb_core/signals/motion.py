@@ -54,7 +54,8 @@ class Motion:
     off reaches, and at its very ends; `recorded_step` [s] is the recording's own; `sharp` tells a
     motion of sharp_motion.py; `edges` are the counts' that the position was taken from;
     `commanded` says what effort was computed from, where it is a command; `fresh` where
-    effort had just been taken, if that is done more slowly than the position (held_effort.py).
+    effort had just been taken, if that is done more slowly than the position (held_effort.py);
+    `moving` how far a sharp motion's samples are joined by a spline, 0 to 1.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Motion:
     sharp: bool = False
     commanded: Commanded | None = None
     fresh: NDArray[np.bool_] | None = None
+    moving: Array | None = None
 
     @property
     def speed(self) -> float:

@@ -37,8 +37,7 @@ def carried(recording: Recording, motion: Motion, values: Array) -> tuple[Array,
     """Return what values (k,) at the recording's samples become on the motion's grid when they
     pass as the position does: themselves, their rate and its rate, (n,) each."""
     if motion.sharp:
-        time = motion.time
-        raw = between_samples(recording, motion, time, values)
+        raw = between_samples(recording, motion, values)
         smooth = sosfiltfilt(butter(ORDER, motion.bandwidth, fs=1.0 / motion.step, output='sos'),
                              raw)
         rate = np.gradient(smooth, motion.step)

@@ -55,7 +55,10 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     parts = int(np.clip(round(recording.interval / step), 1, most))
     step = recording.interval / parts
     time = np.arange(int(np.floor(recording.time[-1] / step + 1e-6)) + 1, dtype=np.float64) * step
-    raw = bridged(time, between_samples(recording, recorded, time, recording.position), recording)
+    fast = passing(recording, count_of(recording.position))
+    grid = replace(recorded, time=time,
+                   moving=np.interp(time, recording.time, fast.astype(float)))
+    raw = bridged(time, between_samples(recording, grid, recording.position), recording)
     low_pass = butter(ORDER, bandwidth, fs=1.0 / step, output='sos')
     period = int(np.ceil(1.0 / bandwidth / step))
     # Differences at the very ends would be half the acceleration: they are taken beyond them.
@@ -64,14 +67,13 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
     inside = slice(REMEMBERED * period, REMEMBERED * period + raw.size)
     position, velocity, acceleration = (
         values[inside].copy() for values in (beyond, speed, np.gradient(speed, step)))
-    effort = sosfiltfilt(low_pass, _curved(recording, time, recording.effort),
-                         padlen=min(time.size - 1, REMEMBERED * period))
+    effort = _low_passed(_curved(recording, time, recording.effort), bandwidth, step)
 
     def on_grid(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.interp(time, recorded.time, values)
 
     return replace(
-        recorded, step=step, time=time, position=position, velocity=velocity,
+        grid, step=step, position=position, velocity=velocity,
         acceleration=acceleration, effort=effort,
         disc_speed=on_grid(recorded.disc_speed), disc_angle=on_grid(recorded.disc_angle),
         pad_temperature=on_grid(recorded.pad_temperature),
@@ -80,14 +82,14 @@ def sharp_motion_of(recording: Recording, step: float = STEP) -> Motion:
         bandwidth=bandwidth, sharp=True)
 
 
-def between_samples(recording: Recording, motion: Motion, time: Array, values: Array) -> Array:
+def between_samples(recording: Recording, motion: Motion, values: Array) -> Array:
     """Return what values (n,) at a recording's samples, the position's or what its sensor adds to
-    them, are at other times (m,) [s]; `motion` has the counts' edges."""
+    them, are on a sharp motion's grid (m,)."""
+    assert motion.moving is not None, 'a sharp motion knows where samples are joined by a spline'
+    time = motion.time
     straight = np.interp(time, recording.time, values)
     joined: Array = 0.5 * (motion.edges.joined(time, values) + straight)
-    fast = passing(recording, count_of(recording.position))
-    moving = np.interp(time, recording.time, fast.astype(float))
-    joined += moving * (_curved(recording, time, values) - joined)
+    joined += motion.moving * (_curved(recording, time, values) - joined)
     return joined
 
 
@@ -100,13 +102,15 @@ def _curved(recording: Recording, time: Array, values: Array) -> Array:
 def band_limited(values: Array, step: float, interval: float) -> Array:
     """Return values (n,) every `step` [s] without what samples every `interval` [s] cannot show,
     with no lag: friction turns within less."""
-    corner = MOST_OF_RATE / interval
-    if corner >= MOST_OF_RATE / step:
-        return values
+    return values if step >= interval else _low_passed(values, MOST_OF_RATE / interval, step)
+
+
+def _low_passed(values: Array, corner: float, step: float) -> Array:
+    """Return values (n,) every `step` [s] low-passed at a corner [Hz], there and back."""
     period = int(np.ceil(1.0 / corner / step))
-    limited: Array = sosfiltfilt(butter(ORDER, corner, fs=1.0 / step, output='sos'), values,
-                                 padlen=min(values.size - 1, REMEMBERED * period))
-    return limited
+    passed: Array = sosfiltfilt(butter(ORDER, corner, fs=1.0 / step, output='sos'), values,
+                                padlen=min(values.size - 1, REMEMBERED * period))
+    return passed
 
 
 def _going_on(position: Array, period: int) -> Array:
