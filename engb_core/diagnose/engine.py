@@ -15,6 +15,7 @@ from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
 from engb_core.diagnose.constants import CLEAN_EXCESS, LEAST_PROBABILITY
 from engb_core.diagnose.cross_entropy import middle_of_basin
+from engb_core.diagnose.decimated import decimated
 from engb_core.diagnose.diagnosis import (
     Diagnosis,
     EffectFinding,
@@ -118,7 +119,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = with_resonance(problem, resonance.setting, threads)
-        beside = _judged(beyond, tell, threads, outcome.fitter)
+        beside = _judged(decimated(beyond), tell, threads, outcome.fitter)
         if _explains_as_much(beside, outcome):
             outcome = _beside(resonance, _with_law(beside, tell))
         else:
@@ -202,7 +203,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
                found: Fit | None = None) -> tuple[Problem, _Outcome]:
         problem = problem_of(recordings, model, holdout, before_stop=before_stop)
         settled = replace(problem, settled=(RESONANCE,)) if judged_wide(problem) else problem
-        return problem, _judged(settled, tell, threads, earlier, found)
+        return problem, _judged(decimated(settled), tell, threads, earlier, found)
 
     problem, outcome = judged(0.0)
     lag = lateness(outcome.corrected)

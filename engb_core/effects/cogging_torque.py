@@ -23,8 +23,9 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     torque = toothed_wave(parameters, sample[POSITION])
     for further in range(MORE_ORDERS):
         place = _FIRST + 3 * further
-        torque += parameters[place] * math.sin(parameters[place + 1] * sample[POSITION]
-                                               + parameters[place + 2])
+        if parameters[place] != 0.0:
+            torque += parameters[place] * math.sin(parameters[place + 1] * sample[POSITION]
+                                                   + parameters[place + 2])
     return torque
 
 

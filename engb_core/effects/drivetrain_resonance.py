@@ -66,19 +66,22 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
         state[0] = -(acceleration + load / inertia) / locked ** 2
         state[1] = 0.0
     else:
-        parts = int(math.ceil(step * locked / 0.05))
+        parts = int(math.ceil(step * locked / 0.1))
         short = step / parts
-        for part in range(1, parts + 1):
-            share = part / parts
+        for part in range(parts):
+            # Half a step of the twist before and half behind its rate: of second order in time.
+            share = (part + 0.5) / parts
             speed = state[3] + share * (motor - state[3])
             drive = state[2] + share * (acceleration - state[2])
             drive += (state[4] + share * (load - state[4])) / inertia
-            # Damping and dry friction are taken at the end of the step: neither can overshoot.
-            rate = (state[1] - short * (drive + locked ** 2 * _sprung(parameters, state[0]))
-                    ) / (1.0 + short * decay)
-            rate = slowed_rate(rate, speed, short * friction / inertia)
-            state[1] = rate
-            state[0] += short * rate
+            state[0] += 0.5 * short * state[1]
+            # Neither damping nor dry friction can overshoot.
+            lost = 0.5 * short * decay
+            rate = (state[1] * (1.0 - lost)
+                    - short * (drive + locked ** 2 * _sprung(parameters, state[0]))
+                    ) / (1.0 + lost)
+            state[1] = slowed_rate(rate, speed, short * friction / inertia)
+            state[0] += 0.5 * short * state[1]
     state[2] = acceleration
     state[3] = motor
     state[4] = load

@@ -11,10 +11,12 @@ STEEPEST = 0.9
 @compiled
 def _lost(loss: float, shape: float, onset: float, effort: float) -> float:
     """Return the torque that is lost, both it and `effort` over the largest effort."""
+    if effort <= onset:
+        return 0.0
     room = 1.0 - onset
-    relative = max(effort - onset, 0.0) / room
-    slope = loss * shape * relative ** (shape - 1.0) / room
-    lost: float = loss * relative ** shape
+    relative = (effort - onset) / room
+    rise: float = loss * relative ** (shape - 1.0)
+    slope, lost = shape * rise / room, rise * relative
     if slope > STEEPEST:
         # From where it is steepest it goes on straight.
         steepest = 0.0 if shape <= 1.0 else relative * (STEEPEST / slope) ** (1.0 / (shape - 1.0))

@@ -7,8 +7,6 @@ products of factors are products of their columns.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +21,6 @@ from engb_core.effects.base import (
     LOAD_GAIN,
     POSITION,
     STATE_SIZE,
-    TIME_STEP,
     TORQUE,
     VELOCITY,
     VISCOUS,
@@ -33,7 +30,6 @@ from engb_core.laws.forms import Atom, Form, Scales
 from engb_core.laws.grammar import parse
 from engb_core.laws.machine import program_of
 from engb_core.physics.inverse_dynamics import effort_of_motion
-from engb_core.signals.filtering import Comparison
 from engb_core.signals.position_error import at_recorded_samples, carried
 
 __all__ = ['Columns', 'scales_of']
@@ -46,8 +42,6 @@ _OF_THE_SENSOR = ('position_shift', 'position_delay')
 _SLOPE = 1e-4
 # Part of its largest size from which on a load pulls to the other side as well.
 BOTH_WAYS = 0.05
-# Samples for each value that is compared, at which factors are screened.
-SAMPLES_OF_VALUE = 4
 
 
 def scales_of(fitter: Fitter) -> Scales:
@@ -68,34 +62,12 @@ def scales_of(fitter: Fitter) -> Scales:
         pulls_both_ways=bool(min(loads.max(), -loads.min()) > BOTH_WAYS * np.abs(loads).max()))
 
 
-def _stride(comparison: Comparison) -> int:
-    """Return of how many samples screening needs one: a few for each value that is compared."""
-    between = int(np.gcd.reduce(comparison.grid))
-    return max((stride for stride in range(1, between + 1)
-                if between % stride == 0 and between >= SAMPLES_OF_VALUE * stride), default=1)
-
-
-def _strided(comparison: Comparison, stride: int) -> Comparison:
-    """Return the same filter for every so manieth sample."""
-    if stride == 1:
-        return comparison
-    reach = comparison.taps.size // 2
-    taps = comparison.taps[reach % stride::stride]
-    made = replace(comparison, taps=taps / taps.sum(), grid=comparison.grid // stride,
-                   weight=comparison.weight[::stride].copy(), scale=np.ones(comparison.grid.size))
-    scale = made(np.ones(made.weight.size))
-    # A window whose few judgeable samples are all skipped says nothing.
-    return replace(made, scale=np.where(scale > 0.0, scale, np.inf))
-
-
 class Columns:
     """Columns of forms on top of one fit."""
 
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._runs = fitter.problem.runs
-        self._fine: list[Array] = []
         self._samples: list[Array] = []
-        self._coarse: list[Comparison] = []
         speed = max(fitter.problem.scene.speed, 1e-9)
         self._speeds = (-speed, speed)
         self._slope_step = _SLOPE * max(float(np.ptp(run.motion.position)) for run in self._runs)
@@ -105,11 +77,7 @@ class Columns:
             physics = fit.hypothesis.physics(fit.vector, index)
             effort = effort_of_motion(samples, run.motion.step, physics)
             samples[:, EFFORT] = effort
-            self._fine.append(samples)
-            stride = _stride(run.comparison)
-            self._coarse.append(_strided(run.comparison, stride))
-            self._samples.append(samples[::stride].copy())
-            self._samples[-1][:, TIME_STEP] *= stride
+            self._samples.append(samples)
             moved = samples.copy()
             moved[:, POSITION] += self._slope_step
             effort_of_motion(moved, run.motion.step, physics)
@@ -121,14 +89,12 @@ class Columns:
                     ('friction_gain', samples[:, LEVEL] * direction),
                     ('load_gain', samples[:, LOAD] * through),
                     ('delay', np.gradient(effort, run.motion.step)),
-                    ('load_shift', stiffness), ('stiffness', stiffness)):
-                # A sensor's error is carried on the fine grid.
-                sensitivities.setdefault(name, []).append(
-                    values if name == 'stiffness' else values[::stride].copy())
+                    ('load_shift', stiffness)):
+                sensitivities.setdefault(name, []).append(values)
         self._sensitivities = sensitivities
         self._known: dict[tuple[str, bool], list[Array]] = {}
         self._recorded = [at_recorded_samples(run.recording, run.motion, samples)
-                          for run, samples in zip(self._runs, self._fine, strict=True)]
+                          for run, samples in zip(self._runs, self._samples, strict=True)]
 
     def of(self, form: Form) -> Array:
         """Return how the filtered effort changes per unit of the form's amplitude, (m, 1), or
@@ -145,8 +111,7 @@ class Columns:
                 value = value * self._factor(atom, shift, raw)[index]
             if form.acts_as == 'position_delay':
                 value = value * self._recorded[index][:, VELOCITY]
-            comparison = run.comparison if raw else self._coarse[index]
-            parts.append(comparison(self._acting(form, value, shift, index)))
+            parts.append(run.comparison(self._acting(form, value, shift, index)))
         return np.concatenate(parts)
 
     def _acting(self, form: Form, value: Array, shift: float, index: int) -> Array:
@@ -160,9 +125,9 @@ class Columns:
             samples = self._samples[index]
             return value * samples[:, ACCELERATION] + 0.5 * slope * samples[:, VELOCITY] ** 2
         if form.acts_as in _OF_THE_SENSOR:
-            run, samples = self._runs[index], self._fine[index]
+            run, samples = self._runs[index], self._samples[index]
             smooth, rate, curve = carried(run.recording, run.motion, value)
-            return (self._sensitivities['stiffness'][index] * smooth
+            return (self._sensitivities['load_shift'][index] * smooth
                     + samples[:, VISCOUS] * rate + samples[:, INERTIA] * curve)
         return self._sensitivities[form.acts_as][index] * value
 

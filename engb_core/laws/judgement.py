@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import LARGER_PART, MOST_NOISE, UNNAMED
 from engb_core.diagnose.diagnosis import ParameterEstimate
+from engb_core.diagnose.decimated import decimated
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import little_apart, part_of_formula, sure_part
 from engb_core.diagnose.problem import problem_of
@@ -209,7 +210,7 @@ def _without_stops(search: Search, law: Candidate, tell: Callable[[str], None]) 
                              before_stop=longest)
     except InputError:
         return search
-    other = Fitter(replace(shorter, settled=problem.settled), search.fitter.threads,
+    other = Fitter(decimated(replace(shorter, settled=problem.settled)), search.fitter.threads,
                    search.fitter, load_shape=search.fitter.load_shape)
     base = other.finish(other.refine(other.evaluate(search.base.hypothesis, search.base.vector)))
     return search_laws(other, base, tell)

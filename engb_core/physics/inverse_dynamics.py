@@ -8,6 +8,7 @@ runs.
 from __future__ import annotations
 
 from dataclasses import replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,11 @@ from engb_core.effects.base import (
     INERTIA,
     LOAD,
     POSITION,
+    STAGES,
     TORQUE,
     VELOCITY,
 )
-from engb_core.physics.compiled import EffectFunction, kernel, row_of
+from engb_core.physics.compiled import call_effect, EffectFunction, kernel, row_of
 from engb_core.physics.plant import N_DELAY, Physics, torque_without_inertia
 
 __all__ = ['effort_of_motion', 'measured']
@@ -31,8 +33,11 @@ Places = NDArray[np.int64]
 
 # The actuation maps rise: their inverse by secants converges fast.
 _INVERSE_ROUNDS = 6
+# Part of the largest torque that need not be found.
+_NEAR = 1e-6
 # Torque per effort that a step towards the effort believes in.
-_SLOPES = (0.1, 3.0)
+_LEAST_SLOPE, _MOST_SLOPE = 0.1, 3.0
+_ACTUATION = STAGES.index('actuation')
 
 
 @kernel
@@ -176,21 +181,50 @@ def _undelayed(samples: Array, step: float, parameters: Array, state: Array,
 def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: Array) -> Array:
     effort = torque.copy()
     slope = np.ones_like(torque)
-    before = step = np.zeros_like(torque)
-    tiny = 1e-9 * np.max(np.abs(torque), initial=0.0)
+    before, step = np.zeros_like(torque), np.zeros_like(torque)
+    largest = float(np.max(np.abs(torque), initial=0.0))
+    fresh, near = state.copy(), -1.0
     for _ in range(_INVERSE_ROUNDS):
-        samples[:, EFFORT] = effort
-        for function, effect in physics.stages['actuation']:
-            function.loop(physics.parameters[effect], state[effect], samples, EFFORT)
-        change = torque - samples[:, EFFORT]
-        if not np.isfinite(change).all():
+        change = _towards(physics.functions, physics.bounds, physics.owner, physics.parameters,
+                          state, samples, torque, 1e-9 * largest, near, effort, before, step,
+                          slope)
+        if not math.isfinite(change):
             return torque
-        # Secants: where a motor saturates, plain steps would be many.
-        np.divide(before - change, step, out=slope, where=np.abs(step) > tiny)
-        np.clip(slope, *_SLOPES, out=slope)
-        step = change / slope
-        effort += step
-        before = change
-        if np.max(np.abs(change)) < 1e-6 * np.max(np.abs(torque)):
+        if change < _NEAR * largest:
             break
+        if np.array_equal(state, fresh):
+            # What remembers nothing need not be asked again where it is right.
+            near = _NEAR * largest
     return effort
+
+
+@kernel
+def _towards(functions: object, bounds: Places, owner: Places, parameters: Array, state: Array,
+             samples: Array, torque: Array, tiny: float, near: float, effort: Array,
+             before: Array, step: Array, slope: Array) -> float:
+    """Move the effort (n,) by a secant step towards what gives the torque (n,), but where no more
+    than `near` was missing; return how much was at most [N·m], nan where it is no number.
+
+    Where a motor saturates, plain steps would be many. `before`, `step` and `slope` (n,) are what
+    was missing before, the last step, and torque per effort.
+    """
+    most = 0.0
+    for row in range(samples.shape[0]):
+        if abs(before[row]) < near:
+            continue
+        sample = row_of(samples, row)
+        sample[EFFORT] = effort[row]
+        for index in range(bounds[_ACTUATION], bounds[_ACTUATION + 1]):
+            sample[EFFORT] = call_effect(functions, index, parameters, owner[index], state,
+                                         sample)
+        change = torque[row] - sample[EFFORT]
+        if not math.isfinite(change):
+            return math.nan
+        if abs(step[row]) > tiny:
+            slope[row] = (before[row] - change) / step[row]
+        slope[row] = min(max(slope[row], _LEAST_SLOPE), _MOST_SLOPE)
+        step[row] = change / slope[row]
+        effort[row] += step[row]
+        before[row] = change
+        most = max(most, abs(change))
+    return most

@@ -10,7 +10,7 @@ of motion can be held against it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,16 @@ class Comparison:
     def __call__(self, values: Array) -> Array:
         """Return the filtered values (m,) of values (n,)."""
         return _decimate(values, self.weight, self.taps, self.grid, self.scale)
+
+    def decimated(self, factor: int) -> Comparison:
+        """Return the same filter for every so manieth sample; `factor` divides the grid."""
+        first = self.taps.size // 2 % factor
+        taps = self.taps[first::factor]
+        made = replace(self, taps=taps / taps.sum(), grid=self.grid // factor,
+                       weight=self.weight[::factor].copy(), scale=np.ones(self.grid.size))
+        scale = made(np.ones(made.weight.size))
+        # A window whose few judgeable samples are all skipped says nothing.
+        return replace(made, scale=np.where(scale > 0.0, scale, np.inf))
 
 
 @compiled

@@ -12,8 +12,9 @@ pass the same filter afterwards (filtering.py).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,7 @@ __all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', '
            'gaussian_kernel', 'motion_of']
 
 Array = NDArray[np.float64]
+_Number = TypeVar('_Number', np.float64, np.bool_)
 
 # Corner of the smoothing of position and effort [Hz]; below it the motion is believed.
 MOTION_BANDWIDTH = 60.0
@@ -91,6 +93,19 @@ class Motion:
         return sample_table(self.step, self.time, self.position, self.velocity,
                             self.acceleration, self.disc_speed, self.disc_angle,
                             self.pad_temperature)
+
+    def decimated(self, factor: int) -> Motion:
+        """Return the motion at every so manieth of its samples."""
+        def every(values: NDArray[_Number]) -> NDArray[_Number]:
+            return values[::factor].copy()
+
+        return replace(
+            self, step=factor * self.step, time=every(self.time), position=every(self.position),
+            velocity=every(self.velocity), acceleration=every(self.acceleration),
+            effort=every(self.effort), disc_speed=every(self.disc_speed),
+            disc_angle=every(self.disc_angle), pad_temperature=every(self.pad_temperature),
+            known=every(self.known), fresh=None if self.fresh is None else every(self.fresh),
+            moving=None if self.moving is None else every(self.moving))
 
 
 @lru_cache(maxsize=64)
