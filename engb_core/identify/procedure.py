@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from engb_core.errors import InputError
+from engb_core.identify.attenuation import moving_pieces
 from engb_core.identify.cogging import find_orders
 from engb_core.identify.confidence import Estimate
 from engb_core.identify.contact import contact_estimate, fit_contacts
 from engb_core.identify.paper_way import load_degree, paper_way, PaperResult
 from engb_core.identify.regression import Fit, fit, Form
-from engb_core.identify.smoothing import Motion, motions
+from engb_core.identify.smoothing import Motion
 from engb_core.model import Cogging, Model
 from engb_core.recording import Recording
 
@@ -164,8 +165,7 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
     """
     tell = progress or (lambda line: None)
     start = _merged(model or Model())
-    pieces = [piece for recording in recordings for piece in motions(recording)
-              if piece.rows.size and piece.top_speed > 0.0]
+    pieces = moving_pieces(recordings, load_degree(start))
     if not pieces:
         names = ', '.join(recording.name for recording in recordings) or 'no recording'
         raise InputError(f'{names}: no contiguous stretch in motion; record clamp and release '

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, signal
 
 from engb_core.recording import Recording
+from engb_core.signals.motion_band import count_of
 
 __all__ = ['BANDWIDTH', 'Kernel', 'Motion', 'motions']
 
@@ -97,6 +98,7 @@ class Motion:
         known: (n,) False where the samples are interpolated over a hole.
         interval: [s].
         bandwidth: [Hz] of the smoothing kernel.
+        count: of the encoder [rad]; 0 where it has none.
     """
 
     name: str
@@ -106,6 +108,7 @@ class Motion:
     known: NDArray[np.bool_]
     interval: float
     bandwidth: float = BANDWIDTH
+    count: float = 0.0
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -198,6 +201,7 @@ def motions(recording: Recording, bandwidth: float = BANDWIDTH) -> list[Motion]:
     interval = recording.interval
     step = np.diff(recording.time)
     cuts = np.flatnonzero(step > max(LONGEST_HOLE, 10.0 * interval)) + 1
+    count = count_of(recording.position)
     pieces = []
     for part in np.split(np.arange(recording.time.size), cuts):
         time = recording.time[part]
@@ -209,5 +213,5 @@ def motions(recording: Recording, bandwidth: float = BANDWIDTH) -> list[Motion]:
             known &= (clock <= time[hole]) | (clock >= time[hole + 1])
         pieces.append(Motion(
             recording.name, clock, np.interp(clock, time, recording.position[part]),
-            np.interp(clock, time, recording.effort[part]), known, interval, bandwidth))
+            np.interp(clock, time, recording.effort[part]), known, interval, bandwidth, count))
     return pieces
