@@ -3,11 +3,15 @@
 
 from __future__ import annotations
 
-import math
-
 from engb_core.control.trajectory import Setpoint
 from engb_core.model import Model
-from engb_core.physics.load_friction import load_friction_gain
+from engb_core.physics.nominal_torque import (
+    cogging_wave,
+    friction_direction,
+    load_friction_gain,
+    load_torque,
+    nominal_vector,
+)
 
 __all__ = ['Feedforward']
 
@@ -15,8 +19,8 @@ __all__ = ['Feedforward']
 class Feedforward:
     """u_ff = J·ω̇_d + B·ω_d, equation (27), and, each by its switch, T_L(θ_d), T_C, T_cog.
 
-    Plain numbers throughout: it runs once a control cycle. That its torques are those of
-    `engb_core.physics.plant` is held by a test.
+    Plain numbers throughout: it runs once a control cycle. Its torques are those of
+    `engb_core.physics.nominal_torque`.
 
     Attributes:
         shift: the load curve is moved by this [rad] (wear; positive: contact comes later).
@@ -37,7 +41,7 @@ class Feedforward:
         self.cogging = cogging
         self.shift = 0.0
         self.load_ratio = 1.0
-        self._coefficients = tuple(reversed(model.load_torque.coefficients))
+        self._nominal = nominal_vector(model).tolist()
 
     def torque(self, setpoint: Setpoint) -> float:
         """Return u_ff [N·m] for a set-point."""
@@ -56,30 +60,21 @@ class Feedforward:
 
     def load_torque(self, position: float) -> float:
         """Return T_L [N·m] at `position` [rad]."""
-        load = self.model.load_torque
-        if load.form == 'sinusoid':
-            return load.amplitude * math.sin(position + load.phase)
-        position -= self.shift
-        if load.contact_angle is not None:
-            position -= load.contact_angle
-            if position < 0.0:
-                return 0.0
-        total = 0.0
-        for coefficient in self._coefficients:
-            total = total * position + coefficient
-        return total * self.load_ratio
+        if self.model.load_torque.form == 'sinusoid':
+            return load_torque(self._nominal, position)
+        return load_torque(self._nominal, position - self.shift) * self.load_ratio
 
     def friction_torque(self, load: float, velocity: float) -> float:
         """Return T_C [N·m] at load torque `load` [N·m] and `velocity` [rad/s]."""
         friction = self.model.friction
-        saturation = min(max(velocity / friction.saturation_velocity, -1.0), 1.0)
         gain = load_friction_gain(friction.load_gain, friction.load_curvature,
                                   friction.reference_load, load)
-        return (friction.coulomb + gain * abs(load)) * saturation
+        return (friction.coulomb + gain * abs(load)) * friction_direction(
+            velocity, friction.saturation_velocity)
 
     def cogging_torque(self, position: float) -> float:
         """Return T_cog [N·m] at `position` [rad]."""
         total = 0.0
         for entry in self.model.cogging:
-            total += entry.amplitude * math.sin(entry.order * position + entry.phase)
+            total += cogging_wave(entry.order, entry.amplitude, entry.phase, position)
         return total

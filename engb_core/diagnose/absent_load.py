@@ -27,7 +27,8 @@ from engb_core.diagnose.problem import holding
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.model import Model
-from engb_core.physics.plant import load_torques, nominal_vector
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import load_torques
 
 __all__ = ['AbsentLoad', 'absent_load']
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from engb_core.diagnose.problem import Problem, Run
 from engb_core.errors import InputError
 from engb_core.model import Model
-from engb_core.physics.plant import load_torques, nominal_vector
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import load_torques
 from engb_core.signals.motion import filtered, gaussian_kernel
 
 __all__ = ['Room', 'room_of']

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from engb_core.diagnose.diagnosis import Interval, Zone
 from engb_core.diagnose.problem import Run
 from engb_core.model import Model
-from engb_core.physics.plant import load_torques, nominal_vector
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import load_torques
 
 __all__ = ['coordinates', 'intervals', 'zones']
 

@@ -9,7 +9,7 @@ import math
 from engb_core.effects.base import Scene
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_SHAPE
 from engb_core.model import EffectSetting, Model
-from engb_core.physics.plant import (
+from engb_core.physics.nominal_torque import (
     N_AMPLITUDE,
     N_CONTACT,
     N_COULOMB,

@@ -18,7 +18,7 @@ from engb_core.effects.base import Scene
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
-from engb_core.physics.plant import load_torques, nominal_vector, Physics, physics_of
+from engb_core.physics.plant import load_torques, Physics, physics_of
 from engb_core.recording import Recording
 from engb_core.signals.filtering import (
     ABOVE_BAND,
@@ -278,7 +278,7 @@ def holding(problem: Problem, model: Model) -> Problem:
 def _scene(recordings: Sequence[Recording], motions: Sequence[Motion], model: Model) -> Scene:
     low = min(float(motion.position.min()) for motion in motions)
     high = max(float(motion.position.max()) for motion in motions)
-    nominal = nominal_vector(model)
+    nominal = physics_of(model).nominal
     along = load_torques(nominal, np.linspace(low, high, 200))
     # One that is the same everywhere acts as an offset: nothing that goes with load shows.
     load = float(np.abs(along).max()) if np.ptp(along) > 0.0 else 0.0

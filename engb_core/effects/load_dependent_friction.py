@@ -29,7 +29,7 @@ EFFECT = Effect(
     id='load_dependent_friction',
     title='Load-dependent friction',
     parameters=(Parameter('load_gain', '-', 0.0, 3.0),
-                # How the curve over load departs from a straight line (load_friction.py).
+                # How the curve over load departs from a straight line (nominal_torque.py).
                 Parameter('load_curvature', '-', -0.9, 0.9, default=0.0)),
     stages={'level': _level},
     equation='T_C = (C₀ + C₁ |T_L|) sat(ω), or C₁ (1 + curvature (|T_L|/T_ref − 1)) for C₁',

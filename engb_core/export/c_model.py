@@ -18,10 +18,16 @@ from engb_core.export.expressions import number
 from engb_core.export.kinds import Array, LONG, REAL, TABLE
 from engb_core.export.translate import helpers_of, Translator
 from engb_core.model import Model
-from engb_core.physics import plant
+from engb_core.physics import nominal_torque
 from engb_core.physics.compiled import PARAMETER_SIZE
-from engb_core.physics.load_friction import load_friction_gain
-from engb_core.physics.plant import effects_of, NOMINAL_SIZE, Physics, physics_of
+from engb_core.physics.nominal_torque import (
+    load_friction_gain,
+    N_AMPLITUDE,
+    N_PHASE,
+    N_TERMS,
+    NOMINAL_SIZE,
+)
+from engb_core.physics.plant import effects_of, Physics, physics_of
 from engb_core.physics.simulation import (
     acted_reference,
     advance_steps,
@@ -261,7 +267,7 @@ _PLACES = tuple((name, getattr(base, name)) for name in (
     'TIME_STEP', 'TIME', 'POSITION', 'VELOCITY', 'ACCELERATION', 'DISC_SPEED', 'DISC_ANGLE',
     'PAD_TEMPERATURE', 'SHIFT', 'LOAD', 'LEVEL', 'DIRECTION', 'EFFORT', 'INERTIA', 'VISCOUS',
     'COULOMB', 'LOAD_GAIN', 'TORQUE', 'REFERENCE'))
-_NOMINAL_PLACES = tuple((name, value) for name, value in vars(plant).items()
+_NOMINAL_PLACES = tuple((name, value) for name, value in vars(nominal_torque).items()
                         if name.startswith('N_'))
 
 
@@ -298,14 +304,14 @@ def _quantities(model: Model, effects: list[tuple[Effect, list[float]]],
             continue
         yield Quantity(name, unit, 'nominal', index, float(physics.nominal[index]))
     if model.load_torque.form == 'sinusoid':
-        yield Quantity('load_torque.amplitude', 'N.m', 'nominal', plant.N_AMPLITUDE,
+        yield Quantity('load_torque.amplitude', 'N.m', 'nominal', N_AMPLITUDE,
                        model.load_torque.amplitude)
-        yield Quantity('load_torque.phase', 'rad', 'nominal', plant.N_PHASE,
+        yield Quantity('load_torque.phase', 'rad', 'nominal', N_PHASE,
                        model.load_torque.phase)
     else:
         for power, value in enumerate(model.load_torque.coefficients):
             yield Quantity(f'load_torque.coefficients[{power}]', '1', 'nominal',
-                           plant.N_TERMS + 1 + power, value)
+                           N_TERMS + 1 + power, value)
     if model.controller is not None:
         for index, value in enumerate(loop_of(model.controller)[:len(_LOOP)]):
             yield Quantity(*_LOOP[index], 'loop', index, float(value))

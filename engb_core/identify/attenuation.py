@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from engb_core.identify.smoothing import BANDWIDTH, Motion, motions
 from engb_core.recording import Recording
 
-__all__ = ['attenuation', 'moving_pieces']
+__all__ = ['attenuation', 'below_the_counts', 'moving_pieces']
 
 Array = NDArray[np.float64]
 
@@ -35,19 +35,26 @@ LOWEST, STEP = 5.0, 2.0 ** -0.5
 SATURATION = 0.02
 
 
-def moving_pieces(recordings: Sequence[Recording], degree: int) -> list[Motion]:
-    """Return the recordings' pieces in motion, at the highest bandwidth at which counts take no
-    more off the inertia than nobody knows it to; at the lowest one, where they take more.
+def moving_pieces(recordings: Sequence[Recording], bandwidth: float = BANDWIDTH) -> list[Motion]:
+    """Return the recordings' pieces in motion, smoothed at `bandwidth` [Hz]."""
+    return [piece for recording in recordings for piece in motions(recording, bandwidth)
+            if piece.rows.size and piece.top_speed > 0.0]
+
+
+def below_the_counts(recordings: Sequence[Recording], pieces: list[Motion], degree: int,
+                     ) -> list[Motion]:
+    """Return the pieces in motion at the highest bandwidth at which counts take no more off the
+    inertia than nobody knows it to, or at the lowest; `pieces` themselves, where they will do.
 
     Args:
         recordings: of one brake.
+        pieces: their pieces in motion.
         degree: of the polynomial that the load is fitted by.
     """
     bandwidth = BANDWIDTH
-    pieces = _moving(recordings, bandwidth)
     while pieces and bandwidth > LOWEST and attenuation(pieces, degree) > LEAST_ERROR:
         bandwidth = max(bandwidth * STEP, LOWEST)
-        pieces = _moving(recordings, bandwidth)
+        pieces = moving_pieces(recordings, bandwidth)
     return pieces
 
 
@@ -78,8 +85,3 @@ def _columns(piece: Motion, saturation: float, degree: int) -> Array:
     return np.column_stack([
         piece.smooth_acceleration[piece.rows], piece.smooth_velocity[piece.rows],
         piece.smooth(np.concatenate([powers, powers * shape])).T])
-
-
-def _moving(recordings: Sequence[Recording], bandwidth: float) -> list[Motion]:
-    return [piece for recording in recordings for piece in motions(recording, bandwidth)
-            if piece.rows.size and piece.top_speed > 0.0]

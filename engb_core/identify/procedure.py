@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from engb_core.errors import InputError
-from engb_core.identify.attenuation import moving_pieces
+from engb_core.identify.attenuation import below_the_counts, moving_pieces
 from engb_core.identify.cogging import find_orders
 from engb_core.identify.confidence import Estimate
 from engb_core.identify.contact import contact_estimate, fit_contacts
@@ -19,6 +19,8 @@ from engb_core.identify.paper_way import load_degree, paper_way, PaperResult
 from engb_core.identify.regression import Fit, fit, Form
 from engb_core.identify.smoothing import Motion
 from engb_core.model import Cogging, Model
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import friction_torques, load_torques
 from engb_core.recording import Recording
 
 __all__ = ['identify', 'IdentifiedModel']
@@ -82,20 +84,12 @@ class IdentifiedModel:
 
     def load_torque(self, theta: Array) -> Array:
         """Return T_L [N·m] at motor angle `theta` [rad], any shape."""
-        load = self.model.load_torque
-        theta = np.asarray(theta, float)
-        if load.form == 'sinusoid':
-            return load.amplitude * np.sin(theta + load.phase)
-        beyond = theta if load.contact_angle is None else theta - load.contact_angle
-        torque = np.polynomial.polynomial.polyval(beyond, load.coefficients)
-        return np.asarray(torque if load.contact_angle is None
-                          else np.where(beyond > 0.0, torque, 0.0), float)
+        return load_torques(nominal_vector(self.model), theta)
 
     def friction_torque(self, theta: Array, omega: Array) -> Array:
         """Return T_C [N·m] at motor angle `theta` [rad] and velocity `omega` [rad/s]."""
-        friction = self.model.friction
-        shape = np.clip(np.asarray(omega, float) / friction.saturation_velocity, -1.0, 1.0)
-        return (friction.coulomb + friction.load_gain * np.abs(self.load_torque(theta))) * shape
+        nominal = nominal_vector(self.model)
+        return friction_torques(nominal, load_torques(nominal, theta), omega)
 
     def summary(self) -> str:
         """Return a table of the identified numbers with 95 % intervals, as text lines."""
@@ -165,7 +159,7 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
     """
     tell = progress or (lambda line: None)
     start = _merged(model or Model())
-    pieces = moving_pieces(recordings, load_degree(start))
+    pieces = moving_pieces(recordings)
     if not pieces:
         names = ', '.join(recording.name for recording in recordings) or 'no recording'
         raise InputError(f'{names}: no contiguous stretch in motion; record clamp and release '
@@ -178,6 +172,8 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
     if bare is not None:
         tell('no load torque stands out: fitted without one')
         found, contact = bare, None
+    if 'inertia' not in (prior or {}):
+        found = _with_inertia_below_the_counts(recordings, pieces, found, tell)
     estimates = dict(found.estimates)
     if contact is not None:
         estimates['contact_angle'] = contact
@@ -196,6 +192,23 @@ def _without_load(pieces: list[Motion], found: Fit) -> Fit | None:
     estimates = {name: replace(value, determined=False, remark=NO_LOAD) if name in load else value
                  for name, value in bare.estimates.items()}
     return replace(bare, estimates=estimates)
+
+
+def _with_inertia_below_the_counts(recordings: Sequence[Recording], pieces: list[Motion],
+                                   found: Fit, tell: Progress) -> Fit:
+    """Return the fit with the inertia that the recordings tell below the frequencies at which
+    position counts take from it, where they do; all else is told by the whole band."""
+    slower = below_the_counts(recordings, pieces, found.form.degree)
+    if slower is pieces or 'inertia' in found.form.held:
+        return found
+    inertia = fit(slower, found.form, found.values).estimates['inertia']
+    if not inertia.std < LEAST_PRECISION * abs(inertia.value):
+        return found
+    tell(f'counts would take from the inertia: taken from what lies below '
+         f'{slower[0].bandwidth:.0f} Hz')
+    again = fit(pieces, replace(found.form, held=found.form.held | {'inertia'}),
+                found.values | {'inertia': inertia.value})
+    return replace(again, estimates=again.estimates | {'inertia': inertia})
 
 
 def _merged(start: Model) -> Model:

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import LARGER_PART, MOST_NOISE, UNNAMED
-from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.decimated import decimated
+from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import little_apart, part_of_formula, sure_part
 from engb_core.diagnose.problem import problem_of

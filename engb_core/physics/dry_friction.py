@@ -5,7 +5,7 @@ can stop a mass but never turn it back."""
 from __future__ import annotations
 
 from engb_core.physics.compiled import compiled
-from engb_core.physics.load_friction import load_friction_gain
+from engb_core.physics.nominal_torque import load_friction_gain
 
 __all__ = ['friction_gain', 'slowed_rate']
 

@@ -24,7 +24,8 @@ from engb_core.effects.base import (
     VELOCITY,
 )
 from engb_core.physics.compiled import call_effect, EffectFunction, kernel, row_of
-from engb_core.physics.plant import N_DELAY, Physics, torque_without_inertia
+from engb_core.physics.nominal_torque import N_DELAY
+from engb_core.physics.plant import Physics, torque_without_inertia
 
 __all__ = ['effort_of_motion', 'measured']
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from engb_core.effects.base import (
     COULOMB,
@@ -39,6 +39,7 @@ from engb_core.effects.base import (
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError, raised_at
 from engb_core.model import EffectSetting, Model
+from engb_core.physics import nominal_torque
 from engb_core.physics.compiled import (
     call_effect,
     compiled,
@@ -49,19 +50,23 @@ from engb_core.physics.compiled import (
     PARAMETER_SIZE,
 )
 from engb_core.physics.dry_friction import friction_gain
+from engb_core.physics.nominal_torque import (
+    N_COULOMB,
+    N_INERTIA,
+    N_LOAD_CURVATURE,
+    N_LOAD_GAIN,
+    N_REFERENCE_LOAD,
+    N_SATURATION,
+    N_VISCOUS,
+    nominal_vector,
+)
 
-__all__ = ['MAXIMUM_LOAD_TERMS', 'NOMINAL_SIZE', 'Physics', 'effects_of',
-           'load_torque', 'load_torques', 'nominal_vector', 'physics_of',
-           'torque_without_inertia', 'with_values']
+__all__ = ['Physics', 'effects_of', 'friction_torques', 'load_torque', 'load_torques',
+           'physics_of', 'torque_without_inertia', 'with_values']
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-# Places in the nominal vector.
-(N_INERTIA, N_VISCOUS, N_COULOMB, N_LOAD_GAIN, N_LOAD_CURVATURE, N_REFERENCE_LOAD, N_SATURATION,
- N_CONTACT, N_FORM, N_AMPLITUDE, N_PHASE, N_DELAY, N_TERMS) = range(13)
-MAXIMUM_LOAD_TERMS = 12
-NOMINAL_SIZE = N_TERMS + 1 + MAXIMUM_LOAD_TERMS
 # What an effect may give for a motion of size one, in SI units; beyond it sums overflow.
 _LARGEST = 1e100
 
@@ -103,26 +108,6 @@ class Physics:
     def fresh_state(self) -> Array:
         """Return the effects' states at the start of a run, (effects, STATE_SIZE)."""
         return np.zeros((self.parameters.shape[0], STATE_SIZE))
-
-
-def nominal_vector(model: Model) -> Array:
-    """Return the model's nominal numbers as the kernels read them, (NOMINAL_SIZE,)."""
-    vector = np.zeros(NOMINAL_SIZE)
-    load = model.load_torque
-    vector[N_INERTIA] = model.motor.inertia
-    vector[N_VISCOUS] = model.motor.viscous_friction
-    vector[N_COULOMB] = model.friction.coulomb
-    vector[N_LOAD_GAIN] = model.friction.load_gain
-    vector[N_LOAD_CURVATURE] = model.friction.load_curvature
-    vector[N_REFERENCE_LOAD] = model.friction.reference_load
-    vector[N_SATURATION] = model.friction.saturation_velocity
-    vector[N_CONTACT] = math.nan if load.contact_angle is None else load.contact_angle
-    vector[N_FORM] = float(load.form == 'sinusoid')
-    vector[N_AMPLITUDE] = load.amplitude
-    vector[N_PHASE] = load.phase
-    vector[N_TERMS] = len(load.coefficients)
-    vector[N_TERMS + 1:N_TERMS + 1 + len(load.coefficients)] = load.coefficients
-    return vector
 
 
 def setting_values(effect: Effect, setting: EffectSetting) -> list[float]:
@@ -265,20 +250,9 @@ def with_values(physics: Physics, nominal: Array, parameters: Array) -> Physics:
                    time_constant=time_constant)
 
 
-@compiled
-def load_torque(nominal: Numbers, position: float) -> float:
-    """Return T_L(θ) of the nominal model [N·m]."""
-    if nominal[N_FORM] > 0.5:
-        return nominal[N_AMPLITUDE] * math.sin(position + nominal[N_PHASE])
-    travel = position
-    if not math.isnan(nominal[N_CONTACT]):
-        travel = position - nominal[N_CONTACT]
-        if travel < 0.0:
-            return 0.0
-    total = 0.0
-    for index in range(int(nominal[N_TERMS]) - 1, -1, -1):
-        total = total * travel + nominal[N_TERMS + 1 + index]
-    return total
+load_torque = compiled(nominal_torque.load_torque)
+friction_direction = compiled(nominal_torque.friction_direction)
+cogging_wave = compiled(nominal_torque.cogging_wave)
 
 
 @kernel
@@ -287,11 +261,30 @@ def _load_torques(nominal: Array, positions: Array, torques: Array) -> None:
         torques[row] = load_torque(nominal, positions[row])
 
 
-def load_torques(nominal: Array, positions: Array) -> Array:
-    """Return T_L(θ) of the nominal model at many positions (n,) [N·m]."""
-    torques = np.empty(positions.size)
-    _load_torques(nominal, np.ascontiguousarray(positions), torques)
-    return torques
+def load_torques(nominal: Array, positions: ArrayLike) -> Array:
+    """Return T_L(θ) of the nominal model [N·m] at many positions [rad], of their shape."""
+    places = np.ascontiguousarray(positions, float)
+    torques = np.empty(places.size)
+    _load_torques(nominal, places.ravel(), torques)
+    return torques.reshape(places.shape)
+
+
+@kernel
+def _friction_torques(nominal: Array, loads: Array, velocities: Array, torques: Array) -> None:
+    for row in range(loads.size):
+        gain = friction_gain(nominal[N_LOAD_GAIN], nominal[N_LOAD_CURVATURE],
+                             nominal[N_REFERENCE_LOAD], loads[row])
+        torques[row] = (nominal[N_COULOMB] + gain * abs(loads[row])) * friction_direction(
+            velocities[row], nominal[N_SATURATION])
+
+
+def friction_torques(nominal: Array, loads: ArrayLike, velocities: ArrayLike) -> Array:
+    """Return T_C of the nominal model [N·m] at load torques [N·m] and velocities [rad/s], of the
+    shape that both have together."""
+    load, velocity = np.broadcast_arrays(np.asarray(loads, float), np.asarray(velocities, float))
+    torques = np.empty(load.size)
+    _friction_torques(nominal, load.ravel(), velocity.ravel(), torques)
+    return torques.reshape(load.shape)
 
 
 @compiled
@@ -315,7 +308,7 @@ def torque_without_inertia(nominal: Numbers, cogging: Array, functions: object, 
     sample[LOAD] = load_torque(nominal, sample[POSITION] + shift)
     for index in range(bounds[1], bounds[2]):
         sample[LOAD] = call_effect(functions, index, parameters, owner[index], state, sample)
-    sample[DIRECTION] = min(1.0, max(-1.0, sample[VELOCITY] / nominal[N_SATURATION]))
+    sample[DIRECTION] = friction_direction(sample[VELOCITY], nominal[N_SATURATION])
     sample[LOAD_GAIN] = friction_gain(nominal[N_LOAD_GAIN], nominal[N_LOAD_CURVATURE],
                                       nominal[N_REFERENCE_LOAD], sample[LOAD])
     sample[LEVEL] = nominal[N_COULOMB] + sample[LOAD_GAIN] * abs(sample[LOAD])
@@ -327,8 +320,8 @@ def torque_without_inertia(nominal: Numbers, cogging: Array, functions: object, 
     total = (nominal[N_VISCOUS] * sample[VELOCITY] + sample[LOAD]
              + sample[LEVEL] * sample[DIRECTION])
     for index in range(cogging.shape[0]):
-        total += cogging[index, 1] * math.sin(cogging[index, 0] * sample[POSITION]
-                                              + cogging[index, 2])
+        total += cogging_wave(cogging[index, 0], cogging[index, 1], cogging[index, 2],
+                              sample[POSITION])
     for index in range(bounds[4], bounds[5]):
         total += call_effect(functions, index, parameters, owner[index], state, sample)
     return total

@@ -33,8 +33,7 @@ from engb_core.errors import InputError
 from engb_core.model import Controller, Model
 from engb_core.physics.compiled import call_effect, compiled, kernel, Numbers
 from engb_core.physics.dry_friction import friction_gain
-from engb_core.physics.plant import (
-    load_torque,
+from engb_core.physics.nominal_torque import (
     N_COULOMB,
     N_INERTIA,
     N_LOAD_CURVATURE,
@@ -42,6 +41,11 @@ from engb_core.physics.plant import (
     N_REFERENCE_LOAD,
     N_SATURATION,
     N_VISCOUS,
+)
+from engb_core.physics.plant import (
+    cogging_wave,
+    friction_direction,
+    load_torque,
     physics_of,
     torque_without_inertia,
 )
@@ -125,12 +129,12 @@ def _advance_nominal(nominal: Numbers, cogging: Array, sample: Numbers, effort: 
     load = level = direction = 0.0
     for _ in range(steps):
         load = load_torque(nominal, position)
-        direction = min(1.0, max(-1.0, velocity / saturation))
+        direction = friction_direction(velocity, saturation)
         level = coulomb + friction_gain(load_gain, curvature, reference, load) * abs(load)
         rest = viscous * velocity + load + level * direction
         for index in range(cogging.shape[0]):
-            rest += cogging[index, 1] * math.sin(cogging[index, 0] * position
-                                                 + cogging[index, 2])
+            rest += cogging_wave(cogging[index, 0], cogging[index, 1], cogging[index, 2],
+                                 position)
         before = velocity
         velocity = _after_friction(velocity, step, inertia, saturation,
                                    effort - (rest - level * direction), level)

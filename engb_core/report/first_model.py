@@ -8,7 +8,8 @@ import os
 import numpy as np
 
 from engb_core.identify.first_model import FirstModel
-from engb_core.physics.plant import load_torques, nominal_vector
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import load_torques
 from engb_core.report.figures import Axis, Figure, Line, Panel, Points
 from engb_core.report.layout import Column, Page
 from engb_core.report.wording import number

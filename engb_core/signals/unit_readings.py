@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from engb_core.model import Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
-from engb_core.physics.plant import load_torques, nominal_vector, physics_of
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import load_torques, physics_of
 from engb_core.recording import Recording
 from engb_core.signals.motion import Motion, motion_of
 

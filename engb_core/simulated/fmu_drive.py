@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.model import Model
-from engb_core.physics.plant import load_torques, nominal_vector
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import friction_torques, load_torques
 from engb_core.recording import Recording, Reference
 from engb_core.signals.motion import motion_of
 
@@ -183,11 +184,10 @@ def _wanted(real: Recording, model: Model, begin: float, step: float) -> tuple[A
     place[before] = begin + way * 0.5 * (1.0 - np.cos(np.pi * part))
     speed[before] = way * 0.5 * np.pi / _LEAD_IN * np.sin(np.pi * part)
     acceleration[before] = way * 0.5 * (np.pi / _LEAD_IN) ** 2 * np.cos(np.pi * part)
-    load = load_torques(nominal_vector(model), place)
-    friction = ((model.friction.coulomb + model.friction.load_gain * np.abs(load))
-                * np.clip(speed / model.friction.saturation_velocity, -1.0, 1.0))
+    nominal = nominal_vector(model)
+    load = load_torques(nominal, place)
     given = (model.motor.inertia * acceleration + model.motor.viscous_friction * speed + load
-             + friction)
+             + friction_torques(nominal, load, speed))
     return np.column_stack([place, speed]), given
 
 

@@ -211,7 +211,7 @@ def test_names_that_are_listed_are_there():
 # shows, a command of what it makes, the effect of what is identified; `base` is what all of a room
 # share.
 ONE_SUBJECT = {'base', 'disturbance_observer', 'excitation', 'findings', 'first_model', 'law',
-               'load_friction', 'model', 'plant', 'self_energizing', 'verdict'}
+               'model', 'plant', 'self_energizing', 'verdict'}
 
 
 def test_no_two_files_of_one_name_mean_different_things():

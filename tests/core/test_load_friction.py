@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model
-from engb_core.physics.load_friction import load_friction_gain
+from engb_core.physics.nominal_torque import load_friction_gain
 from engb_core.physics.simulation import BrakePlant
 
 LOADS = np.linspace(0.0, 0.5, 501)

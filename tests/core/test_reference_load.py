@@ -6,7 +6,8 @@ import pytest
 
 from engb_core.diagnose.problem import problem_of
 from engb_core.physics.dry_friction import friction_gain
-from engb_core.physics.plant import load_torques, nominal_vector
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import load_torques
 from tests.diagnose.simulated_brake import brake_with, lively, NOMINAL
 
 

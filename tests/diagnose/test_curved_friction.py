@@ -9,7 +9,7 @@ import pytest
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.model import Friction, LoadTorque, Model
-from engb_core.physics.load_friction import load_friction_gain
+from engb_core.physics.nominal_torque import load_friction_gain
 from tests.core.bench import Bench, strokes
 
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),

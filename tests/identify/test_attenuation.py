@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from engb_core.identify.attenuation import attenuation, moving_pieces
+from engb_core.identify.attenuation import attenuation, below_the_counts, moving_pieces
 from engb_core.identify.procedure import identify
 from engb_core.identify.smoothing import BANDWIDTH, motions
 
@@ -36,7 +36,8 @@ def test_what_counts_take_off_is_foretold():
 
 
 def test_fine_counts_leave_the_bandwidth_as_it_is():
-    pieces = moving_pieces([slow_strokes(65536)], 3)
-    assert {piece.bandwidth for piece in pieces} == {BANDWIDTH}
-    coarse = moving_pieces([slow_strokes(512)], 3)
-    assert all(piece.bandwidth < 0.5 * BANDWIDTH for piece in coarse)
+    fine, coarse = ([slow_strokes(counts)] for counts in (65536, 512))
+    pieces = moving_pieces(fine)
+    assert below_the_counts(fine, pieces, 3) is pieces
+    slower = below_the_counts(coarse, moving_pieces(coarse), 3)
+    assert all(piece.bandwidth < 0.5 * BANDWIDTH for piece in slower)

@@ -42,6 +42,12 @@ def test_papers_numbers_are_found(found):
     assert model.cogging == ()
 
 
+def test_the_regression_fits_the_torque_of_the_model(found):
+    theta = np.linspace(-1.0, 21.0, 60)
+    load, _ = found.regression.load(theta)
+    np.testing.assert_allclose(load, found.load_torque(theta), atol=1e-12)
+
+
 def test_waves_of_one_order_are_one(found):
     """A hundred of them had taken minutes; none tells the recording more than their sum."""
     recording = simulate(stroke_reference(count=3))

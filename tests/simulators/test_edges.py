@@ -10,7 +10,8 @@ import pytest
 from engb_core.errors import InputError
 from engb_core.export.robot_formats import mjcf
 from engb_core.model import LoadTorque, Model
-from engb_core.physics.plant import load_torques, nominal_vector
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import load_torques
 from engb_core.recording import Recording
 from engb_core.simulated import clock_match as clocks
 from engb_core.simulated.fmu_drive import _variable

@@ -11,7 +11,8 @@ import pytest
 from engb_core.errors import InputError
 from engb_core.export.robot_formats import mjcf, urdf
 from engb_core.model import EffectSetting, Friction, LoadTorque, Model, Motor
-from engb_core.physics.plant import load_torques, nominal_vector
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import load_torques
 from engb_core.simulated.joint_files import model_of_joint
 
 mujoco = pytest.importorskip('mujoco', reason='mujoco is not installed (pip install mujoco)')
