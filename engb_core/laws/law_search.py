@@ -267,8 +267,7 @@ class _Searching:
         fitter, base, (form, fit) = self._fitter, self._base, tried
         if not np.isfinite(fit.cost) or fit.cost >= base.cost:
             return None
-        # The numbers' derivatives are not those of the base where a law moves the load curve.
-        fit = fitter.finish(fitter.refine(fit, ROUNDS_AGAIN))
+        fit = self._finished(form, fit)
         own = [base.hypothesis.size + place for place in form.linear]
         # What leaves a block out finds size and phase anew; the shape's numbers are few, and
         # beyond the linear where a block alone tells them.
@@ -276,6 +275,16 @@ class _Searching:
                        HEARD).without()
         values = tuple(float(value) for value in _values(fit, len(base.hypothesis.variants)))
         return Candidate(form.started(values), fit, score)
+
+    def _finished(self, form: Form, fit: Fit) -> Fit:
+        """Return a form's fit at its optimum, with all derivatives."""
+        fitter = self._fitter
+        if form.acts_as != 'torque':
+            # Where a law moves the load or the friction the base's derivatives are others.
+            return fitter.finish(fitter.refine(fit, ROUNDS_AGAIN))
+        fit = fitter.iterate(fit, ROUNDS_AGAIN, 1e-5, self._shared)
+        own = fitter.columns(fit, range(self._base.hypothesis.size, fit.hypothesis.size))
+        return replace(fit, jacobian=np.concatenate([self._shared, own], axis=1))
 
     def _begun(self, form: Form, moved: Array | float = 0.0) -> Fit:
         """Return the base, its numbers moved so far, with the form at its starts."""
