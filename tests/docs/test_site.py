@@ -40,6 +40,7 @@ def test_the_statistics_name_the_constants_that_are_used():
     text = (ROOT / 'docs' / 'statistics.md').read_text(encoding='utf-8')
     told = dict(re.findall(r'`([A-Z_]+)` = ([0-9.]+\d)', text))
     assert len(told) >= 15
+    assert f'{len(constants.__all__)} of them' in ' '.join(text.split())
     assert {name: float(value) for name, value in told.items()} == {
         name: getattr(constants, name) for name in told}
     named = set(re.findall(r'\b[A-Z]{4,}(?:_[A-Z]+)*\b', text)) - {'README'}

@@ -1,0 +1,48 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Torque that comes late by parts of a sample, and what rings beyond a shaft in long steps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engb_core.effects.catalogue import get_effect
+from engb_core.model import LoadTorque, Model
+from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.plant import physics_of
+from engb_core.physics.sample_table import sample_table
+
+
+def effort_of(acceleration, step, effect, values):
+    """Return the effort of a shaft without load or friction that swings as `acceleration`."""
+    time = step * np.arange(acceleration.size)
+    model = replace(Model(), load_torque=LoadTorque())
+    samples = sample_table(step, time, 0.0, 0.0, acceleration)
+    return effort_of_motion(samples, step, physics_of(model, [(get_effect(effect), values)]))
+
+
+def test_half_a_sample_later_takes_nothing_of_a_tenth_of_the_rate():
+    """A straight line between the samples took a twentieth."""
+    step, frequency = 0.01, 10.0
+    time = step * np.arange(400)
+    turn = 2.0 * np.pi * frequency
+    late = effort_of(np.sin(turn * time), step, 'sampling_delay', [0.5 * step])
+    wanted = Model().motor.inertia * np.sin(turn * (time + 0.5 * step))
+    inner = slice(20, -20)
+    assert np.abs(late - wanted)[inner].max() < 0.01 * wanted.max()
+
+
+@pytest.mark.parametrize('frequency', (20.0, 45.0))
+def test_a_shaft_rings_alike_in_long_and_in_short_steps(frequency):
+    names = get_effect('drivetrain_resonance').names
+    given = {'inertia_fraction': 0.3, 'frequency': frequency, 'damping_ratio': 0.05,
+             'friction_fraction': 0.0, **get_effect('drivetrain_resonance').defaults}
+    found = []
+    for step in (1e-3, 1e-4):
+        time = step * np.arange(round(2.0 / step))
+        swing = np.sin(2.0 * np.pi * 6.0 * time) * np.clip(time / 0.5, 0.0, 1.0)
+        effort = effort_of(swing, step, 'drivetrain_resonance',
+                           [given[name] for name in names])
+        found.append(effort[::round(1e-3 / step)])
+    apart = found[0] - found[1]
+    assert np.sqrt(np.mean(apart ** 2)) < 0.004 * np.sqrt(np.mean(found[1] ** 2))
