@@ -1,5 +1,5 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""Torque that comes late by parts of a sample, and what rings beyond a shaft in long steps."""
+"""What rings beyond a shaft, in long steps."""
 
 from dataclasses import replace
 
@@ -19,17 +19,6 @@ def effort_of(acceleration, step, effect, values):
     model = replace(Model(), load_torque=LoadTorque())
     samples = sample_table(step, time, 0.0, 0.0, acceleration)
     return effort_of_motion(samples, step, physics_of(model, [(get_effect(effect), values)]))
-
-
-def test_half_a_sample_later_takes_nothing_of_a_tenth_of_the_rate():
-    """A straight line between the samples took a twentieth."""
-    step, frequency = 0.01, 10.0
-    time = step * np.arange(400)
-    turn = 2.0 * np.pi * frequency
-    late = effort_of(np.sin(turn * time), step, 'sampling_delay', [0.5 * step])
-    wanted = Model().motor.inertia * np.sin(turn * (time + 0.5 * step))
-    inner = slice(20, -20)
-    assert np.abs(late - wanted)[inner].max() < 0.01 * wanted.max()
 
 
 @pytest.mark.parametrize('frequency', (20.0, 45.0))
