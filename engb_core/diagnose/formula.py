@@ -24,7 +24,8 @@ from engb_core.diagnose.constants import (
 )
 
 __all__ = ['as_refitted', 'chance_part', 'formula_error', 'formula_odds', 'further_odds',
-           'little_apart', 'part_of_formula', 'probability', 'something_known', 'sure_part']
+           'little_apart', 'no_more', 'part_of_formula', 'probability', 'something_known',
+           'sure_part']
 
 
 def part_of_formula() -> float:
@@ -100,6 +101,11 @@ def little_apart() -> float:
     """Return the part of a mean square by which nothing is told apart any more: even the right
     formulas leave as much."""
     return FORMULA_ERROR ** 2
+
+
+def no_more(left: float, other: float) -> bool:
+    """Whether a mean square is no more than another one, as far as any are told apart."""
+    return left <= (1.0 + little_apart()) * other
 
 
 @cache

@@ -28,7 +28,7 @@ from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.formula import (
     formula_odds,
     further_odds,
-    little_apart,
+    no_more,
     part_of_formula,
 )
 from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
@@ -214,8 +214,7 @@ def _harmless(fit: Fit, chosen: Fit, fitter: Fitter) -> bool:
                 and value > math.log(EDGE * parameter.high):
             # Driven to the edge of what can be seen, it stands for something else.
             return False
-    return not _at_the_edge(fit, chosen) and mean_square(fit) <= (
-        1.0 + little_apart()) * mean_square(chosen)
+    return not _at_the_edge(fit, chosen) and no_more(mean_square(fit), mean_square(chosen))
 
 
 def _at_the_edge(fit: Fit, chosen: Fit) -> bool:

@@ -241,12 +241,7 @@ def _named(fitter: Fitter, fit: Fit) -> Fit:
     """Return the fit without descriptions that are no names, finished."""
     gone = {index for index, variant in enumerate(fit.hypothesis.variants)
             if variant.effect.unnamed}
-    return _fitted_without(fitter, fit, gone) if gone else fitter.finish(fit)
-
-
-def _fitted_without(fitter: Fitter, fit: Fit, gone: set[int]) -> Fit:
-    """Return the fit with some effects taken away and all the rest fitted anew, finished."""
-    return fitter.finished_without(fit, gone)
+    return fitter.finished_without(fit, gone) if gone else fitter.finish(fit)
 
 
 def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
@@ -312,14 +307,14 @@ def _without_idle_names(found: Found) -> Found:
     fitter, fit = found.fitter, found.candidate.fit
     left = _on_blocks(fitter, fit)
     for index in reversed(range(len(fit.hypothesis.variants) - 1)):
-        fewer = _fitted_without(fitter, fit, {index})
+        fewer = fitter.finished_without(fit, {index})
         leaves = _on_blocks(fitter, fewer)
         if not worth_having(left, leaves, len(fit.hypothesis.variants[index].effect.parameters)):
             fit, left = fewer, leaves
     if fit is found.candidate.fit:
         return found
     last = len(fit.hypothesis.variants) - 1
-    without = _fitted_without(fitter, fit, {last})
+    without = fitter.finished_without(fit, {last})
     return replace(found, candidate=replace(found.candidate, fit=fit),
                    parameters=estimates(fit, fitter, last),
                    explained=excess_removed(fitter, without, fit),

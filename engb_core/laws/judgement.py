@@ -21,7 +21,7 @@ from engb_core.diagnose.constants import LARGER_PART, MOST_NOISE, UNNAMED
 from engb_core.diagnose.decimated import decimated
 from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.formula import little_apart, part_of_formula, sure_part
+from engb_core.diagnose.formula import no_more, part_of_formula, sure_part
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.ranking import worth_having
 from engb_core.diagnose.timing import BEFORE_STOP
@@ -239,7 +239,7 @@ def _plainest(fitter: Fitter, candidates: Sequence[Candidate],
     short = sorted((entry for entry in alike if entry.form.count == fewest),
                    key=lambda entry: entry.score.level)
     same = [entry for entry in short
-            if entry.score.level < (1.0 + little_apart()) * short[0].score.level]
+            if no_more(entry.score.level, short[0].score.level)]
     chosen = min(same, key=lambda entry: float(np.mean(
         contribution_of_last(fitter, entry.fit) ** 2)))
     return chosen, alike
@@ -268,8 +268,7 @@ def _believed(search: Search, law: Candidate) -> bool:
 def _pays(search: Search, law: Candidate) -> bool:
     """Whether the gain pays for all the forms that were looked at, and nothing that merely begins
     at an instant does as well."""
-    if search.onset is not None and search.onset.score.level < (
-            1.0 + little_apart()) * law.score.level:
+    if search.onset is not None and no_more(search.onset.score.level, law.score.level):
         return False
     return _gain(search, law) >= 0.0
 

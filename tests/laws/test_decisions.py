@@ -118,8 +118,9 @@ def test_names_are_asked_on_the_problem_of_the_law(monkeypatch):
 @pytest.mark.parametrize(('without', 'left'), [(1.001, ()), (9.0, ('backlash',))])
 def test_a_name_that_stood_for_the_law_is_dropped(monkeypatch, without, left):
     law = found(1.0, names=('backlash',))
-    monkeypatch.setattr(competition, '_fitted_without', lambda fitter, fit, gone: Fit(
-        tuple(name for place, name in enumerate(fit.names) if place not in gone), without))
+    monkeypatch.setattr(law.fitter, 'finished_without', lambda fit, gone: Fit(
+        tuple(name for place, name in enumerate(fit.names) if place not in gone), without),
+        raising=False)
     for name, value in (('estimates', {}), ('excess_removed', 0.5),
                         ('contribution_of_last', np.ones(2))):
         monkeypatch.setattr(competition, name, lambda *_, value=value: value)
@@ -277,6 +278,7 @@ def test_torque_that_comes_late_is_judged_once_more_without_stops(monkeypatch, l
 
     monkeypatch.setattr(engine, 'problem_of', problem_of)
     monkeypatch.setattr(engine, 'judged_wide', lambda problem: False)
+    monkeypatch.setattr(engine, 'decimated', lambda problem: problem)
     monkeypatch.setattr(engine, '_judged', lambda *_: SimpleNamespace(
         corrected=None, fitter=None, selection=SimpleNamespace(chosen=None)))
     monkeypatch.setattr(engine, 'lateness', lambda model: lag)
