@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.nominal import with_numbers
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.identify.procedure import identify

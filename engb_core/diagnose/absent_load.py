@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import LARGER_PART, PARAMETER_PRICE
 from engb_core.diagnose.diagnosis import Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import zones
 from engb_core.diagnose.nominal import CURVATURE
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import holding
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.errors import InputError
 from engb_core.identify.first_model import first_model
 from engb_core.model import Model

@@ -13,18 +13,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from engb_core.diagnose.parallel_map import OwnSamples
 from engb_core.diagnose.problem import Problem, Run
-from engb_core.physics.nominal_torque import N_SATURATION
 from engb_core.physics.plant import Physics, physics_of
 from engb_core.signals.filtering import Comparison
-from engb_core.signals.motion import filtered
 
 __all__ = ['decimated']
-
-Array = NDArray[np.float64]
 
 # Samples between two values that are compared: the Gaussian's standard deviation is then still
 # more than one interval, and what aliases is below a millionth.
@@ -42,24 +37,10 @@ def _decimated(run: Run, physics: Physics) -> Run:
     if factor == 1:
         return run
     motion = run.motion.decimated(factor)
-    motion = replace(motion, velocity=_with_mean_direction(
-        run.motion.velocity, factor, physics.nominal[N_SATURATION]))
     coarse = replace(run, motion=motion, own=OwnSamples(motion.samples()),
                      comparison=run.comparison.decimated(factor))
     return replace(coarse, measured=run.measured + coarse.predicted(physics)
                    - run.predicted(physics))
-
-
-def _with_mean_direction(velocity: Array, factor: int, saturation: float) -> Array:
-    """Return the velocities (m,) [rad/s] at every so manieth sample, but where friction turns
-    between two of them those at which it has its mean direction, by straight lines."""
-    direction = np.clip(velocity / saturation, -1.0, 1.0)
-    triangle = np.convolve(np.ones(factor), np.ones(factor)) / factor ** 2
-    mean = filtered(direction, triangle)[::factor]
-    every: Array = velocity[::factor].copy()
-    turns = np.abs(mean) < 1.0
-    every[turns] = saturation * mean[turns]
-    return every
 
 
 def _factor(comparison: Comparison) -> int:

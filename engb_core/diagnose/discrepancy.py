@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.locate import coordinates
+from engb_core.diagnose.optimise.fit import Fitter
 
 __all__ = ['PARTS', 'coordinate_cells', 'discrepancy_covariance', 'state_cells']
 

@@ -15,12 +15,12 @@ import math
 from scipy.stats import norm
 
 from engb_core.diagnose.constants import MEASURED, STANDS_OUT
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import BELIEVED, LOAD_NUMBERS
-from engb_core.diagnose.numbers import refitted, was_refitted
-from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
+from engb_core.diagnose.numbers.wrong_numbers import refitted, was_refitted
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect

@@ -14,7 +14,6 @@ import numpy as np
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
 from engb_core.diagnose.constants import CLEAN_EXCESS, LEAST_PROBABILITY
-from engb_core.diagnose.cross_entropy import middle_of_basin
 from engb_core.diagnose.decimated import decimated
 from engb_core.diagnose.diagnosis import (
     Diagnosis,
@@ -27,7 +26,7 @@ from engb_core.diagnose.diagnosis import (
 )
 from engb_core.diagnose.effort_scale import with_effort_scale
 from engb_core.diagnose.evidence import evidence_of, quality_of_fit, simulated_loops
-from engb_core.diagnose.experiment import next_experiment
+from engb_core.diagnose.experiment.next_experiment import next_experiment
 from engb_core.diagnose.false_discovery import mismatched
 from engb_core.diagnose.findings import (
     findings_of,
@@ -35,7 +34,6 @@ from engb_core.diagnose.findings import (
     still_told,
     with_numbers_alone,
 )
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.full_bandwidth import (
     at_full_bandwidth,
@@ -45,7 +43,6 @@ from engb_core.diagnose.full_bandwidth import (
     fitted_to_all,
     that_helps,
 )
-from engb_core.diagnose.load_friction import missing_load_friction
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
     load_shape_finding,
@@ -53,22 +50,30 @@ from engb_core.diagnose.load_shape import (
     with_free_load_curve,
 )
 from engb_core.diagnose.locate import intervals, zones
-from engb_core.diagnose.more_orders import without_idle_orders
-from engb_core.diagnose.multistart import is_multimodal, search_around
 from engb_core.diagnose.nameless import that_carries, without_what_passes_once
-from engb_core.diagnose.numbers import NumberFinding, wrong_numbers
+from engb_core.diagnose.numbers.load_friction import missing_load_friction
+from engb_core.diagnose.numbers.wrong_numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
-from engb_core.diagnose.openset import explain, Explanation
+from engb_core.diagnose.optimise.cross_entropy import middle_of_basin
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.optimise.multistart import is_multimodal, search_around
 from engb_core.diagnose.parallel_map import parallel_map, processors
 from engb_core.diagnose.problem import Problem, problem_of
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
-from engb_core.diagnose.search import search
+from engb_core.diagnose.resonance.wide_band import (
+    judged_wide,
+    RESONANCE,
+    Resonance,
+    resonance_beside,
+)
+from engb_core.diagnose.resonance.wind_up import with_resonance
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.search.every_effect import search
+from engb_core.diagnose.search.more_orders import without_idle_orders
 from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.timing import BEFORE_STOP, lateness, timing_of, with_timing
+from engb_core.diagnose.unknown.openset import explain, Explanation
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of, with_nearest
-from engb_core.diagnose.wide_band import judged_wide, RESONANCE, Resonance, resonance_beside
-from engb_core.diagnose.wind_up import with_resonance
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.laws.competition import law_for, law_instead, nearest_told, Won

@@ -16,13 +16,13 @@ from engb_core.diagnose.diagnosis import (
     ResidualOver,
     Trace,
 )
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.pictured import channels_of
-from engb_core.diagnose.probability import rival_weights
 from engb_core.diagnose.problem import Problem, Run
-from engb_core.diagnose.reduced_chi_square import excess
+from engb_core.diagnose.score.probability import rival_weights
+from engb_core.diagnose.score.reduced_chi_square import excess
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import LARGER_PART, SURE
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
-from engb_core.diagnose.flexible import form_left
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
-from engb_core.diagnose.numbers import (
+from engb_core.diagnose.numbers.spike_and_slab import with_averaged_numbers
+from engb_core.diagnose.numbers.wrong_numbers import (
     file_stands,
     held_at_file,
     number_place,
@@ -26,17 +25,18 @@ from engb_core.diagnose.numbers import (
     still_wrong,
     with_these_refitted,
 )
-from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.probability import (
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.score.probability import (
     further_known,
     own_part_left,
     part_left,
     rival_weights,
 )
-from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square
+from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
-from engb_core.diagnose.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.uncertainty import estimates, reported_deviations, stands_out
+from engb_core.diagnose.unknown.flexible import form_left
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 

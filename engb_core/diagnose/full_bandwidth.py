@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.evidence import pooled, unseen_errors
-from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.flexible import best_table
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.multistart import is_multimodal
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.numbers.spike_and_slab import average, with_averaged_numbers
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.optimise.multistart import is_multimodal
 from engb_core.diagnose.problem import Problem, sharper
-from engb_core.diagnose.ranking import worth_having
-from engb_core.diagnose.spike_and_slab import average, with_averaged_numbers
+from engb_core.diagnose.score.ranking import worth_having
+from engb_core.diagnose.unknown.flexible import best_table
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 from engb_core.signals.motion import MOTION_BANDWIDTH

@@ -14,12 +14,12 @@ import numpy as np
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, REPEATS
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
-from engb_core.diagnose.more_orders import orders_of, with_orders_only
 from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
-from engb_core.diagnose.numbers import NumberFinding
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.numbers.wrong_numbers import NumberFinding
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.search.more_orders import orders_of, with_orders_only
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.load_curve_shape import EFFECT

@@ -19,13 +19,13 @@ import numpy as np
 
 from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.diagnosis import EffectFinding
-from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.full_bandwidth import CorrectedModels, explained_problem
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.ranking import worth_having
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.score.ranking import worth_having
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.unknown.flexible import left_out
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.laws.blocks import (
     Blocks,
     kinds_of_motion,

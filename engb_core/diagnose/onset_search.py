@@ -15,14 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, NAMELESS_PRICE
-from engb_core.diagnose.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.multistart import best_promised, is_multimodal, promises, search_around
 from engb_core.diagnose.onset import cost_by_onset, Onset
+from engb_core.diagnose.optimise.fit import Fit, Fitter, StartColumns
+from engb_core.diagnose.optimise.multistart import (
+    best_promised,
+    is_multimodal,
+    promises,
+    search_around,
+)
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.ranking import price
-from engb_core.diagnose.reduced_chi_square import excess, reduced_chi_square_of
-from engb_core.diagnose.search import physics_effects, variants_and_starts
+from engb_core.diagnose.score.ranking import price
+from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square_of
+from engb_core.diagnose.search.every_effect import physics_effects, variants_and_starts
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect

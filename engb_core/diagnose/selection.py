@@ -23,7 +23,6 @@ from engb_core.diagnose.constants import (
     MOST_NOISE,
     WORTH_PART,
 )
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import mean_square
 from engb_core.diagnose.formula import (
     formula_odds,
@@ -31,14 +30,15 @@ from engb_core.diagnose.formula import (
     no_more,
     part_of_formula,
 )
-from engb_core.diagnose.load_cause import moved_by, selected_by_load_curve, standing
-from engb_core.diagnose.noise_like import is_noise
-from engb_core.diagnose.probability import part_left
-from engb_core.diagnose.ranking import little_more, price, simplest
-from engb_core.diagnose.recording_folds import better_on_others
-from engb_core.diagnose.reduced_chi_square import excess
-from engb_core.diagnose.search import extend, Search
-from engb_core.diagnose.wide_band import RESONANCE, rings
+from engb_core.diagnose.numbers.load_cause import moved_by, selected_by_load_curve, standing
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.resonance.wide_band import RESONANCE, rings
+from engb_core.diagnose.score.noise_like import is_noise
+from engb_core.diagnose.score.probability import part_left
+from engb_core.diagnose.score.ranking import little_more, price, simplest
+from engb_core.diagnose.score.recording_folds import better_on_others
+from engb_core.diagnose.score.reduced_chi_square import excess
+from engb_core.diagnose.search.every_effect import extend, Search
 
 __all__ = ['Selection', 'select', 'worth_a_further_effect']
 

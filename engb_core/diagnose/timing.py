@@ -11,9 +11,9 @@ from __future__ import annotations
 from engb_core.diagnose.constants import STANDS_OUT
 from engb_core.diagnose.diagnosis import ParameterEstimate, Timing
 from engb_core.diagnose.evidence import pooled, unseen_errors
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.nominal import DELAY
-from engb_core.diagnose.ranking import worth_having
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.score.ranking import worth_having
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.model import Model
 from engb_core.physics.plant import effects_of

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, FORMULA_MISSES, STANDS_OUT
-from engb_core.diagnose.descent import delay_held
 from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.discrepancy import (
     coordinate_cells,
@@ -17,10 +16,11 @@ from engb_core.diagnose.discrepancy import (
     PARTS,
     state_cells,
 )
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
-from engb_core.diagnose.normal_equations import normal_equations
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.optimise.descent import delay_held
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.optimise.normal_equations import normal_equations
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.effects.base import Effect
 
 __all__ = ['autocorrelation', 'estimates', 'inflation', 'reported_deviations', 'stands_out',

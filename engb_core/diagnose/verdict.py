@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.locate import zones
-from engb_core.diagnose.noise_like import is_noise
-from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.reduced_chi_square import excess
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.score.noise_like import is_noise
+from engb_core.diagnose.score.reduced_chi_square import excess
+from engb_core.diagnose.unknown.openset import Explanation
 
 __all__ = ['parity_in_velocity', 'unless_nothing_helps', 'verdict_of', 'with_nearest']
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 
 __all__ = ['HEARD', 'Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'noise_by_block',
            'numbers_and_sizes', 'stretches_of_time']

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.effects.base import (
     ACCELERATION,
     DIRECTION,

@@ -17,17 +17,17 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
-from engb_core.diagnose.flexible import left_out
 from engb_core.diagnose.formula import formula_error, something_known, sure_part
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.locate import coordinates
-from engb_core.diagnose.openset import Explanation
-from engb_core.diagnose.ranking import worth_having
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
-from engb_core.diagnose.stretch_odds import odds_of_less
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.score.ranking import worth_having
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.score.stretch_odds import odds_of_less
 from engb_core.diagnose.uncertainty import estimates
+from engb_core.diagnose.unknown.flexible import left_out
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.diagnose.verdict import parity_in_velocity
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
 from engb_core.laws.blocks import (

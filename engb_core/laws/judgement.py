@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import LARGER_PART, MOST_NOISE, UNNAMED
 from engb_core.diagnose.decimated import decimated
 from engb_core.diagnose.diagnosis import ParameterEstimate
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import no_more, part_of_formula, sure_part
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.ranking import worth_having
+from engb_core.diagnose.score.ranking import worth_having
 from engb_core.diagnose.timing import BEFORE_STOP
 from engb_core.diagnose.uncertainty import autocorrelation, estimates
 from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import sure_part
 from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.effects.law import law_effect
 from engb_core.errors import InputError

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.laws.atoms import MOST_TURNS
 from engb_core.laws.forms import Form
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from engb_core.diagnose.diagnosis import NextExperiment
-from engb_core.diagnose.experiment import law_experiment
+from engb_core.diagnose.experiment.next_experiment import law_experiment
 from engb_core.laws.judgement import depends_on, Found
 from engb_core.laws.statement import told_as
 

@@ -120,6 +120,17 @@ def test_no_circle_of_imports():
     TopologicalSorter(needs_of(at_loading, every)).prepare()
 
 
+def test_the_rooms_of_a_diagnosis_stand_in_an_order():
+    """A folder is a room: no two need one another, nor a room what needs it."""
+    room = CORE / 'diagnose'
+    paths = [path for path in MODULES if path.is_relative_to(room)]
+    of = {dotted(path): path.parent.name if path.parent != room else path.stem for path in paths}
+    needs: dict[str, set[str]] = {}
+    for name, needed in needs_of(every_import, paths).items():
+        needs.setdefault(of[name], set()).update(of[entry] for entry in needed)
+    TopologicalSorter({name: needed - {name} for name, needed in needs.items()}).prepare()
+
+
 @pytest.mark.parametrize('rooms', [('diagnose', 'laws'), ('io', 'text'), ('report',)])
 def test_not_even_for_the_sake_of_types(rooms):
     """Who needs what says so, and can be read alone."""

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.model import Model
 from engb_core.prediction import predict_effort

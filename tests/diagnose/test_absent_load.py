@@ -8,10 +8,10 @@ import pytest
 
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.recording import Recording

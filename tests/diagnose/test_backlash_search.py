@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
 from engb_core.identify.first_model import first_model

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 import pytest
 
-from engb_core.diagnose import search as searching
 from engb_core.diagnose import selection
-from engb_core.diagnose.fit import Fit, Fitter
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.reduced_chi_square import excess
-from engb_core.diagnose.search import Search, search
+from engb_core.diagnose.score.reduced_chi_square import excess
+from engb_core.diagnose.search import every_effect as searching
+from engb_core.diagnose.search.every_effect import Search, search
 from engb_core.diagnose.selection import select
 from engb_core.effects.catalogue import catalogue
 from engb_core.model import EffectSetting

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from engb_core.diagnose import wide_band
-from engb_core.diagnose.cross_entropy import DEARER, middle_of_basin
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.held_parameters import LOAD
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.multistart import is_multimodal, search_around
 from engb_core.diagnose.nominal import CURVATURE
-from engb_core.diagnose.numbers import wrong_numbers
+from engb_core.diagnose.numbers.wrong_numbers import wrong_numbers
+from engb_core.diagnose.optimise.cross_entropy import DEARER, middle_of_basin
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.optimise.multistart import is_multimodal, search_around
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.reduced_chi_square import excess
-from engb_core.diagnose.search import search
+from engb_core.diagnose.resonance import wide_band
+from engb_core.diagnose.resonance.wide_band import RESONANCE, resonance_beside
+from engb_core.diagnose.score.reduced_chi_square import excess
+from engb_core.diagnose.search.every_effect import search
 from engb_core.diagnose.selection import select, worth_a_further_effect
-from engb_core.diagnose.wide_band import RESONANCE, resonance_beside
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import HARDENS, LINEAR, SOFT_CENTRE
 from engb_core.model import EffectSetting, LoadTorque, Model

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.recording_folds import better_on_others, costs_left_out
+from engb_core.diagnose.score.recording_folds import better_on_others, costs_left_out
 from engb_core.model import Controller, EffectSetting, Model
 from tests.core.test_command_law import COUNT, PENDULUM, servo
 

@@ -13,24 +13,23 @@ from engb_core.diagnose import (
     absent_load,
     effort_scale,
     evidence,
-    experiment,
-    experiment_room,
     fit_steps,
-    numbers,
-    openset,
-    orders,
-    probability,
-    ranking,
     selection,
     uncertainty,
     verdict,
-    wide_band,
 )
 from engb_core.diagnose.diagnosis import EffectFinding, LawFinding, ParameterEstimate, Unexplained
-from engb_core.diagnose.experiment_room import Room
-from engb_core.diagnose.experiment_segments import segments_of
+from engb_core.diagnose.experiment import next_experiment as experiment
+from engb_core.diagnose.experiment import room as experiment_room
+from engb_core.diagnose.experiment.room import Room
+from engb_core.diagnose.experiment.segments import segments_of
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.numbers import wrong_numbers as numbers
+from engb_core.diagnose.resonance import wide_band
+from engb_core.diagnose.score import probability, ranking
+from engb_core.diagnose.search import orders
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
+from engb_core.diagnose.unknown import openset
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.model import LoadTorque, Model

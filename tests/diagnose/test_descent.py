@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.fit_steps import secant
-from engb_core.diagnose.normal_equations import normal_equations
+from engb_core.diagnose.optimise.normal_equations import normal_equations
 from engb_core.diagnose.parallel_map import parallel_map
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from engb_core.diagnose.effort_scale import Factors, with_effort_scale
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.selection import Selection
 from engb_core.model import Friction, LoadTorque, Model, Motor

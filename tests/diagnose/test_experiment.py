@@ -10,10 +10,10 @@ from engb_core.control.reference import ReferenceSettings, ReferenceSource
 from engb_core.control.trajectory import file_reference
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.experiment import next_experiment
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.experiment.next_experiment import next_experiment
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.onset import Onset
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
 from engb_core.recording import Signal

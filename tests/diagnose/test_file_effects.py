@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.model import EffectSetting, Friction, Model
 from engb_core.prediction import predict_effort

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.flexible import form_left
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.probability import part_left
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.score.probability import part_left
+from engb_core.diagnose.unknown.flexible import form_left
 from engb_core.effects.catalogue import get_effect
 
 from .simulated_brake import brake_with, lively, NOMINAL

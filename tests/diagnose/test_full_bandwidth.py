@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, fitted_to_all
-from engb_core.diagnose.held_load_curve import numbers_without_load
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.numbers.held_load_curve import numbers_without_load
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of, sharper
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, Model
 from engb_core.physics.plant import physics_of

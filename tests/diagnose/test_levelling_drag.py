@@ -3,10 +3,10 @@
 
 import pytest
 
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.reduced_chi_square import excess
+from engb_core.diagnose.score.reduced_chi_square import excess
 from engb_core.effects.catalogue import get_effect
 
 from .simulated_brake import brake_with, lively, NOMINAL

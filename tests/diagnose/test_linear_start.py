@@ -3,10 +3,10 @@
 
 import pytest
 
-from engb_core.diagnose import linear_start
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.optimise import linear_start
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
 from engb_core.recording import Recording

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.search import search
+from engb_core.diagnose.search.every_effect import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.model import EffectSetting, Model
 

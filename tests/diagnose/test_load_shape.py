@@ -9,15 +9,15 @@ import pytest
 from engb_core.diagnose import engine
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
     load_shape_finding,
     nameless_curve,
     with_free_load_curve,
 )
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.search import physics_effects, search
+from engb_core.diagnose.search.every_effect import physics_effects, search
 from engb_core.diagnose.selection import select
 from engb_core.effects.base import LOAD
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import Variant, variants_of
-from engb_core.diagnose.more_orders import with_more_orders, without_idle_orders
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.search import with_variant
+from engb_core.diagnose.search.every_effect import with_variant
+from engb_core.diagnose.search.more_orders import with_more_orders, without_idle_orders
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.cogging_torque import with_orders
 from engb_core.model import EffectSetting, Friction, Joint, LoadTorque, Model, Motor

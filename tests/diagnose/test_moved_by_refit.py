@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 from scipy.optimize import least_squares
 
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.moved_by_refit import wrong_by_itself
-from engb_core.diagnose.numbers import number_place, wrong_numbers
+from engb_core.diagnose.numbers.moved_by_refit import wrong_by_itself
+from engb_core.diagnose.numbers.wrong_numbers import number_place, wrong_numbers
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from engb_core.diagnose.fit import Fitter
-from engb_core.diagnose.flexible import best_table
 from engb_core.diagnose.full_bandwidth import CorrectedModels
 from engb_core.diagnose.nameless import that_carries
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.unknown.flexible import best_table
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.model import Friction, LoadTorque, Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import physics_of

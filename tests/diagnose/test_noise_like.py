@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.diagnose.fit import Fit, Fitter
-from engb_core.diagnose.noise_like import colour, is_noise
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.score.noise_like import colour, is_noise
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.diagnose.verdict import verdict_of
 
 from .simulated_brake import lively, NOMINAL

@@ -14,16 +14,16 @@ from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.document import to_document
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.evidence import unseen_errors
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.full_bandwidth import CorrectedModels, explained_problem
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nameless import without_what_passes_once
 from engb_core.diagnose.onset import cost_by_onset, LEAST_VALUES, Onset, onsets_tried
 from engb_core.diagnose.onset_search import with_onset
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.reduced_chi_square import excess
+from engb_core.diagnose.score.reduced_chi_square import excess
 from engb_core.diagnose.selection import Selection
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.effects.catalogue import catalogue, get_effect
 from engb_core.model import EffectSetting
 from engb_core.recording import Recording

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from engb_core.diagnose.orders import highest_order, leading_orders
+from engb_core.diagnose.search.orders import highest_order, leading_orders
 
 TIME = np.arange(0.0, 20.0, 0.004)
 

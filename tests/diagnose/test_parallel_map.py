@@ -8,12 +8,12 @@ import pytest
 
 from engb_core.diagnose.constants import FORMULA_MISSES
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.search import physics_effects
-from engb_core.diagnose.wide_band import resonance_beside
-from engb_core.diagnose.wind_up import with_resonance
+from engb_core.diagnose.resonance.wide_band import resonance_beside
+from engb_core.diagnose.resonance.wind_up import with_resonance
+from engb_core.diagnose.search.every_effect import physics_effects
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import EffectSetting
 

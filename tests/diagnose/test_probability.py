@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from engb_core.diagnose import probability
 from engb_core.diagnose.constants import SURE, WORTH_PART
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.formula import further_odds, something_known, sure_part
-from engb_core.diagnose.probability import closer_odds, further_known, part_left
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.ranking import worth_having
+from engb_core.diagnose.score import probability
+from engb_core.diagnose.score.probability import closer_odds, further_known, part_left
+from engb_core.diagnose.score.ranking import worth_having
 
 from .simulated_brake import brake_with, lively, NOMINAL
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.numbers.spike_and_slab import average, with_averaged_numbers
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.spike_and_slab import average, with_averaged_numbers
 from engb_core.diagnose.uncertainty import vector_covariance, vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model

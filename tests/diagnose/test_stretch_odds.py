@@ -3,9 +3,9 @@
 
 import numpy as np
 
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.stretch_odds import odds_of_less, STRETCH, stretches
+from engb_core.diagnose.score.stretch_odds import odds_of_less, STRETCH, stretches
 
 from .simulated_brake import lively, NOMINAL
 

@@ -8,8 +8,8 @@ import pytest
 
 from engb_core.diagnose.diagnosis import Timing
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.timing import timing_of
 from engb_core.effects.catalogue import get_effect

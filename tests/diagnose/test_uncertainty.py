@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import FORMULA_MISSES
 from engb_core.diagnose.discrepancy import coordinate_cells
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.uncertainty import reported_deviations, vector_deviations
 from engb_core.effects.catalogue import get_effect

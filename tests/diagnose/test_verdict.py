@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.diagnosis import EffectFinding
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of, with_nearest
 from engb_core.effects.catalogue import get_effect
 from tests.laws.test_find_law import MODEL, recorded

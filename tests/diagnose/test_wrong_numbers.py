@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS, with_numbers
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 
 from .simulated_brake import lively, NOMINAL

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import catalogue
 from engb_core.laws.adoption import effect_text

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.fit import Fitter
 from engb_core.diagnose.full_bandwidth import CorrectedModels
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.openset import Explanation
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.effects.catalogue import get_effect
 from engb_core.laws import competition
 from engb_core.laws.blocks import Blocks, HEARD, stretches_of_time

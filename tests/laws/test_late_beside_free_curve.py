@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.laws import judgement
 from tests.diagnose.simulated_brake import lively, NOMINAL

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.base import LOAD
 from engb_core.laws.forms import Atom, Form, Slot

@@ -11,8 +11,8 @@ import pytest
 
 from engb_core.control.reference import ReferenceSettings, ReferenceSource
 from engb_core.diagnose.engine import _proposed
-from engb_core.diagnose.fit import Fit, Fitter
 from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.law import law_effect
 from engb_core.laws.forms import Atom, Form, Slot

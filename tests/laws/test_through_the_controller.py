@@ -11,7 +11,7 @@ import pytest
 
 from engb_core.bench.sensors import SensorSettings
 from engb_core.bench.virtual_brake import DriveSettings, VirtualBrake
-from engb_core.diagnose.fit import Fitter
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.laws.judgement import find_law, Found
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model

@@ -4,8 +4,8 @@
 import numpy as np
 
 from engb_core.diagnose.diagnosis import NextExperiment
-from engb_core.diagnose.experiment_room import Room
-from engb_core.diagnose.experiment_segments import course_of, segments_of
+from engb_core.diagnose.experiment.room import Room
+from engb_core.diagnose.experiment.segments import course_of, segments_of
 from engb_core.io.bags.read import read_recording
 from engb_ros.commands.diagnose import write_experiment
 from engb_ros.processes.bench import Bench

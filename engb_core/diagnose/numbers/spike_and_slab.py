@@ -1,0 +1,109 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Nominal numbers between a refit and the file: Bayesian model averaging by spike and slab.
+
+A refit moves every number a little, and on another motion each of these moves costs. A number is
+either as in the file (the spike) or anywhere about it (the slab: the file's own spread), the one
+as likely beforehand as the other. How likely each choice of numbers that stand is after the data
+follows from the posterior density at the file's values over the prior density there, the
+Savage-Dickey ratio (Dickey, Annals of Mathematical Statistics 42 (1971) 204). Where the data do
+not settle the choice, none is made: what is told is the mean over all choices, each weighted by
+its probability (Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14 (1999) 382). A
+file that was refitted around what was missing has its numbers far from what they are beside it,
+and none of them weighs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.nominal import DELAY, SHAPE_NUMBERS
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.uncertainty import vector_covariance
+
+__all__ = ['Average', 'average', 'with_averaged_numbers']
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Average:
+    """The mean of a fit's vector over which numbers are as in the file.
+
+    Attributes:
+        vector: (size,) the mean, within the bounds.
+        kept: (numbers,) probability that each number is as in the file.
+    """
+
+    vector: Array
+    kept: Array
+
+
+def with_averaged_numbers(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Fit:
+    """Return a finished fit at the mean over which of the file's numbers stand; the numbers named
+    in `free` do not."""
+    return fitter.finish(fitter.evaluate(fit.hypothesis, average(fitter, fit, free).vector))
+
+
+def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Average:
+    """Return the mean of a finished fit's vector over which of the file's numbers stand; those
+    named in `free`, and what no file tells, the knots of a load curve and by how much samples of
+    effort and position are apart, do not."""
+    numbers = fit.hypothesis.numbers
+    count = len(numbers)
+    # In units of what the file is believed to: the slab's density at the file is that of 0.
+    scale = np.ones(fit.vector.size)
+    scale[:count] = [number.spread for number in numbers]
+    covariance = vector_covariance(fit, fitter) / np.outer(scale, scale)
+    # What the file says of the numbers counts beside what the recordings do.
+    told = covariance[:, :count]
+    covariance = covariance - told @ np.linalg.solve(
+        told[:count] + np.eye(count), told.T)
+    file = np.zeros(fit.vector.size)
+    file[:count] = fit.hypothesis.start_of_numbers()
+    moved = (fit.vector - file) / scale
+    candidates = tuple(place for place, number in enumerate(numbers)
+                       if number.name not in (*SHAPE_NUMBERS, DELAY, *free)
+                       # What the data do not move at all is as in the file whatever is chosen.
+                       and covariance[place, place] > np.finfo(float).eps)
+    choices = list(_choices(moved, covariance, candidates))
+    logarithms = np.array([choice.log_factor for choice in choices])
+    weights = np.exp(logarithms - logarithms.max())
+    weights /= weights.sum()
+    kept = np.zeros(count)
+    for weight, choice in zip(weights, choices, strict=True):
+        kept[list(choice.kept)] += weight
+    mean = file + scale * (weights @ np.array([choice.mean for choice in choices]))
+    return Average(np.clip(mean, *fit.hypothesis.bounds), kept)
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """One choice of numbers that are as in the file: their places, the logarithm of how much
+    likelier it is than that all are free, and the mean (size,) of all entries beside them."""
+
+    kept: tuple[int, ...]
+    log_factor: float
+    mean: Array
+
+
+def _choices(mean: Array, covariance: Array, candidates: tuple[int, ...],
+             kept: tuple[int, ...] = (), log_factor: float = 0.0) -> Iterator[_Choice]:
+    """Yield every choice of the candidates beside those that are kept, given mean (size,) and
+    covariance (size, size) of all entries beside these, in units of the file's spread."""
+    if not candidates:
+        yield _Choice(kept, log_factor, mean)
+        return
+    place, *others = candidates
+    yield from _choices(mean, covariance, tuple(others), kept, log_factor)
+    variance = covariance[place, place]
+    if variance <= np.finfo(float).eps:
+        # With those that are kept it is as in the file: no other choice.
+        return
+    gain = covariance[place] / variance
+    yield from _choices(
+        mean - gain * mean[place], covariance - np.outer(gain, covariance[place]), tuple(others),
+        (*kept, place), log_factor - 0.5 * (np.log(variance) + mean[place] ** 2 / variance))

@@ -1,0 +1,102 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""What an effect that is added to a fit is worth, and how large it is, by linear least squares."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fit_steps import nominal_value
+from engb_core.diagnose.fitted import Fit
+from engb_core.diagnose.hypothesis import Hypothesis
+from engb_core.diagnose.objective import Objective
+from engb_core.diagnose.optimise.normal_equations import normal_equations
+
+__all__ = ['added', 'start_columns', 'start_vector']
+
+Array = NDArray[np.float64]
+# Weight, where 1 is that of all data, with which a number is held.
+HELD = 1e9
+
+
+def start_vector(hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
+                 sizes: Array | None) -> Array:
+    """Return the vector of `hypothesis`, one effect more than `start`, where that effect stands at
+    `setting`; `sizes` scale it."""
+    last = len(hypothesis.variants) - 1
+    sizing = hypothesis.variants[last].sizing
+    phase = hypothesis.variants[last].effect.of_kind('phase')
+    entries = [entry for entry, place in enumerate(hypothesis.places) if place[0] == last]
+    added = []
+    for entry in entries:
+        parameter = hypothesis.parameter(entry)
+        default = parameter.starts[0] if parameter.starts and parameter is not phase else 0.0
+        value = setting.get(parameter.name, default)
+        if parameter is sizing and parameter.none is None:
+            value = nominal_value(hypothesis.model, parameter.name)
+        elif parameter is sizing and sizes is not None and not parameter.logarithmic:
+            value = parameter.none + (np.hypot(*sizes) if sizes.size == 2 else sizes[0])
+        elif parameter is phase and sizes is not None and sizes.size == 2:
+            value = np.arctan2(sizes[1], sizes[0])
+        added.append(np.log(value) if parameter.logarithmic else float(value))
+    low, high = hypothesis.bounds
+    vector: Array = np.clip(np.concatenate([start.vector, added]), low, high)
+    return vector
+
+
+def start_columns(objective: Objective, hypothesis: Hypothesis, base: Fit,
+                  setting: dict[str, float]) -> Array:
+    """Return how the last effect at `setting` changes the filtered effort, per unit of its size:
+    (m, 1), or (m, 2) where a phase is free, at phase 0 and a quarter turn on."""
+    sizing = hypothesis.variants[-1].sizing
+    vector = start_vector(hypothesis, base, setting, None)
+    if not hypothesis.variants[-1].scalable:
+        # Sized by itself: its whole change, as if it could be scaled.
+        return (objective.predict(hypothesis, vector) - base.predicted)[:, None]
+    assert sizing.none is not None, 'what is scalable has a size at which it vanishes'
+    unit = sizing.starts[0] - sizing.none
+    change = objective.predict(hypothesis, vector) - base.predicted
+    if not change.any() and sizing.low <= sizing.none - unit <= sizing.high:
+        # An effect may act on the other side of none alone.
+        unit = -unit
+        vector[base.vector.size] = sizing.none + unit
+        change = objective.predict(hypothesis, vector) - base.predicted
+    columns = [change / unit]
+    phases = _phases_of_last(hypothesis)
+    if phases:
+        vector[phases] += 0.5 * np.pi
+        columns.append((objective.predict(hypothesis, vector) - base.predicted) / unit)
+    return np.stack(columns, axis=1)
+
+
+def added(objective: Objective, base: Fit, design: Array) -> tuple[Array, float]:
+    """Return sizes (k,) and cost when the columns of `design` (m, k) are added to a fit: those of
+    its numbers, held by their priors and where they stand at a bound, and what comes new."""
+    target = np.where(objective.fitted, base.residual / objective.spread, 0.0)
+    gram, right = normal_equations(design, base.residual, objective.weight)
+    norm = np.sqrt(np.diag(gram))
+    norm[norm == 0.0] = 1.0
+    gram /= np.outer(norm, norm)
+    count = len(base.hypothesis.numbers)
+    ridge = np.zeros(design.shape[1])
+    pull = np.zeros(design.shape[1])
+    if count:
+        centre, spread = base.hypothesis.prior
+        ridge[:count] = 1.0 / (spread[:count] * norm[:count]) ** 2
+        pull[:count] = (centre[:count] - base.vector[:count]) / spread[:count] ** 2 \
+            / norm[:count]
+        # A delay that may grow no further must not stand for a lag.
+        low, high = (bound[:count] for bound in base.hypothesis.bounds)
+        ridge[:count][(base.vector[:count] <= low) | (base.vector[:count] >= high)] = HELD
+    right = right / norm + pull
+    solution = np.linalg.solve(gram + np.diag(ridge + 1e-12), right)
+    return solution / norm, float(target @ target - solution @ right)
+
+
+def _phases_of_last(hypothesis: Hypothesis) -> list[int]:
+    """Return the places in the vector of the last effect's phase, one for each recording where
+    that is found anew in each."""
+    count, last = len(hypothesis.numbers), len(hypothesis.variants) - 1
+    phase = hypothesis.variants[last].effect.of_kind('phase')
+    return [count + entry for entry, (owner, _, _) in enumerate(hypothesis.places)
+            if owner == last and hypothesis.parameter(entry) is phase]

@@ -1,0 +1,159 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Fits of effects whose cost has many narrow minima, where derivatives lead nowhere.
+
+Whether a flank is met one sample earlier or later changes the effort by a jump. So their own
+parameters are moved at random around the best so far, while the nominal numbers follow by linear
+least squares; derivatives finish the work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.fitted import Fit
+from engb_core.diagnose.hypothesis import Hypothesis
+from engb_core.diagnose.objective import Objective
+from engb_core.diagnose.optimise.linear_start import start_vector
+from engb_core.diagnose.optimise.normal_equations import normal_equations
+
+__all__ = ['Promise', 'Settling', 'best_promised', 'followed', 'is_multimodal', 'moved_places',
+           'promises', 'search_around']
+
+Array = NDArray[np.float64]
+# Steps by derivatives: (begin, rounds) → fit.
+Iterate = Callable[[Fit, int], Fit]
+
+# Standard deviation of a move: of a logarithm, or of the parameter's range; and how it shrinks
+# with every move in vain.
+MOVE_OF_LOGARITHM = 0.25
+MOVE_OF_RANGE = 0.1
+SHRINK = 0.97
+# Promising starts that are followed, and random moves around each and around the best.
+FOLLOWED = 5
+FIRST_MOVES = 50
+FURTHER_MOVES = 50
+# Random moves around a leading fit.
+MOVES = 100
+# Part of the cost that the first moves must have taken away to be worth further ones.
+HOPE = 0.02
+
+
+def is_multimodal(fit: Fit) -> bool:
+    """Whether any effect of a fit is one of those."""
+    return any(variant.effect.multimodal for variant in fit.hypothesis.variants)
+
+
+@dataclass(frozen=True)
+class Promise:
+    """The cost that a hypothesis would have with its numbers at their linear optimum, and the
+    vector (size,) that promises it."""
+
+    hypothesis: Hypothesis
+    cost: float
+    vector: Array
+
+
+class Settling:
+    """Brings the nominal numbers to their linear optimum, wherever the effects stand.
+
+    Called with a vector (size,), it returns the cost that is promised, and the vector (size,)
+    that promises it.
+    """
+
+    def __init__(self, objective: Objective, fit: Fit, hypothesis: Hypothesis) -> None:
+        self.objective, self.hypothesis = objective, hypothesis
+        count = self.count = len(hypothesis.numbers)
+        self.centre, self.spread = (part[:count] for part in hypothesis.prior)
+        columns, weight = objective.number_columns(fit), objective.weight
+        gram, _ = normal_equations(columns, fit.residual, weight)
+        self.inverse = np.linalg.inv(gram + np.diag(1.0 / self.spread ** 2))
+        self.columns = columns * weight[:, None] ** 2
+
+    def __call__(self, place: Array) -> tuple[float, Array]:
+        count = self.count
+        low, high = self.hypothesis.bounds
+        trial = self.objective.evaluate(self.hypothesis, np.clip(place, low, high))
+        if not np.isfinite(trial.cost):
+            return trial.cost, trial.vector
+        right = np.einsum('ij,i->j', self.columns, trial.residual) \
+            + (self.centre - trial.vector[:count]) / self.spread ** 2
+        step = self.inverse @ right
+        better = trial.vector.copy()
+        better[:count] = np.clip(better[:count] + step, low[:count], high[:count])
+        return trial.cost - float(right @ step), better
+
+
+def promises(objective: Objective, start: Fit, hypothesis: Hypothesis,
+             settings: list[dict[str, float]]) -> list[Promise]:
+    """Return what is promised with one effect more than `start`, the least cost first.
+
+    The effect stands at each of `settings`, the numbers begin as in `start`, or as the model file
+    has them: without the effect they have moved to make up for it, and may never find back.
+    """
+    settled = Settling(objective, start, hypothesis)
+    numbers = len(hypothesis.numbers)
+    begun = []
+    for setting in settings:
+        place = start_vector(hypothesis, start, setting, None)
+        as_in_file = np.concatenate([hypothesis.start_of_numbers(), place[numbers:]])
+        begun += [Promise(hypothesis, *settled(entry)) for entry in (place, as_in_file)]
+    return sorted(begun, key=lambda promise: promise.cost)
+
+
+def followed(objective: Objective, promised: list[Promise], rounds: int, iterate: Iterate,
+             ) -> list[Fit]:
+    """Return the fits that begin at what is promised, after so many rounds of `iterate`."""
+    return [iterate(objective.evaluate(promise.hypothesis, promise.vector), rounds)
+            for promise in promised]
+
+
+def best_promised(objective: Objective, start: Fit, promised: list[Promise], rounds: int,
+                  iterate: Iterate) -> Fit:
+    """Return the best fit found from what promises less than `start`, or promises most, after so
+    many rounds of `iterate` each."""
+    best, *others = promised[:FOLLOWED]
+    fits = followed(objective, [best, *(other for other in others if other.cost < start.cost)],
+                    rounds, iterate)
+    found = min((search_around(objective, entry, FIRST_MOVES) for entry in fits),
+                key=lambda entry: entry.cost)
+    if found.cost > (1.0 - HOPE) * start.cost:
+        return found
+    return search_around(objective, found, FURTHER_MOVES)
+
+
+def moved_places(fit: Fit) -> tuple[list[int], Array]:
+    """Return which entries of the vector are moved at random, those of the multimodal effects, or
+    of all where none is, and the standard deviation (count,) of a first move."""
+    hypothesis = fit.hypothesis
+    count = len(hypothesis.numbers)
+    low, high = hypothesis.bounds
+    owners = [hypothesis.variants[owner].effect for owner, _, _ in hypothesis.places]
+    moved = [count + entry for entry, effect in enumerate(owners)
+             if effect.multimodal or not is_multimodal(fit)]
+    scale = np.array([MOVE_OF_LOGARITHM if hypothesis.parameter(place - count).logarithmic
+                      else MOVE_OF_RANGE * (high[place] - low[place]) for place in moved])
+    return moved, scale
+
+
+def search_around(objective: Objective, fit: Fit, moves: int = MOVES) -> Fit:
+    """Return the best fit found around `fit` by so many random moves (always the same ones) of the
+    multimodal effects, or of all where none is."""
+    hypothesis = fit.hypothesis
+    moved, scale = moved_places(fit)
+    settled = Settling(objective, fit, hypothesis)
+    generator = np.random.default_rng(0)
+    best = fit
+    for _ in range(moves):
+        place = best.vector.copy()
+        place[moved] += scale * generator.standard_normal(len(moved))
+        promised, better = settled(place)
+        trial = objective.evaluate(hypothesis, better) if promised < best.cost else None
+        if trial is not None and trial.cost < best.cost:
+            best = trial
+        else:
+            scale = scale * SHRINK
+    return best

@@ -1,0 +1,314 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Does the drivetrain resonate? Asked in a wider band than everything else.
+
+A shaft rings above the low-pass through which all other effects are judged; below it there is
+only a remnant, which a softer load curve explains as well. The wide band holds more noise (counts
+become acceleration), which a strongly damped resonance near its edge would smooth away: such a
+one is not believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.diagnose.constants import (
+    CLEAN_EXCESS,
+    DAMPED_BELOW,
+    EDGE,
+    LARGER_PART,
+    LEAST_FRACTION,
+    MOST_FRACTION,
+    STANDS_OUT,
+)
+from engb_core.diagnose.diagnosis import EffectFinding
+from engb_core.diagnose.formula import chance_part, formula_odds, something_known
+from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.onset import Onset
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.optimise.multistart import followed, Promise, promises, search_around
+from engb_core.diagnose.parallel_map import parallel_map
+from engb_core.diagnose.problem import Problem, problem_of, Run
+from engb_core.diagnose.score.probability import part_left
+from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
+from engb_core.diagnose.uncertainty import estimates, vector_deviations
+from engb_core.effects.catalogue import get_effect
+from engb_core.effects.drivetrain_resonance import NONLINEAR
+from engb_core.model import EffectSetting, Model
+from engb_core.signals.motion import MOST_OF_RATE, MOTION_BANDWIDTH
+from engb_core.signals.motion_band import outweighed_from, position_variance
+
+__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside', 'rings']
+
+RESONANCE = 'drivetrain_resonance'
+RIVAL = 'backlash'
+# The comparison's corner is at most this part of the corner of the motion's smoothing; below this
+# frequency [Hz] it is no wider than any other.
+OF_MOTION = 0.6
+LEAST_BAND = 25.0
+# Its best starts that are followed; a linear one takes up with damping what isn't linear.
+BENT_KEPT = 3
+LIGHTLY = 0.03
+# One that hardens much is no linear one at all, and rings far below it: its minima are many, but
+# wide where it is damped. Tried from each frequency [Hz], change of stiffness and twist [rad] that
+# takes twice a linear one's torque; what promises most at a frequency is followed by random moves,
+# and the best two of these by more.
+SLOW, CHANGES = (7.0, 10.0, 14.0, 20.0, 28.0, 40.0), (10.0, 100.0, 600.0)
+TWICE_THE_TORQUE = (0.02, 0.04, 0.08, 0.16)
+DAMPED = {'inertia_fraction': 0.3, 'damping_ratio': 0.15, 'friction_fraction': 0.1}
+FOLLOWED, FIRST_MOVES = 4, 60
+SETTLED, FURTHER_MOVES, ROUNDS = 2, 150, 12
+# It must promise to take away a tenth of the cost.
+HOPE = 0.1
+# Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed.
+FRACTION, PROMISED = 0.3, 3
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A resonance that was found: what is said of it, and what it does to the effort.
+
+    `runs` are the recordings in the wide band, whose comparison has `bandwidth` [Hz]; `parts` (one
+    (m,) [N·m] a run) what the resonance adds to their filtered effort, `left` what the fit with it
+    leaves of that, likewise.
+    """
+
+    finding: EffectFinding
+    setting: EffectSetting
+    runs: tuple[Run, ...]
+    parts: tuple[NDArray[np.float64], ...]
+    left: tuple[NDArray[np.float64], ...]
+    bandwidth: float
+
+
+def judged_wide(problem: Problem) -> bool:
+    """Whether the recordings are sampled fast enough, in counts fine enough, and the model file
+    has no resonance yet."""
+    known = any(entry.effect == RESONANCE for entry in problem.model.effects)
+    return not known and not problem.coarse and _band(problem) >= LEAST_BAND
+
+
+def _band(problem: Problem) -> float:
+    """Return up to where [Hz] every recording's position tells more of the torque than of its own
+    noise, and its rate lets a motion be derived; no wider than the motion is believed."""
+    return min(MOTION_BANDWIDTH, OF_MOTION * MOST_OF_RATE / problem.scene.sampling, *(
+        outweighed_from(run.recording, problem.model.motor.inertia,
+                        position_variance(run.recording, run.motion, run.sampling_noise))
+        for run in problem.runs))
+
+
+def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Resonance | None:
+    """Return the resonance that the recordings show beside what `corrected` holds, if any."""
+    if not judged_wide(problem):
+        return None
+    bandwidth = _band(problem)
+    given = tuple(entry for entry in corrected.effects
+                  if entry.effect not in (RESONANCE, RIVAL, DELAY, 'unexplained_surface'))
+    wide = problem_of([run.recording for run in problem.runs],
+                      replace(corrected, effects=given), bandwidth=bandwidth,
+                      motion_bandwidth=2.0 * bandwidth)
+    wide = replace(wide, onsets=tuple(
+        (effect, onset) for effect, onset in problem.onsets
+        if any(entry.effect == effect for entry in given)))
+    if _as_it_stands(wide) < 1.0 + CLEAN_EXCESS:
+        return None
+    fitter = Fitter(wide, threads)
+    base = fitter.base()
+    if excess(base, fitter) < CLEAN_EXCESS:
+        return None
+    tried: list[Fit] = []
+    for fit in _shafts(fitter, tried):
+        known = something_known(part_left(fitter, base, fit))
+        if known < LARGER_PART or not _rings(fit, fitter):
+            continue
+        left = reduced_chi_square(fit, fitter)
+        if any(reduced_chi_square(rival, fitter) < left
+               for rival in _rivals(fitter, corrected, problem.onsets)):
+            return None
+        return _resonance(fitter, fit, known, 1.0 - excess(fit, fitter) / excess(base, fitter),
+                          _over_formulations(fitter, base, fit, tried))
+    return None
+
+
+def _as_it_stands(problem: Problem) -> float:
+    """Return the mean squared residual of the model, nothing fitted, in units of the noise's."""
+    missed = problem.measured - np.concatenate([problem.predicted(run, problem.model)
+                                                for run in problem.runs])
+    return float(np.mean((missed / problem.sigma) ** 2))
+
+
+def _rivals(fitter: Fitter, corrected: Model, onsets: tuple[tuple[str, Onset], ...],
+            ) -> Iterator[Fit]:
+    """Yield fits of a gap: begun where the narrow band has found one, and where any may begin."""
+    (variant,) = variants_of(get_effect(RIVAL), fitter.problem.scene)
+    for known in corrected.effects:
+        if known.effect == RIVAL:
+            begins = replace(variant, onset=dict(onsets).get(RIVAL))
+            starts = fitter.starts(begins, [dict(known.parameters)])
+            yield fitter.refine(fitter.fit(begins, starts=starts, rounds=8))
+    yield fitter.refine(fitter.fit(variant, rounds=8))
+
+
+def _linear(fitter: Fitter) -> Fit:
+    """Return the best fit of a linear shaft; each further variant starts where the best so far
+    has come to."""
+    first, *further = variants_of(get_effect(RESONANCE), fitter.problem.scene)
+    best = fitter.refine(min(fitter.fit(first, rounds=8, keep=4), *_promised(fitter, first),
+                             key=lambda entry: entry.cost))
+    for variant in further:
+        starts = fitter.starts(variant, [_values(best)])
+        fit = fitter.refine(fitter.fit(variant, starts=starts, rounds=8, keep=4))
+        best = min(best, fit, key=lambda entry: entry.cost)
+    return best
+
+
+def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
+    """Return fits begun where a resonance of some size promises most: half its size does not do
+    half of what it does, so that linear least squares may mistake the frequency."""
+    promised = promises(fitter, fitter.base(), fitter.hypothesis((variant,)), [
+        {**start, 'inertia_fraction': FRACTION} for start in variant.starts()])
+    return followed(fitter, promised[:PROMISED], 8, fitter.iterate)
+
+
+def _shafts(fitter: Fitter, tried: list[Fit]) -> Iterator[Fit]:
+    """Yield finished fits of shafts that may ring, what explains more first: one that isn't
+    linear, and the linear one, which stands where the other one was led astray. All that were
+    fitted are added to `tried`."""
+    linear = fitter.finish(_linear(fitter))
+    tried.append(linear)
+    if excess(linear, fitter) > CLEAN_EXCESS:
+        other = _bent(fitter, linear, tried) if _rings(linear, fitter) \
+            else _hardened(fitter, linear, tried)
+        if other is not linear:
+            yield fitter.finish(other)
+    yield linear
+
+
+def _bent(fitter: Fitter, linear: Fit, tried: list[Fit]) -> Fit:
+    """Return the fit with a shaft that isn't linear where that takes away most of what a linear
+    one leaves; all that were fitted are added to `tried`."""
+    left = reduced_chi_square(linear, fitter) - 1.0
+    values = _values(linear)
+    best, least = linear, (1.0 - chance_part()) * left
+    for effect in NONLINEAR:
+        added = effect.parameters[len(get_effect(RESONANCE).parameters):]
+        settings = [{**values, **dict(zip((entry.name for entry in added), start, strict=True)),
+                     'damping_ratio': damping}
+                    for start in itertools.product(*(entry.starts for entry in added))
+                    for damping in {values['damping_ratio'], LIGHTLY}]
+        for variant in variants_of(effect, fitter.problem.scene):
+            fit = fitter.refine(fitter.fit(variant, starts=fitter.starts(variant, settings),
+                                           rounds=8, keep=BENT_KEPT))
+            tried.append(fit)
+            if reduced_chi_square(fit, fitter) - 1.0 < least:
+                best, least = fit, reduced_chi_square(fit, fitter) - 1.0
+    if least > CLEAN_EXCESS:
+        fit = _hardened(fitter, linear, tried)
+        if reduced_chi_square(fit, fitter) - 1.0 < least:
+            return fit
+    return best
+
+
+def _hardened(fitter: Fitter, than: Fit, tried: list[Fit]) -> Fit:
+    """Return the best fit found of a shaft that hardens much, where one promises to be better
+    than another fit; else that one. All that were fitted are added to `tried`."""
+    (variant,) = variants_of(NONLINEAR[0], fitter.problem.scene)
+    hypothesis, base = fitter.hypothesis((variant,)), fitter.base()
+    promised = promises(fitter, base, hypothesis, [
+        {**DAMPED, 'frequency': frequency, 'stiffness_change': change,
+         'stiffness_twist': twist * np.sqrt(change / 3.0)}
+        for frequency, change, twist in itertools.product(SLOW, CHANGES, TWICE_THE_TORQUE)])
+    if promised[0].cost > (1.0 - HOPE) * base.cost:
+        return than
+    most: dict[float, Promise] = {}
+    for promise in promised:
+        most.setdefault(hypothesis.named(promise.vector, 0)['frequency'], promise)
+
+    def moved(promise: Promise) -> Fit:
+        return search_around(fitter, fitter.evaluate(hypothesis, promise.vector), FIRST_MOVES)
+
+    def settled(fit: Fit) -> Fit:
+        return fitter.refine(search_around(fitter, fit, FURTHER_MOVES), ROUNDS)
+
+    first = sorted(parallel_map(moved, list(most.values())[:FOLLOWED], fitter.threads),
+                   key=lambda fit: fit.cost)
+    better = [fit for fit in first if fit.cost < than.cost][:SETTLED]
+    fits = list(parallel_map(settled, better, fitter.threads))
+    tried += fits
+    return min([than, *fits], key=lambda fit: fit.cost)
+
+
+def _over_formulations(fitter: Fitter, base: Fit, told: Fit, tried: list[Fit],
+                       ) -> dict[str, float]:
+    """Return how far from the one that is `told` other formulations of the shaft put the numbers
+    that all of them have (root mean square), each as likely as it is that a formula misses what it
+    leaves; one that is likelier a makeshift says nothing of them."""
+    values, others = _values(told), [_values(fit) for fit in tried]
+    odds = np.array([formula_odds(part_left(fitter, base, fit)) for fit in tried])
+    odds[odds < 1.0] = 0.0
+    if not odds.any():
+        return {}
+
+    def apart(name: str) -> float:
+        away = np.array([other[name] - values[name] for other in others])
+        return float(np.sqrt(odds @ away ** 2 / odds.sum()))
+
+    return {parameter.name: apart(parameter.name)
+            for parameter in get_effect(RESONANCE).parameters}
+
+
+def _values(fit: Fit) -> dict[str, float]:
+    return fit.hypothesis.named(fit.vector, 0)
+
+
+def _damping(values: Mapping[str, float]) -> float:
+    """Return the damping ratio as a part of its bound."""
+    return values['damping_ratio'] / next(
+        parameter.high for parameter in get_effect(RESONANCE).parameters
+        if parameter.name == 'damping_ratio')
+
+
+def _found(values: Mapping[str, float]) -> bool:
+    return _damping(values) < EDGE
+
+
+def rings(values: Mapping[str, float], bandwidth: float) -> bool:
+    """Whether a shaft of these parameters is one that rings, and none that only smooths noise and
+    timing within the comparison's `bandwidth` [Hz]."""
+    return (LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION
+            and (_found(values) or values['frequency'] < DAMPED_BELOW * bandwidth))
+
+
+def _rings(fit: Fit, fitter: Fitter) -> bool:
+    """Whether a finished fit of a shaft is one that rings, and not a stiff one: far above the band
+    only a flank is seen, which goes by compliance, 1/frequency²."""
+    if not rings(_values(fit), fitter.problem.bandwidth):
+        # Where next to nothing is beyond the shaft, its twist has no derivatives.
+        return False
+    names = [parameter.name for parameter in get_effect(RESONANCE).parameters]
+    place = len(fit.hypothesis.numbers) + names.index('frequency')
+    deviation = vector_deviations(fit, fitter, by_noise_alone=True)[place]
+    return bool(2.0 * STANDS_OUT * deviation < 1.0)
+
+
+def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float,
+               apart: dict[str, float]) -> Resonance:
+    values = _values(fit)
+    parameters = {
+        name: replace(entry, std=None if entry.std is None else float(
+            np.hypot(entry.std, apart.get(name, 0.0))))
+        for name, entry in estimates(fit, fitter, 0).items()}
+    effect = get_effect(RESONANCE)
+    without = fitter.predict(fitter.hypothesis(()), fit.vector[:len(fit.hypothesis.numbers)])
+    finding = EffectFinding(
+        effect=RESONANCE, probability=probability,
+        parameters=parameters, share=float(np.clip(share, 0.0, 1.0)),
+        alternatives=(), statement=effect.statement(values))
+    return Resonance(finding, EffectSetting(RESONANCE, values), fitter.problem.runs,
+                     tuple(fitter.problem.split(fit.predicted - without)),
+                     tuple(fitter.problem.split(fit.residual)), fitter.problem.bandwidth)
