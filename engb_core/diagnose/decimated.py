@@ -3,9 +3,10 @@
 thousand times.
 
 A Gaussian low-pass needs few samples of what varies within its window. Only friction, which turns
-with the velocity, varies faster: what coarser samples make of that for the model file is added to
+with the velocity, varies faster: what fewer samples make of that for the model file is added to
 what was measured, so that the file is off by no more and no less than before. A hypothesis is off
-by as much of it as it changes friction, which is small where the comparison is close.
+by as much of it as it changes friction. Where that is more for the refitted numbers than anything
+can be told apart by, all samples are kept.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from engb_core.diagnose.formula import little_apart
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.parallel_map import OwnSamples
 from engb_core.diagnose.problem import Problem, Run
 from engb_core.physics.plant import Physics, physics_of
@@ -26,20 +29,34 @@ __all__ = ['decimated']
 SAMPLES_OF_VALUE = 4
 
 
-def decimated(problem: Problem) -> Problem:
-    """Return the problem with as many samples of its fitted motions as the comparison needs."""
+def decimated(problem: Problem, threads: int = 1) -> Problem:
+    """Return the problem with as many samples of its fitted motions as the comparison needs; as it
+    is where fewer will not do."""
     physics = physics_of(problem.model)
-    return replace(problem, runs=tuple(_decimated(run, physics) for run in problem.runs))
+    runs = tuple(_decimated(run, physics) for run in problem.runs)
+    if all(fewer is run for fewer, run in zip(runs, problem.runs, strict=True)):
+        return problem
+    base = Fitter(problem, threads).base()
+    moved = []
+    for index, (fewer, run) in enumerate(zip(runs, problem.runs, strict=True)):
+        refitted = base.hypothesis.physics(base.vector, index)
+        moved.append((fewer.predicted(refitted) - run.predicted(refitted)
+                      - (fewer.measured - run.measured)) / run.sigma)
+    if float(np.mean(np.concatenate(moved) ** 2)) > little_apart():
+        return problem
+    return replace(problem, runs=runs)
 
 
 def _decimated(run: Run, physics: Physics) -> Run:
+    """Return the run with fewer samples, their error for `physics` added to what was measured; the
+    run itself where a value would be left without a sample."""
     factor = _factor(run.comparison)
-    if factor == 1:
+    comparison = run.comparison.decimated(factor)
+    if factor == 1 or not np.isfinite(comparison.scale).all():
         return run
     motion = run.motion.decimated(factor)
-    coarse = replace(run, motion=motion, own=OwnSamples(motion.samples()),
-                     comparison=run.comparison.decimated(factor))
-    return replace(coarse, measured=run.measured + coarse.predicted(physics)
+    fewer = replace(run, motion=motion, own=OwnSamples(motion.samples()), comparison=comparison)
+    return replace(fewer, measured=run.measured + fewer.predicted(physics)
                    - run.predicted(physics))
 
 

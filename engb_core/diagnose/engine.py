@@ -124,7 +124,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = with_resonance(problem, resonance.setting, threads)
-        beside = _judged(decimated(beyond), tell, threads, outcome.fitter)
+        beside = _judged(decimated(beyond, threads), tell, threads, outcome.fitter)
         if _explains_as_much(beside, outcome):
             outcome = _beside(resonance, _with_law(beside, tell))
         else:
@@ -208,7 +208,7 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
                found: Fit | None = None) -> tuple[Problem, _Outcome]:
         problem = problem_of(recordings, model, holdout, before_stop=before_stop)
         settled = replace(problem, settled=(RESONANCE,)) if judged_wide(problem) else problem
-        return problem, _judged(decimated(settled), tell, threads, earlier, found)
+        return problem, _judged(decimated(settled, threads), tell, threads, earlier, found)
 
     problem, outcome = judged(0.0)
     lag = lateness(outcome.corrected)

@@ -210,7 +210,8 @@ def _without_stops(search: Search, law: Candidate, tell: Callable[[str], None]) 
                              before_stop=longest)
     except InputError:
         return search
-    other = Fitter(decimated(replace(shorter, settled=problem.settled)), search.fitter.threads,
+    threads = search.fitter.threads
+    other = Fitter(decimated(replace(shorter, settled=problem.settled), threads), threads,
                    search.fitter, load_shape=search.fitter.load_shape)
     base = other.finish(other.refine(other.evaluate(search.base.hypothesis, search.base.vector)))
     return search_laws(other, base, tell)

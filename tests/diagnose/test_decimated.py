@@ -66,3 +66,22 @@ def test_slow_recordings_keep_their_samples():
 def _thinned(recording, rows):
     return type(recording).from_samples(recording.name, recording.time[rows],
                                         recording.position[rows], recording.effort[rows])
+
+
+def test_all_samples_are_kept_where_the_file_knows_no_friction():
+    """What fewer samples make of its reversals is not in what the file says; a Coulomb friction
+    came out a tenth too small."""
+    trajectory = strokes_and_waves(3)
+    recording = recorded(SHARP, lambda time, _: trajectory.at(time), 8.0, noise=5e-4)
+    none = problem_of([recording], replace(SHARP, friction=Friction(0.0, 0.0, 0.02)))
+    assert decimated(none) is none
+
+
+def test_all_samples_are_kept_where_a_value_had_none_left(whole):
+    run, = whole.runs
+    grid = run.comparison.grid[20]
+    weight = np.zeros_like(run.comparison.weight)
+    weight[1::2] = run.comparison.weight[1::2]
+    weight[:grid - 200] = run.comparison.weight[:grid - 200]
+    odd = replace(run, comparison=replace(run.comparison, weight=weight))
+    assert decimated(replace(whole, runs=(odd,))).runs[0] is odd

@@ -278,7 +278,7 @@ def test_torque_that_comes_late_is_judged_once_more_without_stops(monkeypatch, l
 
     monkeypatch.setattr(engine, 'problem_of', problem_of)
     monkeypatch.setattr(engine, 'judged_wide', lambda problem: False)
-    monkeypatch.setattr(engine, 'decimated', lambda problem: problem)
+    monkeypatch.setattr(engine, 'decimated', lambda problem, threads: problem)
     monkeypatch.setattr(engine, '_judged', lambda *_: SimpleNamespace(
         corrected=None, fitter=None, selection=SimpleNamespace(chosen=None)))
     monkeypatch.setattr(engine, 'lateness', lambda model: lag)
