@@ -51,8 +51,10 @@ def _decimated(run: Run, physics: Physics) -> Run:
     """Return the run with fewer samples, their error for `physics` added to what was measured; the
     run itself where a value would be left without a sample."""
     factor = _factor(run.comparison)
+    if factor == 1:
+        return run
     comparison = run.comparison.decimated(factor)
-    if factor == 1 or not np.isfinite(comparison.scale).all():
+    if not np.isfinite(comparison.scale).all():
         return run
     motion = run.motion.decimated(factor)
     fewer = replace(run, motion=motion, own=OwnSamples(motion.samples()), comparison=comparison)

@@ -19,10 +19,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.identify.smoothing import BANDWIDTH, Motion, motions
+from engb_core.identify.smoothing import BANDWIDTH, Motion, moving_pieces
 from engb_core.recording import Recording
 
-__all__ = ['attenuation', 'below_the_counts', 'moving_pieces']
+__all__ = ['attenuation', 'below_the_counts']
 
 Array = NDArray[np.float64]
 
@@ -33,12 +33,6 @@ LEAST_ERROR = 0.01
 LOWEST, STEP = 5.0, 2.0 ** -0.5
 # The speed up to which friction rises, as a part of the fastest: it is not known yet.
 SATURATION = 0.02
-
-
-def moving_pieces(recordings: Sequence[Recording], bandwidth: float = BANDWIDTH) -> list[Motion]:
-    """Return the recordings' pieces in motion, smoothed at `bandwidth` [Hz]."""
-    return [piece for recording in recordings for piece in motions(recording, bandwidth)
-            if piece.rows.size and piece.top_speed > 0.0]
 
 
 def below_the_counts(recordings: Sequence[Recording], pieces: list[Motion], degree: int,

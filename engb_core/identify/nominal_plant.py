@@ -20,7 +20,7 @@ from engb_core.errors import InputError
 from engb_core.identify.cogging import find_orders
 from engb_core.identify.confidence import Estimate
 from engb_core.identify.regression import Fit, fit, Form
-from engb_core.identify.smoothing import Motion, motions
+from engb_core.identify.smoothing import Motion, motions, moving_pieces
 from engb_core.model import Model
 from engb_core.recording import Recording
 
@@ -188,8 +188,7 @@ def fit_free_motor(recordings: Sequence[Recording], start: Model | None = None) 
         InputError: nothing moves.
     """
     model = start or Model()
-    pieces = [piece for recording in recordings for piece in motions(recording)
-              if piece.rows.size and piece.top_speed > 0.0]
+    pieces = moving_pieces(recordings)
     if not pieces:
         raise InputError('the motor does not move in any of these runs')
     known = tuple(entry.order for entry in model.cogging)

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from engb_core.errors import InputError
-from engb_core.identify.attenuation import below_the_counts, moving_pieces
+from engb_core.identify.attenuation import below_the_counts
 from engb_core.identify.cogging import find_orders
 from engb_core.identify.confidence import Estimate
 from engb_core.identify.contact import contact_estimate, fit_contacts
 from engb_core.identify.paper_way import load_degree, paper_way, PaperResult
 from engb_core.identify.regression import Fit, fit, Form
-from engb_core.identify.smoothing import Motion
+from engb_core.identify.smoothing import Motion, moving_pieces
 from engb_core.model import Cogging, Model
 from engb_core.physics.nominal_torque import nominal_vector
 from engb_core.physics.plant import friction_torques, load_torques

@@ -8,6 +8,7 @@ Gaussian: smoothing then changes both sides alike and manufactures no friction n
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,7 +19,7 @@ from scipy import ndimage, signal
 from engb_core.recording import Recording
 from engb_core.signals.motion_band import count_of
 
-__all__ = ['BANDWIDTH', 'Kernel', 'Motion', 'motions']
+__all__ = ['BANDWIDTH', 'Kernel', 'Motion', 'motions', 'moving_pieces']
 
 Array = NDArray[np.float64]
 
@@ -215,3 +216,9 @@ def motions(recording: Recording, bandwidth: float = BANDWIDTH) -> list[Motion]:
             recording.name, clock, np.interp(clock, time, recording.position[part]),
             np.interp(clock, time, recording.effort[part]), known, interval, bandwidth, count))
     return pieces
+
+
+def moving_pieces(recordings: Sequence[Recording], bandwidth: float = BANDWIDTH) -> list[Motion]:
+    """Return the recordings' pieces in motion, those that a fit can use, at `bandwidth` [Hz]."""
+    return [piece for recording in recordings for piece in motions(recording, bandwidth)
+            if piece.rows.size and piece.top_speed > 0.0]

@@ -11,12 +11,17 @@ __all__ = ['toothed_wave', 'wave']
 
 
 @compiled
+def _with_second(sine: float, cosine: float, second_sine: float, second_cosine: float) -> float:
+    """Return the wave at an angle of this sine and cosine. Those of its multiples follow from
+    them: a sine takes longer than all else that most effects do."""
+    return (sine + second_sine * 2.0 * sine * cosine
+            + second_cosine * (1.0 - 2.0 * sine * sine))
+
+
+@compiled
 def wave(turn: float, second_sine: float, second_cosine: float) -> float:
     """Return the wave at the angle `turn` [rad], the second harmonic relative to the first."""
-    # Of the angle's multiples too: a sine takes longer than all else that most effects do.
-    sine = math.sin(turn)
-    return (sine + second_sine * 2.0 * sine * math.cos(turn)
-            + second_cosine * (1.0 - 2.0 * sine * sine))
+    return _with_second(math.sin(turn), math.cos(turn), second_sine, second_cosine)
 
 
 @compiled
@@ -28,6 +33,6 @@ def toothed_wave(parameters: Numbers, angle: float) -> float:
     sine = math.sin(turn)
     cosine = math.cos(turn)
     return parameters[0] * (
-        sine + parameters[3] * 2.0 * sine * cosine + parameters[4] * (1.0 - 2.0 * sine * sine)
+        _with_second(sine, cosine, parameters[3], parameters[4])
         + parameters[5] * sine * (3.0 - 4.0 * sine * sine)
         + parameters[6] * cosine * (4.0 * cosine * cosine - 3.0))

@@ -19,6 +19,7 @@ from engb_core.identify.confidence import Estimate
 from engb_core.identify.paper_way import paper_way, PaperResult
 from engb_core.identify.procedure import IdentifiedModel, identify
 from engb_core.identify.self_energizing import compare_paper_way, fit_together, SelfEnergizing
+from engb_core.identify.smoothing import moving_pieces
 from engb_core.mechanism.kinematics import Mechanism
 from engb_core.model import Model
 from engb_core.recording import Recording
@@ -31,7 +32,6 @@ from engb_core.reproduce.self_energizing_chapter import (
     standing_and_turning,
 )
 from engb_core.reproduce.truth import ANGLES, truth_of
-from engb_core.reproduce.ways import used_motions
 
 __all__ = ['BlindOutcome', 'drawing', 'estimate_brake', 'estimate_strokes', 'judge', 'NUMBERS',
            'summarise', 'WAYS']
@@ -186,7 +186,7 @@ def _by_paper(recordings: Mapping[str, Recording], nominal: NominalResult, mecha
     classical = nominal.classical
 
     def result(recording: Recording) -> PaperResult:
-        pieces = used_motions(recording)
+        pieces = moving_pieces([recording])
         observed = None if delayed is None else [
             observe_causally(piece, classical, recording, delayed=delayed, published=True)
             for piece in pieces]

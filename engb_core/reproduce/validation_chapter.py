@@ -13,10 +13,10 @@ from scipy.interpolate import CubicHermiteSpline
 from engb_core.control.feedforward import Feedforward
 from engb_core.errors import InputError
 from engb_core.identify.paper_way import observe, paper_way
+from engb_core.identify.smoothing import moving_pieces
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.reproduce.plan import Experiment, OBSERVER_CUTOFFS
-from engb_core.reproduce.ways import used_motions
 
 __all__ = ['analyse_validation', 'compensated_share', 'Left', 'Offset', 'Tracking',
            'ValidationResult', 'worst_offset']
@@ -144,7 +144,7 @@ def track(recording: Recording) -> Tracking:
 
 def left_over(recording: Recording, model: Model) -> Left:
     """Part the disturbance that the model leaves into even and odd, as step 4 does."""
-    pieces = used_motions(recording)
+    pieces = moving_pieces([recording])
     observed = [observe(piece, model) for piece in pieces]
     before = paper_way(pieces, model, observed=observed)
     torques = Feedforward(model)

@@ -14,7 +14,7 @@ from engb_core.identify.causal_observer import observe_causally
 from engb_core.identify.load_and_friction import FrictionFit
 from engb_core.identify.paper_way import observe, paper_way
 from engb_core.identify.procedure import identify
-from engb_core.identify.smoothing import Motion, motions
+from engb_core.identify.smoothing import Motion, moving_pieces
 from engb_core.identify.strokes import find_strokes, Stroke
 from engb_core.model import Friction, Model
 from engb_core.recording import Recording
@@ -23,8 +23,7 @@ from engb_core.reproduce.nominal_chapter import NominalResult
 from engb_core.reproduce.plan import Experiment
 from engb_core.reproduce.truth import ANGLES, Truth
 
-__all__ = ['Bias', 'biases', 'coarse', 'CUTOFFS', 'mirror_centres', 'over_seeds', 'Spread',
-           'used_motions']
+__all__ = ['Bias', 'biases', 'coarse', 'CUTOFFS', 'mirror_centres', 'over_seeds', 'Spread']
 
 Array = NDArray[np.float64]
 
@@ -90,11 +89,6 @@ def coarse(recording: Recording) -> Recording:
                    effort=recording.effort[::every], velocity=None)
 
 
-def used_motions(recording: Recording) -> list[Motion]:
-    """Return the recording's motions that a fit uses."""
-    return [piece for piece in motions(recording) if piece.rows.size and piece.top_speed > 0.0]
-
-
 def mirror_centres(recording: Recording, pieces: Sequence[Motion],
                    strokes: Sequence[Stroke]) -> list[float]:
     """Return for each stroke the time about which its reference mirrors [s]: the middle of the
@@ -121,7 +115,7 @@ def biases(recording: Recording, nominal: NominalResult, truth: Truth) -> list[B
         nominal: of the same brake's free motor.
         truth: the brake.
     """
-    pieces = used_motions(recording)
+    pieces = moving_pieces([recording])
     classical = nominal.classical
     causal = {(cutoff, delayed): [observe_causally(piece, classical, recording, cutoff, delayed)
                                   for piece in pieces]

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from engb_core.identify.attenuation import attenuation, below_the_counts, moving_pieces
+from engb_core.identify.attenuation import attenuation, below_the_counts
 from engb_core.identify.procedure import identify
-from engb_core.identify.smoothing import BANDWIDTH, motions
+from engb_core.identify.smoothing import BANDWIDTH, motions, moving_pieces
 
 from .bench import PAPER, simulate, stroke_reference
 

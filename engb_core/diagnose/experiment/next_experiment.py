@@ -1,9 +1,9 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What to measure next: the reference on which what was chosen and its rivals part: effects, laws.
 
-A family of segments (segments.py), within what was recorded (room.py), is
-run on the chosen fit in closed loop (rehearsal.py). Those are combined whose motion
-the rivals can't explain with refitted numbers (score.py).
+A family of segments (segments.py), within what was recorded (room.py), is run on the chosen fit in
+closed loop (rehearsal.py). Those are combined whose motion the rivals can't explain with refitted
+numbers (score.py).
 """
 
 from __future__ import annotations
