@@ -4,7 +4,8 @@
 Inertia and load of a model are known apart from any effort (from masses and lengths). Where the
 recordings want both changed, by factors that agree within their deviations, either two numbers are
 wrong and agree by chance, or effort is off by one factor (torque constant). How likely the first
-is follows from how far apart two wrong numbers usually are, and how far these are.
+is follows from how far apart two wrong numbers usually are, and how far these are. An inertia that
+a refit of the file around a wrong load has moved says nothing of the effort.
 """
 
 from __future__ import annotations
@@ -14,10 +15,11 @@ import math
 
 from scipy.stats import norm
 
-from engb_core.diagnose.constants import MEASURED, STANDS_OUT
+from engb_core.diagnose.constants import LARGER_PART, MEASURED, STANDS_OUT
 from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import BELIEVED, LOAD_NUMBERS
+from engb_core.diagnose.numbers.moved_by_refit import wrong_by_itself
 from engb_core.diagnose.numbers.wrong_numbers import refitted, was_refitted
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
@@ -110,7 +112,8 @@ def _scaled(fitter: Fitter, start: Fit) -> Fit:
 
 
 def _factors(fitter: Fitter, start: Fit) -> Factors | None:
-    """Return by what inertia and load must be multiplied, each by a number of its own."""
+    """Return by what inertia and load must be multiplied, each by a number of its own; None where
+    no factor does, or a refit of the file likely moved the inertia."""
     numbers = tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
     names = [number.name for number in numbers]
     if 'inertia' not in names:
@@ -123,7 +126,7 @@ def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     scale = len(numbers) + next(entry for entry, place in enumerate(fit.hypothesis.places)
                                 if place[0] == len(fit.hypothesis.variants) - 1)
     factor = float(fit.vector[scale])
-    if factor <= 0.0:
+    if factor <= 0.0 or wrong_by_itself(fitter, fit, inertia) < LARGER_PART:
         return None
     return Factors(
         float(fit.vector[inertia]) - math.log(fitter.problem.model.motor.inertia),

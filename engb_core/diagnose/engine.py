@@ -46,6 +46,7 @@ from engb_core.diagnose.full_bandwidth import (
 from engb_core.diagnose.load_shape import (
     LOAD_SHAPE,
     load_shape_finding,
+    moved_as_a_whole,
     nameless_curve,
     with_free_load_curve,
 )
@@ -251,12 +252,16 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
             earlier: Fitter | None = None, found: Fit | None = None) -> _Outcome:
     fitter = Fitter(problem, threads, earlier)
     tell('refitting the nominal numbers')
-    nominal, selection = fitter.nominal(), select(search(fitter, tell, found))
+    by_form = search(fitter, tell, found)
+    nominal, selection = fitter.nominal(), select(by_form)
     by_file = fitter, nominal, selection
     if not selection.consistent:
         tell('asking whether the load curve has another form')
         free = with_free_load_curve(fitter, selection)
-        if free is not None:
+        whole = None if free is None else moved_as_a_whole(by_form, selection)
+        if whole is not None:
+            selection = whole
+        elif free is not None:
             tell('beginning again with a free load curve')
             again = search(free, tell, selection.chosen)
             fitter, nominal, selection = free, free.nominal(), select(again)

@@ -3,28 +3,44 @@
 
 A polynomial or a sinusoid need not follow a real load. What it leaves lies along the angle,
 whatever else is missing, and hides it: so the question is put beside the best effects found with
-the file's form, and where a table is worth having, all effects are asked for again beside it.
+the file's form, and where a table is worth having, all effects are asked for again beside it. A
+free table takes in any error of the curve; where one number moves all of it to within what such a
+number's formula misses, that is said, and the rest left to what describes the remainder.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, REPEATS
+from engb_core.diagnose.constants import CLEAN_EXCESS, LARGER_PART, REPEATS
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fitted import without_effects
+from engb_core.diagnose.formula import formula_error, something_known
 from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
+from engb_core.diagnose.numbers.held_load_curve import (
+    best_of_each,
+    BY_ONE_NUMBER,
+    load_held,
+    load_moved,
+    MOVE_THE_LOAD,
+    numbers_without_load,
+)
 from engb_core.diagnose.numbers.wrong_numbers import NumberFinding
 from engb_core.diagnose.optimise.fit import Fit, Fitter
-from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
+from engb_core.diagnose.score.probability import part_left
+from engb_core.diagnose.score.ranking import price
+from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
+from engb_core.diagnose.search.every_effect import Search
 from engb_core.diagnose.search.more_orders import orders_of, with_orders_only
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.load_curve_shape import EFFECT
 
-__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'nameless_curve', 'with_free_load_curve']
+__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'moved_as_a_whole', 'nameless_curve',
+           'with_free_load_curve']
 
 LOAD_SHAPE = EFFECT.id
 
@@ -72,6 +88,46 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
     beside = reduced_chi_square(_freed(free, chosen), fitter) - 1.0
     left = reduced_chi_square(chosen, fitter) - 1.0
     return free if worth_a_further_effect(left, beside, whole) else None
+
+
+def moved_as_a_whole(result: Search, selection: Selection) -> Selection | None:
+    """Return the selection with one number that moves the file's whole load curve, in place of
+    what may be the form of the curve, where that number is likelier the cause than a makeshift
+    for another form, and nothing else leaves clearly less; None where it is not so.
+
+    Args:
+        result: the search with the file's form, beside which a table is worth having.
+        selection: of it.
+    """
+    fitter, chosen = result.fitter, selection.chosen
+    numbers = numbers_without_load(fitter)
+    if len(numbers) == len(fitter.numbers):
+        return None
+    gone = {index for index, variant in enumerate(chosen.hypothesis.variants)
+            if variant.effect.id in MOVE_THE_LOAD or _may_be_the_curve(
+                fitter, variant.effect, chosen.hypothesis.named(chosen.vector, index))}
+    beside = _without_slow_waves(fitter, chosen, gone) if gone else chosen
+    ids = set(beside.hypothesis.ids)
+    found = [*load_held(result, [fit for fit in result.of_size(len(ids) + 1)
+                                 if ids < set(fit.hypothesis.ids)]),
+             *(load_moved(result, beside) if ids else ())]
+    every = [fit for fit in best_of_each(found) if len(fit.hypothesis.ids) == len(ids) + 1]
+    held = fitter.refine(fitter.refit(beside, numbers))
+    near = min((excess(fit, fitter) for fit in every), default=0.0) + formula_error(
+        excess(held, fitter))
+    # What may be the form of the curve is no rival of the number: either leaves the other room.
+    rivals = [fit for fit in every if not any(
+        _may_be_the_curve(fitter, variant.effect, fit.hypothesis.named(fit.vector, index))
+        for index, variant in enumerate(fit.hypothesis.variants)
+        if variant.effect.id not in ids)]
+    best = min((fit for fit in rivals if excess(fit, fitter) < near
+                and set(fit.hypothesis.ids) - ids <= set(BY_ONE_NUMBER)),
+               key=lambda fit: price(fit, fitter), default=None)
+    if best is None or something_known(part_left(fitter, held, best)) < LARGER_PART:
+        return None
+    return replace(selection, chosen=best, rivals=tuple(
+        fit for fit in sorted(rivals, key=lambda fit: fit.cost) if fit is not best),
+        excess_before=excess(held, fitter), excess_after=excess(best, fitter), further=())
 
 
 def _without_slow_waves(fitter: Fitter, fit: Fit, instead: set[int]) -> Fit:

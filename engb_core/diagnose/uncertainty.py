@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, FORMULA_MISSES, STANDS_OUT
 from engb_core.diagnose.diagnosis import ParameterEstimate
@@ -263,23 +264,41 @@ def stands_out(fit: Fit, fitter: Fitter, variant: int, name: str = '') -> bool:
 
     By noise alone: how wrong the formula may be is no question of there or not. Derivatives tell
     nothing of that where the cost goes by jumps: a gap that is never crossed to its end has no
-    size, and is there.
+    size, and is there. Where size and shape of an effect make up for each other, its size may be
+    anything though it is there: so one that stands out with the shape as it is does so, too, if by
+    as much as the best of all shapes would ask (Scheffé, Biometrika 40 (1953) 87).
     """
     if fit.hypothesis.variants[variant].effect.multimodal:
         return True
     deviations = vector_deviations(fit, fitter, by_noise_alone=True)
     offset = len(fit.hypothesis.numbers)
+    shape = [offset + entry for entry, (owner, _, _) in enumerate(fit.hypothesis.places)
+             if owner == variant and fit.hypothesis.parameter(entry).none is None]
+    of_shape = np.sqrt(chi2.isf(chi2.sf(STANDS_OUT ** 2, 1), 1 + len(shape)))
     for entry, (owner, _, run) in enumerate(fit.hypothesis.places):
         parameter = fit.hypothesis.parameter(entry)
         if (owner == variant and run <= 0 and parameter.none is not None
                 and name in ('', parameter.name)):
-            value, std = fit.vector[offset + entry], deviations[offset + entry]
-            none = parameter.none
+            place = offset + entry
+            value, unit, none = fit.vector[place], 1.0, parameter.none
             if parameter.logarithmic:
-                value, std = np.exp(value), std * np.exp(value)
-            if abs(value - none) < STANDS_OUT * std:
+                value = unit = np.exp(value)
+            apart = abs(value - none) / unit
+            if apart < STANDS_OUT * deviations[place] and (
+                    not shape or apart < of_shape * _with_held(fit, fitter, shape)[place]):
                 return False
     return True
+
+
+def _with_held(fit: Fit, fitter: Fitter, held: list[int]) -> NDArray[np.float64]:
+    """Return the deviation (size,) that noise leaves each entry of a finished fit's vector beside
+    some that are held; of those none."""
+    told = _Information.of(fit, fitter)
+    places = np.flatnonzero(told.free)
+    left = ~np.isin(places, held)
+    deviations = np.zeros(fit.vector.size)
+    deviations[places[left]] = _deviations(told.noise[np.ix_(left, left)])
+    return deviations
 
 
 def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEstimate]:
@@ -287,6 +306,7 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
     assert fit.jacobian is not None, 'the fit is finished'
     deviations = reported_deviations(fit, fitter)
     offset = len(fit.hypothesis.numbers)
+    width = np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0)
     found: dict[str, ParameterEstimate] = {}
     for entry, (owner, _, run) in enumerate(fit.hypothesis.places):
         if owner != variant or run > 0:
@@ -304,6 +324,9 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
             parameter.none is None or parameter.logarithmic)
         # Nor what acts on nothing in this variant, or in these recordings.
         undetermined |= not fit.jacobian[:, offset + entry].any()
+        # Nor is it known less well than that it lies between its bounds.
+        if not parameter.logarithmic:
+            std = min(std, float(width[offset + entry]))
         found[parameter.name] = ParameterEstimate(value, None if undetermined else std,
                                                   parameter.unit)
     return found

@@ -21,6 +21,7 @@ from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, something_known, sure_part
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.locate import coordinates
+from engb_core.diagnose.numbers.held_load_curve import MOVE_THE_LOAD
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.ranking import worth_having
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
@@ -128,7 +129,7 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
         # No law can predict it better.
         return None
     nearest, roughly = None, []
-    for own, base in _bases(fitter, plain):
+    for own, base in _bases(fitter, plain, named if likely else None):
         law = find_law(own, base, tell, approximately=not likely and left > CLEAN_EXCESS)
         if isinstance(law, Nearest):
             nearest = law if nearest is None or law.explained > nearest.explained else nearest
@@ -197,10 +198,15 @@ def _refitted_numbers(fitter: Fitter) -> Fit:
     return fitter.finish(fitter.refine(fitter.base()))
 
 
-def _bases(fitter: Fitter, plain: Fitter) -> Iterator[tuple[Fitter, Fit]]:
+def _bases(fitter: Fitter, plain: Fitter, likely: Fit | None) -> Iterator[tuple[Fitter, Fit]]:
     """Yield the fits that a law without names is looked for beside, the plainest first: refitted
     numbers; and where the file's load curve cannot have the right form, a free one along with
-    them: what a wrong form leaves lies along the stroke, and any law is bent to take it up."""
+    them: what a wrong form leaves lies along the stroke, and any law is bent to take it up. Where
+    one `likely` number moves the file's whole load curve, the curve is as in the file: a free one
+    would hold what is said."""
+    if likely is not None and any(effect in MOVE_THE_LOAD for effect in likely.hypothesis.ids):
+        yield fitter, fitter.finish(fitter.refine(fitter.base(likely.hypothesis.numbers)))
+        return
     base = _refitted_numbers(plain)
     yield plain, base
     scene = fitter.problem.scene

@@ -3,16 +3,24 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from engb_core.diagnose.nominal import DELAY
+from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS, with_numbers
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.search.every_effect import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.model import EffectSetting, Model
 
-from .simulated_brake import equal_strokes, NOMINAL, recorded
+from .simulated_brake import (
+    brake_with,
+    equal_strokes,
+    NOMINAL,
+    recorded,
+    strokes_and_waves,
+)
 
 STROKES = equal_strokes(8.0)
 
@@ -66,3 +74,23 @@ def test_rivals_are_told_apart_by_a_file_that_stands():
     off = replace(NOMINAL, friction=replace(friction, coulomb=1.06 * friction.coulomb))
     unsure = selected(brake, off)
     assert all(len(fit.hypothesis.numbers) > 1 for fit in unsure.rivals)
+
+
+@pytest.mark.parametrize('seed, scale, held', [
+    (1, 1.15, ()), (1, 0.9, ()), (3, 1.15, ('inertia', 'load_gain'))])
+def test_numbers_that_a_refit_around_a_wrong_load_has_moved_are_not_told(seed, scale, held):
+    """Neither one by one nor, where inertia and load happen to be off alike, as effort's scale."""
+    strokes = strokes_and_waves(seed)
+    recording = recorded(brake_with('load_stiffness_error', scale=scale),
+                         lambda time, _: strokes.at(time), min(strokes.duration, 14.0))
+    fitter = Fitter(problem_of([recording], NOMINAL))
+    moved = tuple(number for number in fitter.numbers if number.name not in (
+        *LOAD_NUMBERS, DELAY, CURVATURE, *held))
+    refit = fitter.refine(fitter.base(moved))
+    file = with_numbers(NOMINAL, {
+        number.name: float(np.exp(value) if number.logarithmic else value)
+        for number, value in zip(moved, refit.vector, strict=True)})
+    found = diagnose([recording], file)
+    assert [entry.effect for entry in found.effects if entry.probability >= 0.5] == [
+        'load_stiffness_error']
+    assert found.effects[0].parameters['scale'].value == pytest.approx(scale, rel=0.02)

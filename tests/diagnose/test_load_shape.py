@@ -90,6 +90,22 @@ def slippery():
     return replace(NOMINAL, friction=friction)
 
 
+def test_a_stiffness_that_is_off_is_told_also_where_the_curve_has_another_form():
+    """A free table would take in the whole of it, and no number would be told."""
+    bend = stiffer_at_the_end().parameters
+    brake = brake_with('load_stiffness_error', scale=1.3)
+    brake = replace(brake, effects=(*brake.effects, EffectSetting(LOAD_SHAPE, {
+        name: 0.1 * value if name.startswith('value') else value
+        for name, value in bend.items()})))
+    found = diagnose([lively(brake)], NOMINAL)
+    assert [entry.effect for entry in found.effects if entry.probability >= 0.5] == [
+        'load_stiffness_error']
+    # The bend lies where the load is largest, and is part of what the factor is.
+    assert found.effects[0].parameters['scale'].value == pytest.approx(1.3, abs=0.06)
+    effort = next(entry for entry in found.held_out if entry.quantity == 'effort')
+    assert effort.rms_after < 0.05 * effort.rms_before
+
+
 def test_a_wrong_number_is_told_beside_the_form(shaped, slippery):
     found = diagnose([shaped], slippery)
     assert {entry.effect for entry in found.effects if entry.probability >= 0.7} == {

@@ -151,8 +151,12 @@ def _made_up(fitter: Fitter) -> bool:
 def _decided(fitter: Fitter, chosen: Fit, held: list[Fit], others: list[Fit], limit: float,
              ) -> tuple[Fit, list[Fit]]:
     """Return the best of the fits with the load curve held, and the others of them as rivals;
-    what was `chosen` before, and its rivals, where none of those fits as well."""
-    ranked = sorted(held, key=lambda fit: price(fit, fitter))
+    what was `chosen` before, and its rivals, where none of those fits as well. That a description
+    without a name needs no other load curve says nothing against a name that needs one."""
+    told = price(chosen, fitter)
+    ranked = sorted((fit for fit in held if chosen.hypothesis.has_unnamed
+                     or not fit.hypothesis.has_unnamed or price(fit, fitter) < told),
+                    key=lambda fit: price(fit, fitter))
     if not ranked or reduced_chi_square(ranked[0], fitter) > limit:
         return chosen, others
     best = simplest(ranked, fitter)

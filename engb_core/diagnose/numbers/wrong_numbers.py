@@ -87,7 +87,7 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     if beside_physics and not (fitter.load_shape or explained.hypothesis.has_unnamed):
         return _beside_physics(fitter, explained)
     found = _told_by_file(fitter, explained)
-    return _wrong_by_themselves(fitter, explained, found) if beside_physics and found else found
+    return _wrong_by_themselves(fitter, explained, found) if variants and found else found
 
 
 def _told_by_file(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
