@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS, with_numbers
 from engb_core.diagnose.optimise.fit import Fitter
@@ -13,6 +14,7 @@ from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.search.every_effect import search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.model import EffectSetting, Model
+from engb_core.recording import Recording
 
 from .simulated_brake import (
     brake_with,
@@ -76,6 +78,22 @@ def test_rivals_are_told_apart_by_a_file_that_stands():
     assert all(len(fit.hypothesis.numbers) > 1 for fit in unsure.rivals)
 
 
+def refitted(model: Model, recording: Recording, held: tuple[str, ...] = ()) -> Model:
+    """Return a model whose numbers, but those that are held, were refitted on a recording."""
+    fitter = Fitter(problem_of([recording], model))
+    moved = tuple(number for number in fitter.numbers if number.name not in (
+        DELAY, CURVATURE, *held))
+    refit = fitter.refine(fitter.base(moved))
+    return with_numbers(model, {
+        number.name: float(np.exp(value) if number.logarithmic else value)
+        for number, value in zip(moved, refit.vector, strict=True)})
+
+
+def told(recording: Recording, model: Model) -> list[EffectFinding]:
+    """Return what is said of a recording that is likelier right than wrong."""
+    return [entry for entry in diagnose([recording], model).effects if entry.probability >= 0.5]
+
+
 @pytest.mark.parametrize('seed, scale, held', [
     (1, 1.15, ()), (1, 0.9, ()), (3, 1.15, ('inertia', 'load_gain'))])
 def test_numbers_that_a_refit_around_a_wrong_load_has_moved_are_not_told(seed, scale, held):
@@ -83,14 +101,18 @@ def test_numbers_that_a_refit_around_a_wrong_load_has_moved_are_not_told(seed, s
     strokes = strokes_and_waves(seed)
     recording = recorded(brake_with('load_stiffness_error', scale=scale),
                          lambda time, _: strokes.at(time), min(strokes.duration, 14.0))
-    fitter = Fitter(problem_of([recording], NOMINAL))
-    moved = tuple(number for number in fitter.numbers if number.name not in (
-        *LOAD_NUMBERS, DELAY, CURVATURE, *held))
-    refit = fitter.refine(fitter.base(moved))
-    file = with_numbers(NOMINAL, {
-        number.name: float(np.exp(value) if number.logarithmic else value)
-        for number, value in zip(moved, refit.vector, strict=True)})
-    found = diagnose([recording], file)
-    assert [entry.effect for entry in found.effects if entry.probability >= 0.5] == [
-        'load_stiffness_error']
-    assert found.effects[0].parameters['scale'].value == pytest.approx(scale, rel=0.02)
+    found = told(recording, refitted(NOMINAL, recording, (*LOAD_NUMBERS, *held)))
+    assert [entry.effect for entry in found] == ['load_stiffness_error']
+    assert found[0].parameters['scale'].value == pytest.approx(scale, rel=0.02)
+
+
+@pytest.mark.parametrize('seed', [1, 2])
+def test_a_name_is_not_given_up_for_a_description_that_needs_no_other_load_curve(seed):
+    """The file's curve was refitted around the offset: a torque at one place sets it right."""
+    model = replace(NOMINAL, load_torque=replace(NOMINAL.load_torque, contact_angle=5.0))
+    brake = replace(model, effects=(EffectSetting('torque_offset', {'offset': -0.004}),))
+    strokes = strokes_and_waves(seed)
+    recording = recorded(brake, lambda time, _: strokes.at(time), min(strokes.duration, 14.0))
+    found = told(recording, refitted(model, recording))
+    assert [entry.effect for entry in found] == ['torque_offset']
+    assert found[0].parameters['offset'].value == pytest.approx(-0.004, rel=0.2)

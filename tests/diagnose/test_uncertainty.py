@@ -1,6 +1,8 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """How sure a number is that another formulation of the same physics would put elsewhere."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,12 @@ from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.uncertainty import reported_deviations, vector_deviations
+from engb_core.diagnose.uncertainty import (
+    estimates,
+    reported_deviations,
+    stands_out,
+    vector_deviations,
+)
 from engb_core.effects.catalogue import get_effect
 
 from .simulated_brake import brake_with, lively, NOMINAL
@@ -58,3 +65,23 @@ def test_a_gap_is_as_sure_as_a_prediction_stays_alike_not_as_its_jumps_are_sharp
         without_effects(fit, {0}), (fit.hypothesis, moved)))
     assert np.linalg.norm(change * fitter.weight) < \
         FORMULA_MISSES * np.linalg.norm(adds * fitter.weight)
+
+
+def test_an_effect_whose_size_and_shape_make_up_for_each_other_is_there():
+    """Beside a free load curve only how asymmetric friction grows with speed shows: half of it
+    that grows twice as much is the same, but none is not."""
+    fitter, fit = fitted('asymmetric_friction', asymmetry=0.35, growth=0.5, mean_speed=10.0)
+    size = len(fit.hypothesis.numbers)
+    assert fit.jacobian is not None
+    alike = fit.jacobian.copy()
+    alike[:, size + 2] = alike[:, size] * (1.0 + 1e-4 * np.sin(np.arange(alike.shape[0])))
+    same = replace(fit, jacobian=alike)
+    told = vector_deviations(same, fitter, by_noise_alone=True)[size]
+    assert told > 0.5 * fit.vector[size]
+    assert stands_out(same, fitter, 0)
+    nothing = fit.vector.copy()
+    nothing[size] = 1e-4
+    assert not stands_out(replace(same, vector=nothing), fitter, 0)
+    # It is known no less well than that it lies between its bounds.
+    std = estimates(same, fitter, 0)['asymmetry'].std
+    assert std is not None and std < 0.6
