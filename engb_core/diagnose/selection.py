@@ -162,7 +162,19 @@ def _forward(result: Search, before: float) -> Fit:
         chosen = best
         if excess(chosen, fitter) < FORMULA_ERROR:
             break
-    return chosen
+    return _of_all_in_place(result, chosen)
+
+
+def _of_all_in_place(result: Search, chosen: Fit) -> Fit:
+    """Return the best fit of as many effects as are chosen, once for each of them others have been
+    fitted in its place beside the rest: an effect that was the best of the first may be another's
+    makeshift beside the last, and how sure it is follows from those others."""
+    fitter, count = result.fitter, len(chosen.hypothesis.variants)
+    if count < 2:
+        return chosen
+    extend(result, *(fitter.without(chosen, index) for index in range(count)))
+    best = simplest(_candidates(result, count, chosen), fitter)
+    return best if price(best, fitter) < price(chosen, fitter) else chosen
 
 
 def _candidates(result: Search, size: int, chosen: Fit) -> list[Fit]:

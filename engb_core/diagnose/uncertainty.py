@@ -265,28 +265,33 @@ def stands_out(fit: Fit, fitter: Fitter, variant: int, name: str = '') -> bool:
     By noise alone: how wrong the formula may be is no question of there or not. Derivatives tell
     nothing of that where the cost goes by jumps: a gap that is never crossed to its end has no
     size, and is there. Where size and shape of an effect make up for each other, its size may be
-    anything though it is there: so one that stands out with the shape as it is does so, too, if by
-    as much as the best of all shapes would ask (Scheffé, Biometrika 40 (1953) 87).
+    anything though it is there: one that stands out with the shape as it is does so, too, if by
+    as much as the best of all shapes would ask (Scheffé, Biometrika 40 (1953) 87). Of several
+    sizes each has to be told from the others as well.
     """
     if fit.hypothesis.variants[variant].effect.multimodal:
         return True
     deviations = vector_deviations(fit, fitter, by_noise_alone=True)
     offset = len(fit.hypothesis.numbers)
-    shape = [offset + entry for entry, (owner, _, _) in enumerate(fit.hypothesis.places)
-             if owner == variant and fit.hypothesis.parameter(entry).none is None]
-    of_shape = np.sqrt(chi2.isf(chi2.sf(STANDS_OUT ** 2, 1), 1 + len(shape)))
-    for entry, (owner, _, run) in enumerate(fit.hypothesis.places):
+    entries = [entry for entry, (owner, _, run) in enumerate(fit.hypothesis.places)
+               if owner == variant and run <= 0]
+    sizes = [entry for entry in entries if fit.hypothesis.parameter(entry).none is not None]
+    for entry in sizes:
         parameter = fit.hypothesis.parameter(entry)
-        if (owner == variant and run <= 0 and parameter.none is not None
-                and name in ('', parameter.name)):
-            place = offset + entry
-            value, unit, none = fit.vector[place], 1.0, parameter.none
-            if parameter.logarithmic:
-                value = unit = np.exp(value)
-            apart = abs(value - none) / unit
-            if apart < STANDS_OUT * deviations[place] and (
-                    not shape or apart < of_shape * _with_held(fit, fitter, shape)[place]):
-                return False
+        value, unit, none = fit.vector[offset + entry], 1.0, parameter.none
+        if name not in ('', parameter.name):
+            continue
+        if parameter.logarithmic:
+            value = unit = np.exp(value)
+        apart = abs(value - none) / unit
+        if apart >= STANDS_OUT * deviations[offset + entry]:
+            continue
+        if len(sizes) > 1 or len(entries) == 1:
+            return False
+        best_of_shapes = np.sqrt(chi2.isf(chi2.sf(STANDS_OUT ** 2, 1), len(entries)))
+        held = [offset + other for other in entries if other != entry]
+        if apart < best_of_shapes * _with_held(fit, fitter, held)[offset + entry]:
+            return False
     return True
 
 

@@ -78,16 +78,22 @@ class NumberFinding:
 def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     """Return the numbers that are wrong in the model file, given the effects in `explained`.
 
-    Beside missing physics a number is named only where no refit of the file around the physics
-    has moved it (moved_by_refit.py). Where something without a name stands beside, which may have
-    taken in what others of them do or left what passes for one, the file has to tell as well.
+    Beside missing physics, or a number that moves the whole load curve, a number is named only
+    where no refit of the file around that has moved it (moved_by_refit.py). Where something
+    without a name stands beside, which may have taken in what others of them do or left what
+    passes for one, the file has to tell as well.
     """
     variants = explained.hypothesis.variants
     beside_physics = not all(variant.number_only for variant in variants)
     if beside_physics and not (fitter.load_shape or explained.hypothesis.has_unnamed):
         return _beside_physics(fitter, explained)
     found = _told_by_file(fitter, explained)
-    return _wrong_by_themselves(fitter, explained, found) if variants and found else found
+    if not variants:
+        return found
+    # One that a refit held, it has not moved.
+    held = [] if beside_physics else [finding for finding in found if finding.kept]
+    others = [finding for finding in found if finding not in held]
+    return [*held, *(_wrong_by_themselves(fitter, explained, others) if others else [])]
 
 
 def _told_by_file(fitter: Fitter, explained: Fit) -> list[NumberFinding]:

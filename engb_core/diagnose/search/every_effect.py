@@ -136,10 +136,11 @@ def _add_orders(result: Search) -> None:
         result.add(with_more_orders(result.fitter, fit))
 
 
-def extend(result: Search, fit: Fit) -> None:
-    """Fit the most promising sets with one effect more than `fit`."""
+def extend(result: Search, *fits: Fit) -> None:
+    """Fit the most promising sets with one effect more than each of the `fits`, the most of the
+    first."""
     fitter = result.fitter
-    further = _companions(result, [fit], physics_effects(fitter))
+    further = _companions(result, list(fits), physics_effects(fitter))
     found = list(_with_companions(fitter, further))
     for entry in parallel_map(fitter.refine, found, fitter.threads):
         result.add(entry)
