@@ -42,6 +42,9 @@ from engb_core.diagnose.search.every_effect import extend, Search
 
 __all__ = ['Selection', 'select', 'worth_a_further_effect']
 
+# Others that are fitted in the place of each of several chosen effects.
+IN_PLACE = 3
+
 
 @dataclass(frozen=True)
 class Selection:
@@ -146,7 +149,7 @@ def _forward(result: Search, before: float) -> Fit:
     chosen = result.base
     for size in itertools.count(1):
         if size > 2:
-            extend(result, chosen)
+            extend(result, [chosen])
         candidates = _candidates(result, size, chosen)
         if not candidates:
             break
@@ -172,7 +175,7 @@ def _of_all_in_place(result: Search, chosen: Fit) -> Fit:
     fitter, count = result.fitter, len(chosen.hypothesis.variants)
     if count < 2:
         return chosen
-    extend(result, *(fitter.without(chosen, index) for index in range(count)))
+    extend(result, [fitter.without(chosen, index) for index in range(count)], IN_PLACE)
     best = simplest(_candidates(result, count, chosen), fitter)
     return best if price(best, fitter) < price(chosen, fitter) else chosen
 

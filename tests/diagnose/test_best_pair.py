@@ -125,3 +125,19 @@ def test_a_brake_with_five_effects_gets_five_names():
     others = {entry.id for entry in catalogue().values()} - wanted - {'torque_offset'}
     chosen = select(search(Fitter(replace(problem, settled=tuple(others))))).chosen
     assert set(chosen.hypothesis.ids) == wanted
+
+
+def test_others_are_fitted_in_the_place_of_each_of_several():
+    """How sure each is follows from what else may be in its place."""
+    brake = replace(NOMINAL, effects=(
+        EffectSetting('load_hysteresis', {'hysteresis_ratio': 0.1}),
+        EffectSetting('cogging_torque', {'amplitude': 0.012, 'order': 8.0, 'phase': 0.3}),
+        EffectSetting('presliding_friction', {'presliding_distance': 0.3})))
+    strokes = strokes_and_waves(1)
+    result = search(Fitter(problem_of([recorded(
+        brake, lambda time, _: strokes.at(time), 12.0, noise=0.002)], NOMINAL)))
+    chosen = set(select(result).chosen.hypothesis.ids)
+    assert chosen == {entry.effect for entry in brake.effects}
+    for effect in chosen:
+        assert any(chosen - {effect} < set(ids) and effect not in ids and len(ids) == len(chosen)
+                   for ids in result.fits), effect

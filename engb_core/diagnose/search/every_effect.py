@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 import math
 
@@ -136,11 +136,11 @@ def _add_orders(result: Search) -> None:
         result.add(with_more_orders(result.fitter, fit))
 
 
-def extend(result: Search, *fits: Fit) -> None:
-    """Fit the most promising sets with one effect more than each of the `fits`, the most of the
-    first."""
+def extend(result: Search, fits: Sequence[Fit], most: int = COMPANIONS[0]) -> None:
+    """Fit the sets with one effect more than each of the `fits`, so many of each that are the most
+    promising."""
     fitter = result.fitter
-    further = _companions(result, list(fits), physics_effects(fitter))
+    further = _companions(result, fits, physics_effects(fitter), [most] * len(fits))
     found = list(_with_companions(fitter, further))
     for entry in parallel_map(fitter.refine, found, fitter.threads):
         result.add(entry)
@@ -216,9 +216,10 @@ class _Companion:
         return tuple(sorted((*self.first.hypothesis.ids, self.variant.effect.id)))
 
 
-def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> list[_Companion]:
-    """Return the most promising companions of each of the fits; no set of effects that is fitted
-    already, or that an earlier one of them leads to.
+def _companions(result: Search, firsts: Sequence[Fit], effects: list[Effect],
+                companions: Sequence[int] = COMPANIONS) -> list[_Companion]:
+    """Return the most promising companions of each of the fits, so many of each; no set of effects
+    that is fitted already, or that an earlier one of them leads to.
 
     An effect whose cost has many narrow minima takes in alone what it can of its companion, and
     derivatives need not lead back. So a set that such an effect leads to may also be reached by
@@ -233,7 +234,7 @@ def _companions(result: Search, firsts: list[Fit], effects: list[Effect]) -> lis
              for entry in part]
     # Each set of effects, and whether it may be reached once more, with its multimodal one last.
     taken, chosen = dict.fromkeys(result.fits, False), []
-    for first, most in zip(firsts, COMPANIONS, strict=False):
+    for first, most in zip(firsts, companions, strict=False):
         best: list[_Companion] = []
         for entry in sorted((entry for entry in found
                              if entry.first is first and (entry.key not in taken or (
