@@ -191,8 +191,9 @@ def _calibration(page: Page, summary: dict) -> None:
     page.table([Column('said'), Column('on average', number=True), Column('right', number=True)],
                [[f'{b["from"]:.2f} to {b["to"]:.2f}', f'{b["said"]:.2f}',
                  f'{b["right"]} of {b["claims"]}'] for b in sure['bands']], kind='compact',
-               caption=f'Expected calibration error {sure["expected_error"]:.3f}, Brier score '
-               f'{sure["brier"]:.3f}, over {sure["claims"]} claims.')
+               caption=f'Expected calibration error {sure["expected_error"]:.3f}, where claims '
+               f'that are right as often as they say have {sure["by_chance"]:.3f} on average; '
+               f'Brier score {sure["brier"]:.3f}, over {sure["claims"]} claims.')
     _cause_sets(page, summary)
     _conditions(page, summary)
 

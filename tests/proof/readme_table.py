@@ -168,8 +168,9 @@ ROWS: tuple[tuple[str, _Tell | None, _Tell | None], ...] = (
     ('harm: held-out error 5 % and 0.2 floors larger (real: 5 %), all cases',
      lambda s: _of(s['harm']), _worse),
     ('claims said with 0.9 to 0.97 that are right (0.97 and more)', _bands, None),
-    ('calibration, expected error (Brier score)',
-     lambda s: (f'{_number(s["calibration"]["expected_error"], 3)} '
+    ('calibration, expected error: as it is / by chance alone (Brier score)',
+     lambda s: (f'{_number(s["calibration"]["expected_error"], 3)} / '
+                f'{_number(s["calibration"].get("by_chance"), 3)} '
                 f'({_number(s["calibration"]["brier"], 3)})'), None),
     ('truth in the set of the leading claim at level 0.9, all cases / with a claim (worst '
      'stratum); causes in a set', lambda s: _sets(s, 'leading'), None),

@@ -65,8 +65,9 @@ def _fit(summary: dict) -> list[str]:
         lines.append(f'  {name:56s}{_percent(row["median_error"])} '
                      f'({_percent(row["median_deviation"])}) inside {_percent(row["coverage"])} '
                      f'of {row["cases"]}')
-    lines.append(f'calibration: expected error {_number(sure["expected_error"])}, Brier '
-                 f'{_number(sure["brier"])} of {sure["claims"]} claims')
+    lines.append(f'calibration: expected error {_number(sure["expected_error"])} (by chance '
+                 f'alone {_number(sure["by_chance"])}), Brier {_number(sure["brier"])} of '
+                 f'{sure["claims"]} claims')
     lines += [f'  claims said with {b["from"]:.2f} to {b["to"]:.2f}: {b["right"]} of '
               f'{b["claims"]} right (said {b["said"]:.2f})' for b in sure['bands']]
     return lines + as_lines(summary['cause_sets'])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from math import comb
 from pathlib import Path
 
 import numpy as np
@@ -185,6 +186,10 @@ def test_wrong_name_outside_and_false_alarm_and_harm_are_counted(tmp_path: Path)
     assert summary['named_first']['subtle']['share'] == 1.0
     assert summary['named_first']['strong']['share'] == 0.0
     assert summary['calibration']['expected_error'] == pytest.approx(0.9 - 0.2)
+    # Of five claims with 0.9 that are right so often four are by chance, or three.
+    assert summary['calibration']['by_chance'] == pytest.approx(sum(
+        comb(5, right) * 0.9 ** right * 0.1 ** (5 - right) * abs(right / 5 - 0.9)
+        for right in range(6)))
 
 
 def test_interval_of_nothing_in_three_hundred() -> None:

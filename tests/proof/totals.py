@@ -46,14 +46,16 @@ def _share(cases: list[CaseScore], test: Callable[[CaseScore], object]
 
 
 def calibration(cases: list[CaseScore]) -> dict[str, object]:
-    """Reliability bins and bands, the expected calibration error and the Brier score."""
+    """Reliability bins and bands, the Brier score, and the expected calibration error: as it is,
+    and as it would be on average, `by_chance`, if all claims were right as often as they say."""
     claims = [(p, name in c.accepted) for c in cases for name, p in c.claims]
-    bins, error = [], 0.0
+    bins, error, by_chance = [], 0.0, 0.0
     for k in range(10):
         inside = [(p, r) for p, r in claims if k / 10 <= p < (k + 1) / 10 or (k == 9 and p == 1)]
         if inside:
             said, right = np.mean([p for p, _ in inside]), np.mean([r for _, r in inside])
             error += len(inside) / len(claims) * abs(said - right)
+            by_chance += len(inside) / len(claims) * _scatter(np.array([p for p, _ in inside]))
             bins.append({'said': float(said), 'right': float(right), 'claims': len(inside)})
     bands = []
     for low, high in _BANDS:
@@ -62,8 +64,20 @@ def calibration(cases: list[CaseScore]) -> dict[str, object]:
             bands.append({'from': low, 'to': min(high, 1.0), 'claims': len(inside),
                           'said': float(np.mean([p for p, _ in inside])),
                           'right': sum(r for _, r in inside)})
-    return {'expected_error': float(error) if claims else None, 'bins': bins, 'bands': bands,
+    return {'expected_error': float(error) if claims else None,
+            'by_chance': float(by_chance) if claims else None, 'bins': bins, 'bands': bands,
             'brier': _mean([(p - r) ** 2 for p, r in claims]), 'claims': len(claims)}
+
+
+def _scatter(said: np.ndarray) -> float:
+    """How far, on average, the share of right claims lies from the mean of the probabilities said
+    (n,), where these are right and the claims independent."""
+    chance = np.zeros(said.size + 1)     # of so many that are right
+    chance[0] = 1.0
+    for p in said:
+        chance[1:] = chance[1:] * (1.0 - p) + chance[:-1] * p
+        chance[0] *= 1.0 - p
+    return float(chance @ np.abs(np.arange(chance.size) / said.size - said.mean()))
 
 
 def parameter_table(cases: list[CaseScore]) -> dict[str, object]:
