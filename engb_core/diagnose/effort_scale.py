@@ -19,8 +19,11 @@ from engb_core.diagnose.constants import LARGER_PART, MEASURED, STANDS_OUT
 from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import BELIEVED, LOAD_NUMBERS
-from engb_core.diagnose.numbers.moved_by_refit import wrong_by_itself
-from engb_core.diagnose.numbers.wrong_numbers import refitted, was_refitted
+from engb_core.diagnose.numbers.wrong_numbers import (
+    off_by_themselves,
+    refitted,
+    was_refitted,
+)
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.selection import Selection
@@ -126,7 +129,7 @@ def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     scale = len(numbers) + next(entry for entry, place in enumerate(fit.hypothesis.places)
                                 if place[0] == len(fit.hypothesis.variants) - 1)
     factor = float(fit.vector[scale])
-    if factor <= 0.0 or wrong_by_itself(fitter, fit, inertia) < LARGER_PART:
+    if factor <= 0.0 or off_by_themselves(fitter, fit)['inertia'] < LARGER_PART:
         return None
     return Factors(
         float(fit.vector[inertia]) - math.log(fitter.problem.model.motor.inertia),

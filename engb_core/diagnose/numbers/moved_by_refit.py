@@ -4,10 +4,15 @@
 A file that was refitted on a machine with physics that it does not have has moved numbers, to make
 up for the physics. Whatever else such a refit held, along each number that it moved the file is at
 a minimum of what it misses: the number is off by just what the missing effects put into it. One
-that is wrong by itself is off by anything, and to be off by just that is a coincidence.
+that is wrong by itself is off by anything, and to be off by just that is a coincidence. Whether
+the file was refitted at all is one question for all its numbers: those that stand, or are off by
+something else, a refit must have held.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+import math
 
 import numpy as np
 from scipy.stats import norm
@@ -17,7 +22,30 @@ from engb_core.diagnose.constants import FORMULA_MISSES, FORMULA_TAILS
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.uncertainty import vector_deviations
 
-__all__ = ['wrong_by_itself']
+__all__ = ['wrong_by_itself', 'wrong_by_themselves']
+
+
+def wrong_by_themselves(fitter: Fitter, explained: Fit, kept: Mapping[str, float],
+                        ) -> dict[str, float]:
+    """Return the probability that each number is off by itself, and was not moved by a refit of
+    the file, given that it is off.
+
+    Beforehand a file was refitted or not, and a refit held or moved each number, the one as likely
+    as the other.
+
+    Args:
+        fitter, explained: as in `wrong_by_itself`.
+        kept: number → probability that it is as in the file.
+    """
+    odds = {}
+    for place, number in enumerate(explained.hypothesis.numbers):
+        if number.name in kept:
+            alone = wrong_by_itself(fitter, explained, place)
+            odds[number.name] = (1.0 - alone) / max(alone, np.finfo(float).eps)
+    refit = math.prod(0.5 * (kept[name] + (1.0 - kept[name]) * (1.0 + value))
+                      for name, value in odds.items())
+    whole = refit / (1.0 + refit)
+    return {name: 1.0 - whole + whole / (1.0 + value) for name, value in odds.items()}
 
 
 def wrong_by_itself(fitter: Fitter, explained: Fit, place: int) -> float:

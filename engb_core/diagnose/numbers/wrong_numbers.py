@@ -31,14 +31,15 @@ from engb_core.diagnose.nominal import (
     SHAPE_NUMBERS,
 )
 from engb_core.diagnose.numbers.held_load_curve import BY_ONE_NUMBER
-from engb_core.diagnose.numbers.moved_by_refit import wrong_by_itself
+from engb_core.diagnose.numbers.moved_by_refit import wrong_by_themselves
 from engb_core.diagnose.numbers.spike_and_slab import average
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 
 __all__ = ['NumberFinding', 'file_stands', 'held_at_file', 'number_place', 'numbers_of',
-           'refitted', 'still_wrong', 'was_refitted', 'with_these_refitted', 'wrong_numbers']
+           'off_by_themselves', 'refitted', 'still_wrong', 'was_refitted',
+           'with_these_refitted', 'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
 _BY_NUMBER = {'inertia': 'inertia_error', 'viscous_friction': 'viscous_friction_error',
@@ -155,11 +156,19 @@ def _wrong_by_themselves(fitter: Fitter, explained: Fit, found: list[NumberFindi
                          ) -> list[NumberFinding]:
     """Return those of the numbers that are likelier off by themselves than moved by a refit around
     the effects."""
-    finished = fitter.finished(explained)
-    likely = [replace(finding, moved=finding.moved * wrong_by_itself(
-        fitter, finished, number_place(finished.hypothesis.numbers, finding.effect)))
+    by_itself = off_by_themselves(fitter, fitter.finished(explained))
+    likely = [replace(finding, moved=finding.moved * next(
+        chance for name, chance in by_itself.items() if _BY_NUMBER.get(name) == finding.effect))
         for finding in found]
     return [finding for finding in likely if finding.moved >= LARGER_PART]
+
+
+def off_by_themselves(fitter: Fitter, finished: Fit) -> dict[str, float]:
+    """Return the probability that each number of the file is off by itself, if it is off, and was
+    not moved by a refit around the effects of a finished fit (moved_by_refit.py)."""
+    return wrong_by_themselves(fitter, finished, {
+        name: probability for name, probability in _kept_by_data(fitter, finished).items()
+        if name not in LOAD_NUMBERS})
 
 
 def _kept_by_data(fitter: Fitter, finished: Fit) -> dict[str, float]:
