@@ -9,7 +9,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.numbers.moved_by_refit import wrong_by_itself
+from engb_core.diagnose.numbers import moved_by_refit
+from engb_core.diagnose.numbers.moved_by_refit import wrong_by_itself, wrong_by_themselves
 from engb_core.diagnose.numbers.wrong_numbers import number_place, wrong_numbers
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
@@ -80,3 +81,19 @@ def test_what_the_file_does_not_have_no_refit_has_moved(recording):
     file = refitted(recording, NO_LOAD_FRICTION, ('coulomb', 'viscous_friction'))
     fitter, fit = with_the_effect(recording, file)
     assert by_itself(fitter, fit, 'load_dependent_friction') == 1.0
+
+
+@pytest.mark.parametrize(('stand', 'likely'), [((), False), (('inertia', 'coulomb'), True)])
+def test_numbers_that_stand_say_that_no_refit_moved_the_one_that_is_off(
+        recording, monkeypatch, stand, likely):
+    """To have moved this one alone, a refit would have had to hold all others."""
+    fitter, fit = with_the_effect(recording, INERTIA)
+    off = number_place(fit.hypothesis.numbers, 'viscous_friction_error')
+    monkeypatch.setattr(moved_by_refit, 'wrong_by_itself',
+                        lambda fitter, fit, place: 0.25 if place == off else 0.5)
+    kept = {'viscous_friction': 0.0, **dict.fromkeys(stand, 1.0)}
+    found = wrong_by_themselves(fitter, fit, kept)
+    refit = 0.5 * (1.0 + 3.0) * 0.5 ** len(stand)
+    assert found['viscous_friction'] == pytest.approx(
+        (1.0 + refit / 4.0) / (1.0 + refit))
+    assert (found['viscous_friction'] > 0.5) == likely
