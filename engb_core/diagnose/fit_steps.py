@@ -31,7 +31,7 @@ def weak_prior(parameter: Parameter) -> tuple[float, float]:
 def bounded_step(gram: Array, right: Array, least: Array, most: Array) -> Array:
     """Return the least-squares step within bounds: what would leave them stays at its bound and
     the others are solved for anew."""
-    step = np.linalg.solve(gram, right)
+    step = _solved(gram, right)
     fixed = np.zeros(step.size, bool)
     for _ in range(step.size):
         outside = ~fixed & ((step < least) | (step > most))
@@ -42,9 +42,20 @@ def bounded_step(gram: Array, right: Array, least: Array, most: Array) -> Array:
         free = ~fixed
         if not free.any():
             break
-        step[free] = np.linalg.solve(gram[np.ix_(free, free)],
-                                     right[free] - gram[np.ix_(free, fixed)] @ step[fixed])
+        step[free] = _solved(gram[np.ix_(free, free)],
+                             right[free] - gram[np.ix_(free, fixed)] @ step[fixed])
     return np.clip(step, least, most)
+
+
+def _solved(gram: Array, right: Array) -> Array:
+    """Return the solution, the shortest of all where the data do not tell entries apart; none
+    where a prediction ran away: what it costs says where not to go."""
+    try:
+        return np.linalg.solve(gram, right)
+    except np.linalg.LinAlgError:
+        if not (np.isfinite(gram).all() and np.isfinite(right).all()):
+            return np.zeros_like(right)
+        return np.linalg.pinv(gram, hermitian=True) @ right
 
 
 def secant(design: Array, step: Array, change: Array, weight: Array) -> Array:

@@ -510,6 +510,14 @@ def test_a_step_that_meets_a_bound_is_solved_anew_beside_it(least, most, expecte
     assert step == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(('gram', 'right', 'step'), [
+    (np.ones((2, 2)), [1.0, 1.0], [0.5, 0.5]), (np.diag([1.0, 0.0]), [1.0, 0.0], [1.0, 0.0])])
+def test_a_step_that_the_data_do_not_tell_is_the_shortest(gram, right, step):
+    """Two entries that act alike, one that acts on nothing: a diagnosis is not to end in them."""
+    free = np.full(2, np.inf)
+    assert fit_steps.bounded_step(gram, np.array(right), -free, free) == pytest.approx(step)
+
+
 def test_a_number_of_the_file_is_found_by_its_name():
     model = Model()
     assert fit_steps.nominal_value(model, 'inertia') == model.motor.inertia
