@@ -51,11 +51,12 @@ def _solved(gram: Array, right: Array) -> Array:
     """Return the solution, the shortest of all where the data do not tell entries apart; none
     where a prediction ran away: what it costs says where not to go."""
     try:
-        return np.linalg.solve(gram, right)
+        found = np.linalg.solve(gram, right)
     except np.linalg.LinAlgError:
         if not (np.isfinite(gram).all() and np.isfinite(right).all()):
             return np.zeros_like(right)
-        return np.linalg.pinv(gram, hermitian=True) @ right
+        found = np.linalg.pinv(gram, hermitian=True) @ right
+    return found.astype(np.float64, copy=False)
 
 
 def secant(design: Array, step: Array, change: Array, weight: Array) -> Array:

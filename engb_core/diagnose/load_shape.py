@@ -21,10 +21,8 @@ from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, something_known
 from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
 from engb_core.diagnose.numbers.held_load_curve import (
-    best_of_each,
     BY_ONE_NUMBER,
     load_held,
-    load_moved,
     MOVE_THE_LOAD,
     numbers_without_load,
 )
@@ -93,7 +91,8 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
 def moved_as_a_whole(result: Search, selection: Selection) -> Selection | None:
     """Return the selection with one number that moves the file's whole load curve, in place of
     what may be the form of the curve, where that number is likelier the cause than a makeshift
-    for another form, and nothing else leaves clearly less; None where it is not so.
+    for another form, and nothing else leaves clearly less; None where it is not so, or other
+    effects are chosen: what their formulas miss along the angle would be put into the number.
 
     Args:
         result: the search with the file's form, beside which a table is worth having.
@@ -101,27 +100,20 @@ def moved_as_a_whole(result: Search, selection: Selection) -> Selection | None:
     """
     fitter, chosen = result.fitter, selection.chosen
     numbers = numbers_without_load(fitter)
-    if len(numbers) == len(fitter.numbers):
+    if len(numbers) == len(fitter.numbers) or not all(
+            variant.effect.id in MOVE_THE_LOAD or _may_be_the_curve(
+                fitter, variant.effect, chosen.hypothesis.named(chosen.vector, index))
+            for index, variant in enumerate(chosen.hypothesis.variants)):
         return None
-    gone = {index for index, variant in enumerate(chosen.hypothesis.variants)
-            if variant.effect.id in MOVE_THE_LOAD or _may_be_the_curve(
-                fitter, variant.effect, chosen.hypothesis.named(chosen.vector, index))}
-    beside = _without_slow_waves(fitter, chosen, gone) if gone else chosen
-    ids = set(beside.hypothesis.ids)
-    found = [*load_held(result, [fit for fit in result.of_size(len(ids) + 1)
-                                 if ids < set(fit.hypothesis.ids)]),
-             *(load_moved(result, beside) if ids else ())]
-    every = [fit for fit in best_of_each(found) if len(fit.hypothesis.ids) == len(ids) + 1]
-    held = fitter.refine(fitter.refit(beside, numbers))
+    every = load_held(result, result.of_size(1))
+    held = fitter.refine(fitter.base(numbers))
     near = min((excess(fit, fitter) for fit in every), default=0.0) + formula_error(
         excess(held, fitter))
     # What may be the form of the curve is no rival of the number: either leaves the other room.
-    rivals = [fit for fit in every if not any(
-        _may_be_the_curve(fitter, variant.effect, fit.hypothesis.named(fit.vector, index))
-        for index, variant in enumerate(fit.hypothesis.variants)
-        if variant.effect.id not in ids)]
+    rivals = [fit for fit in every if not _may_be_the_curve(
+        fitter, fit.hypothesis.variants[0].effect, fit.hypothesis.named(fit.vector, 0))]
     best = min((fit for fit in rivals if excess(fit, fitter) < near
-                and set(fit.hypothesis.ids) - ids <= set(BY_ONE_NUMBER)),
+                and fit.hypothesis.ids[0] in BY_ONE_NUMBER),
                key=lambda fit: price(fit, fitter), default=None)
     if best is None or something_known(part_left(fitter, held, best)) < LARGER_PART:
         return None
