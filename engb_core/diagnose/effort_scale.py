@@ -87,7 +87,7 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
         return selection
     start = _without_movers(fitter, chosen)
     factors = _factors(fitter, start)
-    if factors is None or not factors.both_off_alike:
+    if factors is None:
         return selection
     fit = _scaled(fitter, start)
     left, before = (reduced_chi_square(entry, fitter) for entry in (fit, chosen))
@@ -116,7 +116,8 @@ def _scaled(fitter: Fitter, start: Fit) -> Fit:
 
 def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     """Return by what inertia and load must be multiplied, each by a number of its own; None where
-    no factor does, or a refit of the file likely moved the inertia."""
+    no factor does, they are not both off alike, or a refit of the file likely moved the inertia.
+    """
     numbers = tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
     names = [number.name for number in numbers]
     if 'inertia' not in names:
@@ -129,8 +130,11 @@ def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     scale = len(numbers) + next(entry for entry, place in enumerate(fit.hypothesis.places)
                                 if place[0] == len(fit.hypothesis.variants) - 1)
     factor = float(fit.vector[scale])
-    if factor <= 0.0 or off_by_themselves(fitter, fit)['inertia'] < LARGER_PART:
+    if factor <= 0.0:
         return None
-    return Factors(
+    factors = Factors(
         float(fit.vector[inertia]) - math.log(fitter.problem.model.motor.inertia),
         float(deviations[inertia]), math.log(factor), float(deviations[scale]) / factor)
+    if not factors.both_off_alike or off_by_themselves(fitter, fit)['inertia'] < LARGER_PART:
+        return None
+    return factors

@@ -72,9 +72,7 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
         return None
     free = Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter, load_shape=True)
     chosen, after, whole = selection.chosen, selection.excess_after, selection.excess_before
-    instead = {index for index, variant in enumerate(chosen.hypothesis.variants)
-               if _may_be_the_curve(fitter, variant.effect,
-                                    chosen.hypothesis.named(chosen.vector, index))}
+    instead = _may_be_the_curve(fitter, chosen)
     # By the one measure of noise for both.
     if instead:
         fewer = _without_slow_waves(fitter, chosen, instead)
@@ -99,19 +97,17 @@ def moved_as_a_whole(result: Search, selection: Selection) -> Selection | None:
         selection: of it.
     """
     fitter, chosen = result.fitter, selection.chosen
-    numbers = numbers_without_load(fitter)
+    numbers, forms = numbers_without_load(fitter), _may_be_the_curve(fitter, chosen)
     if len(numbers) == len(fitter.numbers) or not all(
-            variant.effect.id in MOVE_THE_LOAD or _may_be_the_curve(
-                fitter, variant.effect, chosen.hypothesis.named(chosen.vector, index))
-            for index, variant in enumerate(chosen.hypothesis.variants)):
+            effect in MOVE_THE_LOAD or index in forms
+            for index, effect in enumerate(chosen.hypothesis.ids)):
         return None
     every = load_held(result, result.of_size(1))
     held = fitter.refine(fitter.base(numbers))
     near = min((excess(fit, fitter) for fit in every), default=0.0) + formula_error(
         excess(held, fitter))
     # What may be the form of the curve is no rival of the number: either leaves the other room.
-    rivals = [fit for fit in every if not _may_be_the_curve(
-        fitter, fit.hypothesis.variants[0].effect, fit.hypothesis.named(fit.vector, 0))]
+    rivals = [fit for fit in every if not _may_be_the_curve(fitter, fit)]
     best = min((fit for fit in rivals if excess(fit, fitter) < near
                 and fit.hypothesis.ids[0] in BY_ONE_NUMBER),
                key=lambda fit: price(fit, fitter), default=None)
@@ -135,12 +131,18 @@ def _without_slow_waves(fitter: Fitter, fit: Fit, instead: set[int]) -> Fit:
     return fitter.evaluate(*without_effects(fit, instead))
 
 
-def _may_be_the_curve(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
-    """Whether an effect may be the form of the load curve: a wave that hardly repeats along the
-    stroke, or a description of a torque at one place, the same both ways."""
-    at_a_place = effect.unnamed and effect.reveals == 'position' \
-        and not values.get('by_direction', 0.0)
-    return at_a_place or not repeats(fitter, effect, values)
+def _may_be_the_curve(fitter: Fitter, fit: Fit) -> set[int]:
+    """Return the places of a fit's effects that may be the form of the load curve: a wave that
+    hardly repeats along the stroke, or a description of a torque at one place, the same both
+    ways."""
+    found = set()
+    for index, variant in enumerate(fit.hypothesis.variants):
+        effect, values = variant.effect, fit.hypothesis.named(fit.vector, index)
+        at_a_place = effect.unnamed and effect.reveals == 'position' \
+            and not values.get('by_direction', 0.0)
+        if at_a_place or not repeats(fitter, effect, values):
+            found.add(index)
+    return found
 
 
 def _freed(free: Fitter, fit: Fit) -> Fit:

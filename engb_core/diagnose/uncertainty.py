@@ -114,7 +114,7 @@ class _Information:
             free[held] = False
         gram = gram[np.ix_(free, free)]
         noise = gram / inflation((fit.residual / fitter.spread)[fitter.fitted])
-        width = (np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0))[free]
+        width = _between_bounds(fit)[free]
         effects = (np.arange(free.size) >= len(fit.hypothesis.numbers))[free]
         return cls(free, gram, noise, width, effects & (_deviations(noise) > width),
                    fit.hypothesis.prior[1][free])
@@ -131,6 +131,13 @@ class _Information:
         found = np.zeros((self.free.size, self.free.size))
         found[np.ix_(self.free, self.free)] = covariance
         return found
+
+
+def _between_bounds(fit: Fit) -> NDArray[np.float64]:
+    """Return the deviation (size,) of what is spread evenly between each entry's bounds."""
+    low, high = fit.hypothesis.bounds
+    width: NDArray[np.float64] = (high - low) / np.sqrt(12.0)
+    return width
 
 
 def _moved(told: _Information, fit: Fit, fitter: Fitter, scale: NDArray[np.float64],
@@ -311,7 +318,7 @@ def estimates(fit: Fit, fitter: Fitter, variant: int) -> dict[str, ParameterEsti
     assert fit.jacobian is not None, 'the fit is finished'
     deviations = reported_deviations(fit, fitter)
     offset = len(fit.hypothesis.numbers)
-    width = np.ptp(fit.hypothesis.bounds, axis=0) / np.sqrt(12.0)
+    width = _between_bounds(fit)
     found: dict[str, ParameterEstimate] = {}
     for entry, (owner, _, run) in enumerate(fit.hypothesis.places):
         if owner != variant or run > 0:

@@ -157,9 +157,8 @@ def _wrong_by_themselves(fitter: Fitter, explained: Fit, found: list[NumberFindi
     """Return those of the numbers that are likelier off by themselves than moved by a refit around
     the effects."""
     by_itself = off_by_themselves(fitter, fitter.finished(explained))
-    likely = [replace(finding, moved=finding.moved * next(
-        chance for name, chance in by_itself.items() if _BY_NUMBER.get(name) == finding.effect))
-        for finding in found]
+    likely = [replace(finding, moved=finding.moved * by_itself[name])
+              for finding in found for name in numbers_of([finding.effect])]
     return [finding for finding in likely if finding.moved >= LARGER_PART]
 
 
