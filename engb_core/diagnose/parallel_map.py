@@ -12,6 +12,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.physics.walk import Walk
+
 __all__ = ['OwnSamples', 'parallel_map', 'processors']
 
 Item = TypeVar('Item')
@@ -54,7 +56,8 @@ def _begin() -> None:
 
 class OwnSamples(threading.local):
     """A motion's samples (n, SAMPLE_SIZE), a copy for each thread: the torque balance writes its
-    stages into them."""
+    stages into them; and the last walk through these."""
 
     def __init__(self, samples: NDArray[np.float64]) -> None:
         self.table = samples.copy()
+        self.walk = Walk()

@@ -98,7 +98,8 @@ class Run:
 
     @property
     def samples(self) -> Array:
-        """The motion's samples (n, SAMPLE_SIZE), this thread's own."""
+        """The motion's samples (n, SAMPLE_SIZE), this thread's own, to read and to write."""
+        self.own.walk.forget()
         return self.own.table
 
     @property
@@ -108,8 +109,8 @@ class Run:
 
     def predicted(self, physics: Physics) -> Array:
         """Return the filtered effort (m,) that `physics` says this motion needs."""
-        return self.comparison(effort_of_recording(self.recording, self.motion, self.samples,
-                                                   physics))
+        return self.comparison(effort_of_recording(self.recording, self.motion, self.own.table,
+                                                   physics, walk=self.own.walk))
 
 
 @dataclass(frozen=True)

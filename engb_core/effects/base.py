@@ -190,6 +190,10 @@ class Effect:
         time_shift: (parameters) → (delay, time constant) [s] by which torque comes after measured
             effort; inverse dynamics undoes both.
         number_only: no physics is missing, a nominal number is wrong.
+        proportional: (values) → whether the torque that it makes of an effort is proportional to
+            that (None: no): inverse dynamics then divides, and need not search.
+        of_motion: it looks at motion, time and disc alone (and, in the stage of actuation, at the
+            effort), not at what passed the stages before.
         unnamed: no cause, only a description of what is left; never claimed.
         only_here: bound to the times of one recording; not carried over to others.
         contains: ids of effects that this one includes as a special case.
@@ -233,6 +237,8 @@ class Effect:
     variants: tuple[Mapping[str, float], ...] = field(default=({},))
     time_shift: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
     number_only: bool = False
+    proportional: Callable[[Mapping[str, float]], bool] | None = None
+    of_motion: bool = False
     unnamed: bool = False
     only_here: bool = False
     contains: tuple[str, ...] = ()

@@ -50,6 +50,7 @@ EFFECT = Effect(
         Parameter('third_cosine', '-', -1.0, 1.0, starts=(0.0,), default=0.0),
     ),
     stages={'torque': _torque},
+    of_motion=True,
     equation='T_cog = amplitude · sin(order · θ + phase) + amplitude_2 · sin(order_2 · θ + '
              'phase_2) + …',
     reference='equation (1); Hanselman, Brushless Permanent Magnet Motor Design (2003)',

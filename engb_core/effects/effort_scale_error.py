@@ -15,6 +15,8 @@ EFFECT = Effect(
     title='Effort scale is off',
     parameters=(Parameter('scale', '-', 0.2, 5.0, none=1.0, starts=(0.8, 1.25)),),
     stages={'actuation': _actuation},
+    of_motion=True,
+    proportional=lambda p: True,
     equation='T_M = scale · effort',
     reference='contract, additions; torque constant of a drive (Lynch and Park, Modern Robotics '
               '(2017), section 8.9)',

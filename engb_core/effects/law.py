@@ -10,6 +10,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from engb_core.effects.base import (
     ACCELERATION,
     Effect,
@@ -27,6 +30,7 @@ from engb_core.effects.base import (
 from engb_core.errors import InputError
 from engb_core.laws.grammar import coordinates_of, is_followed, parameters_of, parse
 from engb_core.laws.machine import ACTS_AS, LONGEST, MODE, MOST_PARAMETERS, program_of, value_of
+from engb_core.laws.whole_motion import values_of
 from engb_core.model import EffectSetting
 from engb_core.physics.compiled import compiled, effect_function, Numbers
 
@@ -121,6 +125,28 @@ def _act(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return _late(state, sample[EFFORT], sample[TIME_STEP], max(value, 0.0), parameters[98])
 
 
+# Quantities of a sample that pass the stages.
+_PASSING = ('load', 'direction', 'effort')
+
+
+def _act_on_all(parameters: NDArray[np.float64], state: NDArray[np.float64],
+                samples: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the values (n,) of `_act` for samples (n, SAMPLE_SIZE)."""
+    acts_as = ACTS_AS[int(parameters[MODE])]
+    if acts_as == 'torque':
+        return values_of(parameters, state, samples)
+    if acts_as == 'effort_gain':
+        return samples[:, EFFORT] * (1.0 + values_of(parameters, state, samples))
+    if acts_as == 'load_gain':
+        return samples[:, LOAD] * (1.0 + values_of(parameters, state, samples))
+    if acts_as == 'friction_gain':
+        return samples[:, LEVEL] * np.maximum(1.0 + values_of(parameters, state, samples), 0.0)
+    return _act.sample_by_sample(parameters, state, samples)
+
+
+law_value.whole, _act.whole = values_of, _act_on_all
+
+
 @effect_function
 def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return value_of(parameters, state, sample, sample[POSITION])
@@ -211,6 +237,8 @@ def law_effect(formula: str, acts_as: str, parameters: tuple[Parameter, ...],
         reveals=used[0] if used else 'time', constants=constants,
         defaults=dict(zip((name for name, _ in constants), program[count:].tolist(),
                           strict=True)),
+        proportional=lambda p: acts_as == 'effort_gain' and 'effort' not in used,
+        of_motion=acts_as != 'inertia' and not set(_PASSING) & set(used),
         variants=({},), unnamed=True, warp=law_value if acts_as == 'delay' else None,
         correction=law_value if acts_as in ('position_shift', 'position_delay') else None,
         late_position=acts_as == 'position_delay',

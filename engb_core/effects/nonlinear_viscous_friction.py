@@ -37,6 +37,7 @@ EFFECT = Effect(
                 Parameter('transition_speed', 'rad/s', 1e-3, 60.0, starts=(0.5, 2.0, 8.0),
                           logarithmic=True)),
     stages={'torque': _torque},
+    of_motion=True,
     equation='T = B₂ ω |ω|, or, where B₂ < 0 and it levels off, '
              'T = −B₂ ω_mean² (1 − exp(−|ω|/ω_t)) sgn ω',
     reference='Armstrong-Hélouvry et al., Automatica 30 (1994) 1083 (churning, thinning); Cross, '

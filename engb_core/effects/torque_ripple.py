@@ -24,6 +24,8 @@ EFFECT = Effect(
         Parameter('third_cosine', '-', -1.0, 1.0, starts=(0.0,), default=0.0),
     ),
     stages={'actuation': _actuation},
+    of_motion=True,
+    proportional=lambda p: True,
     equation='T_M = effort · (1 + a · sin(order · θ + phase))',
     reference='Mattavelli et al., IEEE Trans. Ind. Appl. 41 (2005) 1634',
     statement=lambda p: (

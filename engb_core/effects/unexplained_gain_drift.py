@@ -30,6 +30,8 @@ EFFECT = Effect(
         Parameter('settling', '-', 0.05, 20.0, starts=(0.15, 0.6, 5.0), logarithmic=True),
     ),
     stages={'actuation': _actuation},
+    of_motion=True,
+    proportional=lambda p: p['by_heat'] < 0.5,
     equation='T_M = effort · (1 + change · progress), of time or of the heat of the effort',
     reference='none: what is left',
     statement=lambda p: ('The torque for a given effort changes by '

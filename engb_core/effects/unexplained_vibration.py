@@ -43,6 +43,8 @@ EFFECT = Effect(
         Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), per_recording=True, kind='phase'),
     ),
     stages={'torque': _torque, 'actuation': _actuation},
+    of_motion=True,
+    proportional=lambda p: True,
     equation='T = amplitude · sin(2π f t + phase), or so much at the largest effort',
     reference='none: what is left',
     statement=_said,

@@ -31,18 +31,19 @@ from engb_core.errors import InputError
 from engb_core.laws.grammar import Call, COORDINATES, Expression, Name, Number, parameters_of
 from engb_core.physics.compiled import compiled, Numbers, PARAMETER_SIZE
 
-__all__ = ['ACTS_AS', 'AXES', 'MODE', 'MOST_PARAMETERS', 'DELAY_MODE', 'LONGEST', 'TURN',
-           'program_of', 'value_of']
+__all__ = ['ACTS_AS', 'AXES', 'DELAY_MODE', 'LONGEST', 'MODE', 'MOST_DEPTH', 'MOST_INSTRUCTIONS',
+           'MOST_PARAMETERS', 'TURN', 'bounded_exp', 'followed', 'power', 'program_of',
+           'quotient', 'remembered', 'value_of']
 
 # What a law may act as, in the order of its code.
 ACTS_AS = ('torque', 'friction_gain', 'load_gain', 'effort_gain', 'inertia', 'position_shift',
            'delay', 'position_delay', 'load_shift')
 MOST_PARAMETERS = 12
 _COUNT, _PROGRAM, AXES, TURN, LONGEST, MODE = 12, 13, 85, 97, 98, 99
-_MOST_INSTRUCTIONS = (AXES - _PROGRAM) // 2
+MOST_INSTRUCTIONS = (AXES - _PROGRAM) // 2
 _MOST_AXES = (TURN - AXES) // 3
 _STACK = 56          # where the stack begins in an effect's state; memory lies below
-_MOST_DEPTH = 16
+MOST_DEPTH = 16
 _DELAY_RING = 48     # a delay's past efforts take what memory there is
 DELAY_MODE = ACTS_AS.index('delay')
 
@@ -129,9 +130,9 @@ class _Program:
         return self._axes[name]
 
     def finished(self) -> NDArray[np.float64]:
-        if (len(self._code) > _MOST_INSTRUCTIONS or len(self._axes) > _MOST_AXES
-                or self._slots > _DELAY_RING or self._deepest > _MOST_DEPTH):
-            raise InputError(f'law: the formula is too long; at most {_MOST_INSTRUCTIONS} '
+        if (len(self._code) > MOST_INSTRUCTIONS or len(self._axes) > _MOST_AXES
+                or self._slots > _DELAY_RING or self._deepest > MOST_DEPTH):
+            raise InputError(f'law: the formula is too long; at most {MOST_INSTRUCTIONS} '
                              f'operations and {_MOST_AXES} coordinates can be had')
         made = np.zeros(PARAMETER_SIZE)
         made[_COUNT] = len(self._code)
@@ -159,7 +160,7 @@ def _step_since(state: Numbers, slot: int, sample: Numbers) -> float:
 
 
 @compiled
-def _followed(code: float, state: Numbers, sample: Numbers, turn: float) -> float:
+def followed(code: float, state: Numbers, sample: Numbers, turn: float) -> float:
     """Return a coordinate that is followed from sample to sample."""
     if code == 104.0:
         return min(1.0, max(-1.0, sample[VELOCITY] / turn))
@@ -199,12 +200,28 @@ def _followed(code: float, state: Numbers, sample: Numbers, turn: float) -> floa
 
 
 @compiled
-def _bounded_exp(value: float) -> float:
+def bounded_exp(value: float) -> float:
+    """Return the exponential of a value within ±60."""
     return math.exp(min(max(value, -60.0), 60.0))
 
 
 @compiled
-def _remembered(code: int, first: float, second: float, state: Numbers, slot: int, sample: Numbers,
+def quotient(left: float, right: float) -> float:
+    """Return left / right, of a divisor that is kept away from nothing."""
+    safe = right if abs(right) > _TINY else (_TINY if right >= 0.0 else -_TINY)
+    return left / safe
+
+
+@compiled
+def power(left: float, right: float) -> float:
+    """Return |left|**right, negative where `left` is and `right` is no even number."""
+    size = bounded_exp(right * math.log(max(abs(left), _TINY)))
+    odd = left < 0.0 and right - 2.0 * math.floor(0.5 * right) != 0.0
+    return -size if odd else size
+
+
+@compiled
+def remembered(code: int, first: float, second: float, state: Numbers, slot: int, sample: Numbers,
                 turn: float) -> float:
     """Return a function with memory; its state lies at `slot`."""
     begins = sample[TIME] <= 0.0
@@ -268,7 +285,7 @@ def value_of(parameters: Numbers, state: Numbers, sample: Numbers, position: flo
             if which == POSITION:
                 value = position
             elif which >= SAMPLE_SIZE:
-                value = _followed(which, state, sample, parameters[97])
+                value = followed(which, state, sample, parameters[97])
             else:
                 value = sample[int(which)]
             top += 1
@@ -284,20 +301,17 @@ def value_of(parameters: Numbers, state: Numbers, sample: Numbers, position: flo
             elif code == 5:
                 state[top] = left * right
             elif code == 6:
-                safe = right if abs(right) > _TINY else (_TINY if right >= 0.0 else -_TINY)
-                state[top] = left / safe
+                state[top] = quotient(left, right)
             elif code == 7:
-                size = _bounded_exp(right * math.log(max(abs(left), _TINY)))
-                odd = left < 0.0 and right - 2.0 * math.floor(0.5 * right) != 0.0
-                state[top] = -size if odd else size
+                state[top] = power(left, right)
             elif code == 17:
                 state[top] = max(left, right)
             elif code == 18:
                 state[top] = min(left, right)
             elif code == 19:
-                state[top] = 1.0 / (1.0 + _bounded_exp(-left / max(abs(right), 1e-9)))
+                state[top] = 1.0 / (1.0 + bounded_exp(-left / max(abs(right), 1e-9)))
             else:
-                state[top] = _bounded_exp(-0.5 * (left / max(abs(right), 1e-9)) ** 2)
+                state[top] = bounded_exp(-0.5 * (left / max(abs(right), 1e-9)) ** 2)
         elif code == 29:
             slot = int(argument)
             value = state[top]
@@ -307,7 +321,7 @@ def value_of(parameters: Numbers, state: Numbers, sample: Numbers, position: flo
         elif code >= 22:
             right = state[top]
             top -= 1
-            state[top] = _remembered(code, state[top], right, state, int(argument), sample,
+            state[top] = remembered(code, state[top], right, state, int(argument), sample,
                                      parameters[97])
         else:
             value = state[top]
@@ -320,7 +334,7 @@ def value_of(parameters: Numbers, state: Numbers, sample: Numbers, position: flo
             elif code == 11:
                 value = math.sqrt(value) if value >= 0.0 else -math.sqrt(-value)
             elif code == 12:
-                value = _bounded_exp(value)
+                value = bounded_exp(value)
             elif code == 13:
                 value = math.sin(value)
             elif code == 14:

@@ -63,10 +63,13 @@ class EffectFunction:
     Attributes:
         definition: f(parameters (PARAMETER_SIZE,), state (STATE_SIZE,), sample (SAMPLE_SIZE,))
             → float.
+        whole: the same values (n,) of samples (n, SAMPLE_SIZE), by a faster way than sample by
+            sample; None where there is none.
     """
 
     def __init__(self, definition: Definition) -> None:
         self.definition = definition
+        self.whole: Callable[[Array, Array, Array], Array] | None = None
         self._callback: Any = None
 
     @cached_property
@@ -84,7 +87,19 @@ class EffectFunction:
 
     def loop(self, parameters: Array, state: Array, samples: Array, place: int) -> None:
         """Run over samples (n, SAMPLE_SIZE) and write the values into column `place`."""
-        _each(handles([self]), parameters[None], state[None], samples, place)
+        samples[:, place] = self.values(parameters, state, samples)
+
+    def values(self, parameters: Array, state: Array, samples: Array) -> Array:
+        """Return the values (n,) of samples (n, SAMPLE_SIZE), one after another."""
+        if self.whole is not None:
+            return self.whole(parameters, state, samples)
+        return self.sample_by_sample(parameters, state, samples)
+
+    def sample_by_sample(self, parameters: Array, state: Array, samples: Array) -> Array:
+        """Return the values (n,) of samples (n, SAMPLE_SIZE) as `definition` says them."""
+        values = np.empty(samples.shape[0])
+        _each(handles([self]), parameters[None], state[None], samples, values)
+        return values
 
 
 def effect_function(definition: Definition) -> EffectFunction:
@@ -209,7 +224,7 @@ def _one(functions: object, parameters: Array, state: Array, sample: Array) -> f
 
 
 @kernel
-def _each(functions: object, parameters: Array, state: Array, samples: Array, place: int) -> None:
+def _each(functions: object, parameters: Array, state: Array, samples: Array, values: Array,
+          ) -> None:
     for row in range(samples.shape[0]):
-        samples[row, place] = call_effect(functions, 0, parameters, 0, state,
-                                          row_of(samples, row))
+        values[row] = call_effect(functions, 0, parameters, 0, state, row_of(samples, row))

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from engb_core.effects.base import (
     ACCELERATION,
     EFFORT,
-    INERTIA,
-    LOAD,
     POSITION,
     STAGES,
     TORQUE,
@@ -25,7 +23,8 @@ from engb_core.effects.base import (
 )
 from engb_core.physics.compiled import call_effect, EffectFunction, kernel, row_of
 from engb_core.physics.nominal_torque import N_DELAY
-from engb_core.physics.plant import Physics, torque_without_inertia
+from engb_core.physics.plant import Physics
+from engb_core.physics.walk import Walk
 
 __all__ = ['effort_of_motion', 'measured']
 
@@ -39,18 +38,6 @@ _NEAR = 1e-6
 # Torque per effort that a step towards the effort believes in.
 _LEAST_SLOPE, _MOST_SLOPE = 0.1, 3.0
 _ACTUATION = STAGES.index('actuation')
-
-
-@kernel
-def _needed(nominal: Array, cogging: Array, functions: object, bounds: Places, owner: Places,
-            parameters: Array, state: Array, samples: Array, effort: Array) -> None:
-    for row in range(samples.shape[0]):
-        sample = row_of(samples, row)
-        # What moves the load knows that of the sample before, as in a simulation.
-        sample[LOAD] = samples[row - 1, LOAD] if row > 0 else 0.0
-        torque = torque_without_inertia(nominal, cogging, functions, bounds, owner, parameters,
-                                        state, sample)
-        effort[row] = sample[INERTIA] * sample[ACCELERATION] + torque
 
 
 @kernel
@@ -95,7 +82,7 @@ def _held(values: Array, moving: NDArray[np.bool_], most: int) -> None:
 
 
 def effort_of_motion(samples: Array, step: float, physics: Physics,
-                     moving: NDArray[np.bool_] | None = None) -> Array:
+                     moving: NDArray[np.bool_] | None = None, walk: Walk | None = None) -> Array:
     """Return the effort (n,) [N·m] that a motion needs.
 
     Args:
@@ -105,15 +92,15 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
         moving: (n,) where the motion tells the torque (None: everywhere). Where torque comes late,
             effort before a stop is that of an instant when the shaft stands already, and friction
             takes up what it likes: so long it is taken to go on as it was.
+        walk: the last one of these samples (None: nothing is known of them).
     """
-    effort = np.empty(samples.shape[0])
     state = physics.fresh_state()
     if physics.corrections:
-        samples = _corrected(samples, step, physics)
-    _needed(physics.nominal, physics.cogging, physics.functions, physics.bounds, physics.owner,
-            physics.parameters, state, samples, effort)
+        samples, walk = _corrected(samples, step, physics), None
+    walk = Walk() if walk is None else walk
+    effort = walk.torques_of(physics, state, samples)
     if physics.stages['actuation']:
-        effort = _inverse_actuation(samples, physics, state, effort)
+        effort = _inverse_actuation(samples, physics, state, effort, walk)
     for function, effect in physics.warps:
         effort = _undelayed(samples, step, physics.parameters[effect], state[effect], function,
                             effort, moving)
@@ -179,7 +166,15 @@ def _undelayed(samples: Array, step: float, parameters: Array, state: Array,
     return effort
 
 
-def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: Array) -> Array:
+def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: Array,
+                       walk: Walk) -> Array:
+    if physics.proportional:
+        samples[:, EFFORT] = 1.0
+        gain = np.ones_like(torque)
+        for place in range(len(physics.stages['actuation'])):
+            gain = gain * walk.values_of('actuation', place, physics, state, samples)
+        if gain.min() >= _LEAST_SLOPE and gain.max() <= _MOST_SLOPE:
+            return torque / gain
     effort = torque.copy()
     slope = np.ones_like(torque)
     before, step = np.zeros_like(torque), np.zeros_like(torque)

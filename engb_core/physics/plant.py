@@ -81,6 +81,10 @@ class Physics:
         stages: per stage the (function, effect) pairs, for whole motions.
         functions: the k effect functions in order of stage, as kernels take them.
         bounds: (10,) where each stage begins in `functions`; the last entry is their number.
+        walked: (10,) the same, but for the stage of torques, which ends where those of `apart`
+            begin.
+        apart: (function, effect) of effects that only add a torque: over a whole motion it may
+            be computed by itself.
         owner: (k,) which effect a function belongs to.
         parameters: (effects, PARAMETER_SIZE) parameters and constants.
         time_shifts: (effect, its row in `parameters`) of those by which torque comes late.
@@ -90,6 +94,12 @@ class Physics:
             for the inverse dynamics to undo.
         corrections: (function, its row in `parameters`, whether it is a delay [s]) of what the
             measured position is off by (position_error.py).
+        proportional: whether the stage of actuation makes a torque that is proportional to the
+            effort.
+        shares_state: whether what an effect remembers passes from the torque to a later stage.
+        one_by_one: whether a motion may pass the stages up to the torque one after another: no
+            effect remembers from one to another, or knows the load of the sample before.
+        of_motion: for each row in `parameters`, whether the effect looks at the motion alone.
     """
 
     nominal: Array
@@ -97,6 +107,8 @@ class Physics:
     stages: dict[str, list[tuple[EffectFunction, int]]]
     functions: object
     bounds: NDArray[np.int64]
+    walked: NDArray[np.int64]
+    apart: tuple[tuple[EffectFunction, int], ...]
     owner: NDArray[np.int64]
     parameters: Array
     time_shifts: tuple[tuple[Effect, int], ...]
@@ -104,6 +116,10 @@ class Physics:
     time_constant: float
     warps: tuple[tuple[EffectFunction, int], ...] = ()
     corrections: tuple[tuple[EffectFunction, int, bool], ...] = ()
+    proportional: bool = False
+    shares_state: bool = False
+    one_by_one: bool = False
+    of_motion: tuple[bool, ...] = ()
 
     def fresh_state(self) -> Array:
         """Return the effects' states at the start of a run, (effects, STATE_SIZE)."""
@@ -209,7 +225,9 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
     bounds = [0]
     for stage in STAGES:
         stages[stage] = []
-        for index, (effect, _) in enumerate(chosen):
+        # Those that only add a torque stand last in its stage.
+        for index, (effect, _) in sorted(enumerate(chosen), key=lambda entry: _only_adds(
+                entry[1][0]) and stage == 'torque'):
             undone = inverse and (effect.correction is not None or stage == 'actuation'
                                   and (effect.time_shift or effect.warp) is not None)
             if stage in effect.stages and not undone:
@@ -231,11 +249,33 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
             corrections.append((effect.correction, index, effect.late_position))
         if effect.time_shift is not None:
             time_shifts.append((effect, index))
+    apart = tuple((function, index) for function, index in stages['torque']
+                  if _only_adds(chosen[index][0]))
+    walked = np.array(bounds, np.int64)
+    walked[STAGES.index('torque') + 1] -= len(apart)
+    proportional = bool(stages['actuation']) and all(
+        _is_proportional(*chosen[index]) for _, index in stages['actuation'])
+    changing = [index for stage in ('load', 'level', 'direction') for _, index in stages[stage]]
+    one_by_one = bool(changing) and not stages['shift'] and len(set(changing)) == len(changing) \
+        and len(apart) == len(stages['torque'])
+    first = set(owner[:bounds[STAGES.index('actuation')]])
+    shares_state = not first.isdisjoint(owner[bounds[STAGES.index('actuation')]:]) \
+        or not first.isdisjoint(index for _, index in warps)
     made = Physics(nominal_vector(model), cogging, stages, handles(functions),
-                   np.array(bounds, np.int64), np.array(owner, np.int64), parameters,
-                   tuple(time_shifts), 0.0, 0.0, tuple(warps),
-                   tuple(corrections))
+                   np.array(bounds, np.int64), walked, apart, np.array(owner, np.int64),
+                   parameters, tuple(time_shifts), 0.0, 0.0, tuple(warps),
+                   tuple(corrections), proportional, shares_state, one_by_one,
+                   tuple(effect.of_motion for effect, _ in chosen))
     return with_values(made, made.nominal, parameters)
+
+
+def _only_adds(effect: Effect) -> bool:
+    return tuple(effect.stages) == ('torque',)
+
+
+def _is_proportional(effect: Effect, values: list[float]) -> bool:
+    return effect.proportional is not None and effect.proportional(
+        dict(zip(effect.names, values, strict=False)))
 
 
 def with_values(physics: Physics, nominal: Array, parameters: Array) -> Physics:

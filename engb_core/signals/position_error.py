@@ -24,6 +24,7 @@ from engb_core.effects.base import (
 )
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
+from engb_core.physics.walk import Walk
 from engb_core.recording import Recording
 from engb_core.signals.motion import filtered, gaussian_kernel, Motion
 from engb_core.signals.sharp_motion import between_samples, ORDER
@@ -78,7 +79,8 @@ def _unwarped(recording: Recording, late: Array) -> Array:
 
 
 def effort_of_recording(recording: Recording, motion: Motion, samples: Array, physics: Physics,
-                        moving: NDArray[np.bool_] | None = None) -> Array:
+                        moving: NDArray[np.bool_] | None = None,
+                        walk: Walk | None = None) -> Array:
     """Return the effort (n,) [N·m] that the recorded motion needs, with its position corrected by
     what `physics` says of the sensor; where effort is a command, the one that was recorded while
     the drive acted on another.
@@ -88,20 +90,20 @@ def effort_of_recording(recording: Recording, motion: Motion, samples: Array, ph
         motion: of it.
         samples: (n, SAMPLE_SIZE) of that motion; the columns of the stages are filled in.
         physics: model and effects.
-        moving: as for `effort_of_motion`.
+        moving, walk: as for `effort_of_motion`.
     """
-    effort = _needed(recording, motion, samples, physics, moving)
+    effort = _needed(recording, motion, samples, physics, moving, walk)
     if motion.commanded is not None and physics.stages['command']:
         effort += motion.commanded.smoothed(physics, motion.time)
     return effort
 
 
 def _needed(recording: Recording, motion: Motion, samples: Array, physics: Physics,
-            moving: NDArray[np.bool_] | None) -> Array:
+            moving: NDArray[np.bool_] | None, walk: Walk | None) -> Array:
     if not physics.corrections:
-        return effort_of_motion(samples, motion.step, physics, moving)
+        return effort_of_motion(samples, motion.step, physics, moving, walk)
     plain = replace(physics, corrections=())
-    effort_of_motion(samples, motion.step, plain)
+    effort_of_motion(samples, motion.step, plain, walk=walk)
     table = at_recorded_samples(recording, motion, samples)
     error = np.zeros(recording.time.size)
     state = physics.fresh_state()
