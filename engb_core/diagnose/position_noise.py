@@ -13,8 +13,6 @@ random.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +21,7 @@ from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
 from engb_core.signals.count_edges import passing
 from engb_core.signals.filtering import Comparison
-from engb_core.signals.motion import filtered, gaussian_kernel, Motion, motion_of
+from engb_core.signals.motion import filtered, gaussian_kernel, Motion, with_position
 from engb_core.signals.motion_band import count_of
 from engb_core.signals.sampling_noise import SamplingNoise
 
@@ -60,7 +58,7 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
     random = np.random.default_rng(SEED)
 
     def needed(position: Array) -> Array:
-        moved = motion_of(replace(recording, position=position), motion.bandwidth)
+        moved = with_position(motion, recording, position)
         return comparison(effort_of_motion(moved.samples(), moved.step, physics))
 
     drawn_efforts = np.empty((DRAWS, comparison.grid.size))

@@ -55,29 +55,31 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     damping = 2.0 * FLANK_DAMPING * inertia * 2.0 * math.pi * FLANK_FREQUENCY
     parts = int(math.ceil(step * 2.0 * math.pi * FLANK_FREQUENCY / 0.25))
     short = step / parts
+    # Divisions take longer than all else here.
+    lightness = 1.0 / inertia
     passed = 0.0
     drive = (motor - state[2]) / step
     # What moves the load with the motor; the flank gives it at once, not after some give.
     together = inertia * drive + load + friction * sample[DIRECTION]
+    most = short * friction * lightness
+    ahead, rate = state[0], state[1]
     for part in range(1, parts + 1):
         speed = state[2] + part * short * drive
-        ahead, rate = state[0], state[1]
         contact = 0.0
         if ahead <= 0.0:
             contact = max(together - stiffness * ahead - damping * rate, 0.0)
         elif ahead >= gap:
             contact = min(together - stiffness * (ahead - gap) - damping * rate, 0.0)
-        rate += short * ((contact - load) / inertia - drive)
-        most = short * friction / inertia
+        rate += short * ((contact - load) * lightness - drive)
         if contact != 0.0:
             # It goes with the motor, and so does its friction, which fades at low speed.
             rate -= most * sample[DIRECTION]
         else:
             rate = slowed_rate(rate, speed, most)
-        state[1] = rate
-        state[0] = ahead + short * rate
-        passed += contact / parts
-    state[2] = motor
+        ahead += short * rate
+        passed += contact
+    passed /= parts
+    state[0], state[1], state[2] = ahead, rate, motor
     # Rigid, what is beyond is part of inertia, load and friction; what is added is the rest.
     return passed - inertia * acceleration - load - friction * sample[DIRECTION]
 

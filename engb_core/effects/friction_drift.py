@@ -14,8 +14,10 @@ _AT_ONCE = 0.01
 def _level(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     settling, shape = parameters[1], parameters[2]
     part = sample[TIME] / parameters[3]
-    progress = ((1.0 - math.exp(-(part / settling) ** shape))
-                / (1.0 - math.exp(-settling ** -shape)))
+    if state[0] == 0.0:
+        # The progress at the end of the recording, the same in every sample.
+        state[0] = 1.0 - math.exp(-settling ** -shape)
+    progress = (1.0 - math.exp(-(part / settling) ** shape)) / state[0]
     return sample[LEVEL] * (1.0 + (parameters[0] - 1.0) * progress)
 
 

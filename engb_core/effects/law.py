@@ -125,8 +125,10 @@ def _act(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return _late(state, sample[EFFORT], sample[TIME_STEP], max(value, 0.0), parameters[98])
 
 
-# Quantities of a sample that pass the stages.
-_PASSING = ('load', 'direction', 'effort')
+# Quantities of a sample that come about in the stages; friction's direction, where a law is told
+# that (machine.py).
+_PASSING = ('load', 'effort')
+_TOLD_DIRECTION = ('torque', 'friction_gain')
 
 
 def _act_on_all(parameters: NDArray[np.float64], state: NDArray[np.float64],
@@ -238,7 +240,8 @@ def law_effect(formula: str, acts_as: str, parameters: tuple[Parameter, ...],
         defaults=dict(zip((name for name, _ in constants), program[count:].tolist(),
                           strict=True)),
         proportional=lambda p: acts_as == 'effort_gain' and 'effort' not in used,
-        of_motion=acts_as != 'inertia' and not set(_PASSING) & set(used),
+        of_motion=acts_as != 'inertia' and not set(_PASSING) & set(used) and not (
+            acts_as in _TOLD_DIRECTION and 'direction' in used),
         variants=({},), unnamed=True, warp=law_value if acts_as == 'delay' else None,
         correction=law_value if acts_as in ('position_shift', 'position_delay') else None,
         late_position=acts_as == 'position_delay',

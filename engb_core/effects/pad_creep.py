@@ -9,14 +9,19 @@ from engb_core.physics.compiled import effect_function, Numbers
 
 @effect_function
 def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
-    # state: 0…2 what three elements of equal weight have relaxed by.
+    # state: 0…2 what three elements of equal weight have relaxed by, 3…5 which part of the way to
+    # the load each goes in a step, 6 that step: samples are mostly as far apart.
     load = sample[LOAD]
     relaxed = 0.0
+    if sample[TIME_STEP] != state[6]:
+        state[6] = sample[TIME_STEP]
+        for element in range(3):
+            time = parameters[1] * parameters[2] ** (element - 1)
+            state[3 + element] = 1.0 - math.exp(-sample[TIME_STEP] / time)
     for element in range(3):
         if sample[TIME] <= 0.0:
             state[element] = 0.0
-        time = parameters[1] * parameters[2] ** (element - 1)
-        state[element] += (1.0 - math.exp(-sample[TIME_STEP] / time)) * (load - state[element])
+        state[element] += state[3 + element] * (load - state[element])
         relaxed += state[element] / 3.0
     left = load - parameters[0] * relaxed
     if parameters[3] > 0.0 and left < 0.0:

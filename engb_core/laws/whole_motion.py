@@ -117,7 +117,22 @@ def _values(parameters: Array, state: Array, samples: Array, own: Array, stack: 
                     begun = samples[begin + place, TIME] > 0.0 and step > 0.0
                     stack[top, place] = (value - state[slot]) / step if begun else 0.0
                     state[slot] = value
-            elif code >= 22:
+            elif code == 22 or code == 23:
+                top -= 1
+                slot = int(argument)
+                before, width, share = -1.0, 0.0, 0.0
+                for place in range(count):
+                    value, step = stack[top, place], samples[begin + place, TIME_STEP]
+                    second = max(abs(stack[top + 1, place]), 1e-9)
+                    if samples[begin + place, TIME] <= 0.0:
+                        state[slot] = value if code == 22 else 0.0
+                    if step != before or second != width:
+                        # Samples are mostly as far apart, and the time a number.
+                        before, width = step, second
+                        share = 1.0 - math.exp(-step / second)
+                    state[slot] += share * (value - state[slot])
+                    stack[top, place] = state[slot]
+            elif code >= 24:
                 top -= 1
                 slot = int(argument)
                 for place in range(count):

@@ -74,6 +74,8 @@ class Walk:
         values: (stage, place in it) → (parameters as bytes, values (n,)) of a function whose
             values are only added, or multiply.
         of_motion: the same of a function that looks at the motion alone, by the function.
+        recorded: (k, SAMPLE_SIZE) the motion at the recording's own samples (None: nobody has
+            asked).
     """
 
     made: object = None
@@ -83,6 +85,7 @@ class Walk:
     torques: Array = field(default_factory=lambda: np.zeros(0))
     values: dict[tuple[str, int], tuple[bytes, Array]] = field(default_factory=dict)
     of_motion: dict[EffectFunction, tuple[bytes, Array]] = field(default_factory=dict)
+    recorded: Array | None = None
 
     def forget(self) -> None:
         """Forget the last walk, but not what the motion alone says: nobody changes that."""

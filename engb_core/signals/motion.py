@@ -29,7 +29,7 @@ from engb_core.signals.count_edges import CountEdges, edges_of, quantum_of
 from engb_core.signals.held_effort import EFFORT_TAKEN
 
 __all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered',
-           'gaussian_kernel', 'motion_of']
+           'gaussian_kernel', 'motion_of', 'with_position']
 
 Array = NDArray[np.float64]
 _Number = TypeVar('_Number', np.float64, np.bool_)
@@ -148,21 +148,16 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
     bandwidth = min(bandwidth, MOST_OF_RATE / fine)
     stride = max(1, int(round(STEP_OF_PERIOD / bandwidth / fine)))
     step = stride * fine
-    full: Array = np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1,
-                            dtype=np.float64) * fine
+    full = _even(recording)
     edges = edges_of(recording)
-    raw = bridged(full, edges.joined(full, recording.position), recording)
-
-    def smooth(derivative: int) -> Array:
-        return moving_on(raw, gaussian_kernel(bandwidth, fine, derivative))[::stride].copy()
-
+    position, velocity, acceleration = _smoothed(recording, edges, full, bandwidth, stride)
     time = full[::stride]
     disc = recording.signal('disc_speed')
     temperature = recording.signal('pad_temperature')
     disc_speed = np.zeros(time.size) if disc is None else np.interp(time, recording.time, disc)
     return Motion(
-        name=recording.name, step=step, time=time, position=smooth(0), velocity=smooth(1),
-        acceleration=smooth(2),
+        name=recording.name, step=step, time=time, position=position, velocity=velocity,
+        acceleration=acceleration,
         effort=filtered(np.interp(full, recording.time, recording.effort),
                         gaussian_kernel(bandwidth, fine))[::stride].copy(),
         disc_speed=disc_speed,
@@ -175,6 +170,43 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
         has_temperature=temperature is not None, bandwidth=bandwidth, recorded_step=fine,
         edges=edges, fresh=_fresh(recording, time, fine),
         commanded=commanded_of(recording, full, gaussian_kernel(bandwidth, fine)))
+
+
+def with_position(motion: Motion, recording: Recording, position: Array) -> Motion:
+    """Return a motion as `motion_of` derives it (no sharp one) where other positions in the same
+    counts were recorded. What effort was computed from, where it is a command, stays as it is.
+
+    Args:
+        motion: of the recording.
+        recording: whose stamps and other signals stay.
+        position: (k,) what was recorded instead [rad].
+    """
+    fine = recording.interval
+    stride = max(1, round(motion.step / fine))
+    other = replace(recording, position=position)
+    edges = edges_of(other)
+    smooth, velocity, acceleration = _smoothed(other, edges, _even(recording), motion.bandwidth,
+                                               stride)
+    return replace(motion, position=smooth, velocity=velocity, acceleration=acceleration,
+                   edges=edges)
+
+
+def _even(recording: Recording) -> Array:
+    """Return the even grid (n,) [s] that a recording is brought onto."""
+    fine = recording.interval
+    return np.arange(int(np.floor(recording.time[-1] / fine + 1e-6)) + 1, dtype=np.float64) * fine
+
+
+def _smoothed(recording: Recording, edges: CountEdges, full: Array, bandwidth: float, stride: int,
+              ) -> tuple[Array, Array, Array]:
+    """Return position, velocity and acceleration (n,) at every so manieth place of an even grid.
+    """
+    fine = recording.interval
+    raw = bridged(full, edges.joined(full, recording.position), recording)
+    position, velocity, acceleration = (
+        moving_on(raw, gaussian_kernel(bandwidth, fine, derivative))[::stride].copy()
+        for derivative in range(3))
+    return position, velocity, acceleration
 
 
 def bridged(time: Array, position: Array, recording: Recording) -> Array:

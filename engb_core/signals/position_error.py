@@ -22,6 +22,7 @@ from engb_core.effects.base import (
     TORQUE,
     VELOCITY,
 )
+from engb_core.physics.compiled import kernel
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
 from engb_core.physics.walk import Walk
@@ -57,16 +58,25 @@ def carried(recording: Recording, motion: Motion, values: Array) -> tuple[Array,
 def at_recorded_samples(recording: Recording, motion: Motion, samples: Array) -> Array:
     """Return the table (k, SAMPLE_SIZE) at the recording's own samples, with the position as it
     was recorded and all else from the motion's `samples` (n, SAMPLE_SIZE)."""
-    # The grid is even, so that where each sample falls need not be searched for.
-    place = np.clip((recording.time - motion.time[0]) / motion.step, 0.0, motion.time.size - 1.0)
-    before = np.minimum(place.astype(np.int64), max(motion.time.size - 2, 0))
-    share = (place - before)[:, None]
-    table: Array = samples[before]
-    table += share * (samples[np.minimum(before + 1, motion.time.size - 1)] - table)
+    table = np.empty((recording.time.size, samples.shape[1]))
+    _interpolated(samples, recording.time, float(motion.time[0]), motion.step, table)
     table[:, TIME] = recording.time
     table[:, TIME_STEP] = recording.interval
     table[:, POSITION] = recording.position
     return table
+
+
+@kernel
+def _interpolated(samples: Array, times: Array, begin: float, step: float, table: Array) -> None:
+    # The grid is even, so that where each sample falls need not be searched for.
+    last = samples.shape[0] - 1
+    for row in range(times.size):
+        place = min(max((times[row] - begin) / step, 0.0), float(last))
+        before = min(int(place), max(last - 1, 0))
+        share, after = place - before, min(before + 1, last)
+        for column in range(samples.shape[1]):
+            value = samples[before, column]
+            table[row, column] = value + share * (samples[after, column] - value)
 
 
 def _unwarped(recording: Recording, late: Array) -> Array:
@@ -98,13 +108,26 @@ def effort_of_recording(recording: Recording, motion: Motion, samples: Array, ph
     return effort
 
 
+def _table(recording: Recording, motion: Motion, samples: Array, physics: Physics,
+           walk: Walk | None) -> Array:
+    """Return the table (k, SAMPLE_SIZE) at the recording's own samples that the corrections look
+    at: once for all where they look at the motion alone."""
+    if not all(physics.of_motion[effect] for _, effect, _ in physics.corrections):
+        effort_of_motion(samples, motion.step, replace(physics, corrections=()), walk=walk)
+        return at_recorded_samples(recording, motion, samples)
+    if walk is None:
+        return at_recorded_samples(recording, motion, samples)
+    if walk.recorded is None:
+        walk.recorded = at_recorded_samples(recording, motion, samples)
+    return walk.recorded
+
+
 def _needed(recording: Recording, motion: Motion, samples: Array, physics: Physics,
             moving: NDArray[np.bool_] | None, walk: Walk | None) -> Array:
     if not physics.corrections:
         return effort_of_motion(samples, motion.step, physics, moving, walk)
     plain = replace(physics, corrections=())
-    effort_of_motion(samples, motion.step, plain, walk=walk)
-    table = at_recorded_samples(recording, motion, samples)
+    table = _table(recording, motion, samples, physics, walk)
     error = np.zeros(recording.time.size)
     state = physics.fresh_state()
     for function, effect, late in physics.corrections:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from engb_core.recording import Recording, Signal
-from engb_core.signals.motion import gaussian_kernel, Motion, motion_of
+from engb_core.signals.motion import gaussian_kernel, Motion, motion_of, with_position
 from engb_core.signals.sharp_motion import sharp_motion_of
 
 COUNT = 2.0 * np.pi / 4096.0
@@ -230,3 +230,15 @@ def test_motion_and_effort_pass_the_same_low_pass(derive):
                                 (motion.velocity, cosine, 5.0 * turns),
                                 (motion.acceleration, sine, -5.0 * turns ** 2)):
         assert values[rows] @ shape / (shape @ shape) == pytest.approx(size * gain, rel=0.01)
+
+
+def test_the_motion_of_other_positions_is_that_of_a_recording_of_them():
+    """With a gap in it, whose bridge goes with the positions."""
+    recording = counted(stroke, jitter=1e-4)
+    kept = (recording.time < 3.0) | (recording.time > 3.2)
+    recording = replace(recording, time=recording.time[kept], position=recording.position[kept],
+                        effort=recording.effort[kept])
+    other = recording.position + 0.01 * np.sin(20.0 * recording.time)
+    moved = with_position(motion_of(recording), recording, other)
+    derived = motion_of(replace(recording, position=other))
+    np.testing.assert_array_equal(moved.samples(), derived.samples())

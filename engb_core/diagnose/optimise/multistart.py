@@ -118,7 +118,11 @@ def best_promised(objective: Objective, start: Fit, promised: list[Promise], rou
     best, *others = promised[:FOLLOWED]
     fits = followed(objective, [best, *(other for other in others if other.cost < start.cost)],
                     rounds, iterate)
-    found = min((search_around(objective, entry, FIRST_MOVES) for entry in fits),
+    # What costs more than without the effect has not found its basin: if none has, one such fit is
+    # enough to look around at.
+    basins = [fit for fit in fits if fit.cost < start.cost] or [
+        min(fits, key=lambda entry: entry.cost)]
+    found = min((search_around(objective, entry, FIRST_MOVES) for entry in basins),
                 key=lambda entry: entry.cost)
     if found.cost > (1.0 - HOPE) * start.cost:
         return found
