@@ -192,8 +192,9 @@ class Effect:
         number_only: no physics is missing, a nominal number is wrong.
         proportional: (values) → whether the torque that it makes of an effort is proportional to
             that (None: no): inverse dynamics then divides, and need not search.
-        of_motion: it looks at motion, time and disc alone (and, in the stage of actuation, at the
-            effort), not at what passed the stages before.
+        of_motion: it looks at motion, time and disc alone, not at what passed the stages before;
+            in the stages load, level and actuation it returns something proportional to what it is
+            given there, in the stage direction it may look at that.
         unnamed: no cause, only a description of what is left; never claimed.
         only_here: bound to the times of one recording; not carried over to others.
         contains: ids of effects that this one includes as a special case.

@@ -68,20 +68,23 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     else:
         parts = int(math.ceil(step * locked / 0.1))
         short = step / parts
+        # Neither damping nor dry friction can overshoot. Divisions take longer than all else here.
+        lost = 0.5 * short * decay
+        kept, left = 1.0 - lost, 1.0 / (1.0 + lost)
+        stiffness, lightness, width = locked ** 2, 1.0 / inertia, 1.0 / parts
+        most = short * friction * lightness
+        twist, rate = state[0], state[1]
         for part in range(parts):
             # Half a step of the twist before and half behind its rate: of second order in time.
-            share = (part + 0.5) / parts
+            share = (part + 0.5) * width
             speed = state[3] + share * (motor - state[3])
             drive = state[2] + share * (acceleration - state[2])
-            drive += (state[4] + share * (load - state[4])) / inertia
-            state[0] += 0.5 * short * state[1]
-            # Neither damping nor dry friction can overshoot.
-            lost = 0.5 * short * decay
-            rate = (state[1] * (1.0 - lost)
-                    - short * (drive + locked ** 2 * _sprung(parameters, state[0]))
-                    ) / (1.0 + lost)
-            state[1] = slowed_rate(rate, speed, short * friction / inertia)
-            state[0] += 0.5 * short * state[1]
+            drive += (state[4] + share * (load - state[4])) * lightness
+            twist += 0.5 * short * rate
+            rate = left * (rate * kept - short * (drive + stiffness * _sprung(parameters, twist)))
+            rate = slowed_rate(rate, speed, most)
+            twist += 0.5 * short * rate
+        state[0], state[1] = twist, rate
     state[2] = acceleration
     state[3] = motor
     state[4] = load

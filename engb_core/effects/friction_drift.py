@@ -30,6 +30,7 @@ EFFECT = Effect(
         Parameter('shape', '-', 0.4, 5.0, starts=(1.0, 2.5), logarithmic=True, kind='exponent'),
     ),
     stages={'level': _level},
+    of_motion=True,
     equation='F(t) = F (1 + (ratio − 1) p(t)/p(T)), p = 1 − e^(−(t/τ)^shape)',
     reference='Simoni et al., IFAC WC (2015): friction and temperature in drives',
     statement=lambda p: (

@@ -61,6 +61,7 @@ EFFECT = Effect(
                   default=0.5),
     ),
     stages={'load': _load},
+    of_motion=True,
     equation='T_L = (1 + (P − 1 + change·(p − ½)) tanh(ω_disc/turning_speed)) · T_L(θ), '
              'x from 0 to 1 over its range, p ∝ 1/(1 + e^(−steepness·(x − middle))) with '
              'temperature, 1 − e^(−steepness·x) with speed',

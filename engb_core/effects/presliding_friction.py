@@ -45,6 +45,7 @@ EFFECT = Effect(
         Parameter('shape', '-', 0.1, 3.0, starts=(0.95,), kind='exponent'),
     ),
     stages={'direction': _direction},
+    of_motion=True,
     equation='dz/dθ ∝ (1 − z sgn ω)^shape, T_C = F z; 63 % of the way after the distance',
     reference='Dahl, AIAA J. 14 (1976) 1675; Canudas de Wit et al., IEEE TAC 40 (1995) 419; '
               'Al-Bender et al., IEEE TAC 50 (2005) 1883',

@@ -26,6 +26,7 @@ EFFECT = Effect(
         Parameter('shape', '-', 0.6, 2.5, starts=(1.0, 2.0), kind='exponent'),
     ),
     stages={'level': _level},
+    of_motion=True,
     equation='F(ω) = F (1 + (ratio − 1) exp(−|ω/ω_s|^shape))',
     reference='Stribeck, VDI-Z 46 (1902); Armstrong-Hélouvry et al., Automatica 30 (1994)',
     statement=lambda p: (

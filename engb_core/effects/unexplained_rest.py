@@ -29,6 +29,7 @@ EFFECT = Effect(
         Parameter('distance', 'rad', 0.05, 100.0, starts=(0.1, 0.6, 2.5), logarithmic=True),
     ),
     stages={'level': _level},
+    of_motion=True,
     equation='F (1 + growth · a), ȧ = e^(−a)/rest_time at rest, −a |ω|/distance in motion',
     reference='none claimed; the form is that of ageing contacts, Dieterich, JGR 84 (1979)',
     statement=lambda p: ('Friction after standing still is higher the longer it stood, and '

@@ -21,7 +21,6 @@ from engb_core.effects.base import (
     LOAD_GAIN,
     POSITION,
     STATE_SIZE,
-    TORQUE,
     VELOCITY,
     VISCOUS,
 )
@@ -106,9 +105,11 @@ class Columns:
         parts = []
         for index, run in enumerate(self._runs):
             raw = form.acts_as in _OF_THE_SENSOR
-            value = np.ones((self._recorded if raw else self._samples)[index].shape[0])
-            for atom in form.factors:
-                value = value * self._factor(atom, shift, raw)[index]
+            factors = [self._factor(atom, shift, raw)[index] for atom in form.factors]
+            value = factors[0] if factors else np.ones(
+                (self._recorded if raw else self._samples)[index].shape[0])
+            for factor in factors[1:]:
+                value = value * factor
             if form.acts_as == 'position_delay':
                 value = value * self._recorded[index][:, VELOCITY]
             parts.append(run.comparison(self._acting(form, value, shift, index)))
@@ -145,9 +146,7 @@ class Columns:
         # Friction's direction is known here, whatever the law acts as.
         parameters = program_of(parse(text), 'torque', {'velocity': self._speeds})
         samples = self._recorded[index] if raw else self._samples[index]
-        here = samples[:, POSITION].copy()
         if moved:
+            samples = samples.copy()
             samples[:, POSITION] += moved
-        law_value.loop(parameters, np.zeros(STATE_SIZE), samples, TORQUE)
-        samples[:, POSITION] = here
-        return samples[:, TORQUE].copy()
+        return law_value.values(parameters, np.zeros(STATE_SIZE), samples)

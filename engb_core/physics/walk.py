@@ -69,7 +69,7 @@ class Walk:
         numbers: the nominal numbers, and the parameters of all effects that act before those
             that only add a torque where these are walked with together, as bytes.
         given: of each function that changes a quantity, its parameters as bytes.
-        before: what each of them found in its quantity (n,).
+        before, after: what each of them found in its quantity (n,), and what it made of that.
         torques: (n,) that they need, without inertia and what is only added [N·m].
         values: (stage, place in it) → (parameters as bytes, values (n,)) of a function whose
             values are only added, or multiply.
@@ -82,6 +82,7 @@ class Walk:
     numbers: bytes = b''
     given: list[bytes] = field(default_factory=list)
     before: list[Array] = field(default_factory=list)
+    after: list[Array] = field(default_factory=list)
     torques: Array = field(default_factory=lambda: np.zeros(0))
     values: dict[tuple[str, int], tuple[bytes, Array]] = field(default_factory=dict)
     of_motion: dict[EffectFunction, tuple[bytes, Array]] = field(default_factory=dict)
@@ -120,17 +121,24 @@ class Walk:
         only add a torque, or of those of actuation. Arguments as for `torques_of`."""
         function, effect = (physics.apart if stage == 'torque' else physics.stages[stage])[place]
         parameters = physics.parameters[effect]
+        if physics.of_motion[effect]:
+            return self._of_motion(function, parameters, state[effect], samples)
         given = parameters.tobytes()
-        alone = physics.of_motion[effect]
-        known = self.of_motion.get(function) if alone else self.values.get((stage, place)) \
-            if self.made is not None else None
+        known = None if self.made is None else self.values.get((stage, place))
         if known is not None and known[0] == given:
             return known[1]
         values = function.values(parameters, state[effect], samples)
-        if alone:
-            self.of_motion[function] = given, values
-        else:
-            self.values[stage, place] = given, values
+        self.values[stage, place] = given, values
+        return values
+
+    def _of_motion(self, function: EffectFunction, parameters: Array, state: Array,
+                   samples: Array) -> Array:
+        """Return the values (n,) of a function that looks at the motion alone."""
+        given, known = parameters.tobytes(), self.of_motion.get(function)
+        if known is not None and known[0] == given:
+            return known[1]
+        values = function.values(parameters, state, samples)
+        self.of_motion[function] = given, values
         return values
 
     def _goes_on(self, physics: Physics, numbers: bytes) -> bool:
@@ -162,7 +170,8 @@ class Walk:
             return
         if anew:
             _loaded(physics.nominal, samples)
-            self.before = [np.zeros(0)] * len(functions)
+            self.before, self.after = ([np.zeros(0)] * len(functions) for _ in range(2))
+            self.given = [b''] * len(functions)
         rubs = anew or functions[first][2] == LOAD
         begun = -1
         for place, (function, effect, column) in enumerate(functions[first:], first):
@@ -173,9 +182,20 @@ class Walk:
                 # It still holds what came of it.
                 samples[:, column] = self.before[place]
             begun = column
-            self.before[place] = samples[:, column].copy()
-            samples[:, column] = function.values(physics.parameters[effect], state[effect],
-                                                 samples)
+            found = samples[:, column].copy()
+            parameters = physics.parameters[effect]
+            if not physics.of_motion[effect]:
+                made = function.values(parameters, state[effect], samples)
+            elif column != DIRECTION:
+                # It is proportional to what it finds.
+                samples[:, column] = 1.0
+                made = found * self._of_motion(function, parameters, state[effect], samples)
+            elif given[place] == self.given[place] and np.array_equal(found, self.before[place]):
+                made = self.after[place]
+            else:
+                made = function.values(parameters, state[effect], samples)
+            self.before[place], self.after[place] = found, made
+            samples[:, column] = made
         if rubs:
             _rubbed(physics.nominal, samples)
         self.values.clear()

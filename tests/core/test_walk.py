@@ -10,6 +10,7 @@ import pytest
 
 from engb_core.effects.base import (
     ACCELERATION,
+    DIRECTION,
     DISC_ANGLE,
     DISC_SPEED,
     Effect,
@@ -27,7 +28,9 @@ from engb_core.effects.law import law_effect
 from engb_core.laws.grammar import parameters_of, parse
 from engb_core.model import Model
 from engb_core.physics import walk as walking
+from engb_core.physics.compiled import EffectFunction
 from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.nominal_torque import N_TERMS
 from engb_core.physics.plant import Physics, physics_of, with_values
 from engb_core.physics.walk import Walk
 
@@ -111,6 +114,20 @@ def test_a_table_that_others_write_into_is_walked_anew():
     np.testing.assert_array_equal(effort_of_motion(samples, STEP, physics, walk=walk), before)
 
 
+def test_a_gain_of_the_motion_is_not_computed_again_where_the_load_moved(monkeypatch):
+    physics = made(get_effect('pad_friction_fade'), get_effect('stribeck_friction'),
+                   get_effect('presliding_friction'), get_effect('torque_ripple'))
+    walk, samples = Walk(), motion()
+    effort_of_motion(samples, STEP, physics, walk=walk)
+    nominal = physics.nominal.copy()
+    nominal[N_TERMS + 1:] *= 1.01
+    trial = with_values(physics, nominal, physics.parameters)
+    with monkeypatch.context() as patched:
+        patched.setattr(EffectFunction, 'values', None)
+        again = effort_of_motion(samples, STEP, trial, walk=walk)
+    np.testing.assert_array_equal(again, effort_of_motion(motion(), STEP, trial))
+
+
 @pytest.mark.parametrize('name', ['cogging_torque', 'torque_ripple', 'stribeck_friction'])
 def test_what_comes_before_a_number_that_moved_is_not_computed_again(name, monkeypatch):
     """Nor any other effect."""
@@ -141,9 +158,11 @@ def test_what_is_said_to_look_at_the_motion_alone_does(effect):
             for place in (TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED,
                           DISC_ANGLE, PAD_TEMPERATURE):
                 other[:, place] = samples[:, place]
+            if stage == 'direction':
+                other[:, DIRECTION] = np.sign(samples[:, VELOCITY])
             value = effect.stages[stage].values(physics.parameters[0], np.zeros(STATE_SIZE),
                                                 other)
-            told.append(value / filling if stage == 'actuation' else value)
+            told.append(value / filling if stage in ('load', 'level', 'actuation') else value)
         np.testing.assert_allclose(*told, rtol=1e-12)
 
 
