@@ -71,6 +71,7 @@ class Walk:
         given: of each function that changes a quantity, its parameters as bytes.
         before, after: what each of them found in its quantity (n,), and what it made of that.
         torques: (n,) that they need, without inertia and what is only added [N·m].
+        inertial: (n,) that accelerates the shaft, before what is only added [N·m].
         values: (stage, place in it) → (parameters as bytes, values (n,)) of a function whose
             values are only added, or multiply.
         of_motion: the same of a function that looks at the motion alone, by the function.
@@ -84,6 +85,7 @@ class Walk:
     before: list[Array] = field(default_factory=list)
     after: list[Array] = field(default_factory=list)
     torques: Array = field(default_factory=lambda: np.zeros(0))
+    inertial: Array = field(default_factory=lambda: np.zeros(0))
     values: dict[tuple[str, int], tuple[bytes, Array]] = field(default_factory=dict)
     of_motion: dict[EffectFunction, tuple[bytes, Array]] = field(default_factory=dict)
     recorded: Array | None = None
@@ -106,12 +108,17 @@ class Walk:
             self._by_stages(physics, state, samples)
         else:
             self._by_samples(physics, state, samples)
-        torques = self.torques.copy()
-        for place in range(len(physics.apart)):
-            torques += self.values_of('torque', place, physics, state, samples)
-        constant = _with_inertia(samples, torques, physics.nominal[N_INERTIA])
-        if physics.shares_state or not constant:
-            # An effect that adds to the inertia has added to what is in the samples.
+        torques: Array
+        if physics.apart:
+            torques = self.torques.copy()
+            for place in range(len(physics.apart)):
+                torques += self.values_of('torque', place, physics, state, samples)
+            if not _with_inertia(samples, torques, physics.nominal[N_INERTIA]):
+                # An effect that adds to the inertia has added to what is in the samples.
+                self.forget()
+        else:
+            torques = self.torques + self.inertial
+        if physics.shares_state:
             self.forget()
         return torques
 
@@ -154,9 +161,10 @@ class Walk:
         before = physics.owner[:physics.walked[_TORQUES]]
         numbers = _nominal(physics).tobytes() + physics.parameters[before].tobytes()
         if not self._goes_on(physics, numbers):
-            self.torques = np.empty(samples.shape[0])
+            self.torques, self.inertial = np.empty((2, samples.shape[0]))
             _needed(physics.nominal, physics.cogging, physics.functions, physics.walked,
-                    physics.owner, physics.parameters, state, samples, self.torques)
+                    physics.owner, physics.parameters, state, samples, self.torques,
+                    self.inertial)
 
     def _by_stages(self, physics: Physics, state: Array, samples: Array) -> None:
         """Walk all samples through one stage after another, from where something has changed."""
@@ -199,8 +207,11 @@ class Walk:
         if rubs:
             _rubbed(physics.nominal, samples)
         self.values.clear()
-        self.given, self.torques = given, np.empty(samples.shape[0])
-        _summed(physics.nominal, physics.cogging, samples, self.torques)
+        self.given = given
+        self.torques, self.inertial = np.empty((2, samples.shape[0]))
+        if not _summed(physics.nominal, physics.cogging, samples, self.torques, self.inertial):
+            # What is in the samples was added to: it is none to go on from.
+            self.forget()
 
 
 def _nominal(physics: Physics) -> Array:
@@ -212,13 +223,15 @@ def _nominal(physics: Physics) -> Array:
 
 @kernel
 def _needed(nominal: Array, cogging: Array, functions: object, bounds: Places, owner: Places,
-            parameters: Array, state: Array, samples: Array, torques: Array) -> None:
+            parameters: Array, state: Array, samples: Array, torques: Array, inertial: Array,
+            ) -> None:
     for row in range(samples.shape[0]):
         sample = row_of(samples, row)
         # What moves the load knows that of the sample before, as in a simulation.
         sample[LOAD] = samples[row - 1, LOAD] if row > 0 else 0.0
         torques[row] = torque_without_inertia(nominal, cogging, functions, bounds, owner,
                                               parameters, state, sample)
+        inertial[row] = sample[INERTIA] * sample[ACCELERATION]
 
 
 # What `torque_without_inertia` does to a sample, for all of them stage by stage.
@@ -245,7 +258,11 @@ def _rubbed(nominal: Array, samples: Array) -> None:
 
 
 @kernel
-def _summed(nominal: Array, cogging: Array, samples: Array, torques: Array) -> None:
+def _summed(nominal: Array, cogging: Array, samples: Array, torques: Array, inertial: Array,
+            ) -> bool:
+    """Write the torques and what accelerates the shaft, (n,) each; return whether its inertia is
+    the model's throughout."""
+    constant = True
     for row in range(samples.shape[0]):
         sample = row_of(samples, row)
         total = (nominal[N_VISCOUS] * sample[VELOCITY] + sample[LOAD]
@@ -254,6 +271,9 @@ def _summed(nominal: Array, cogging: Array, samples: Array, torques: Array) -> N
             total += cogging_wave(cogging[index, 0], cogging[index, 1], cogging[index, 2],
                                   sample[POSITION])
         torques[row] = total
+        inertial[row] = sample[INERTIA] * sample[ACCELERATION]
+        constant = constant and sample[INERTIA] == nominal[N_INERTIA]
+    return constant
 
 
 @kernel

@@ -14,6 +14,8 @@ from engb_core.effects.base import (
     DISC_ANGLE,
     DISC_SPEED,
     Effect,
+    INERTIA,
+    LEVEL,
     PAD_TEMPERATURE,
     Parameter,
     POSITION,
@@ -28,7 +30,7 @@ from engb_core.effects.law import law_effect
 from engb_core.laws.grammar import parameters_of, parse
 from engb_core.model import Model
 from engb_core.physics import walk as walking
-from engb_core.physics.compiled import EffectFunction
+from engb_core.physics.compiled import effect_function, EffectFunction, Numbers
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.nominal_torque import N_TERMS
 from engb_core.physics.plant import Physics, physics_of, with_values
@@ -179,3 +181,22 @@ def test_dividing_by_a_gain_gives_what_the_search_does(effect):
 def test_a_gain_that_goes_with_the_heat_of_the_effort_is_searched_for():
     effect = get_effect('unexplained_gain_drift')
     assert not physics_of(Model(), [(effect, [0.1, 0.5, 60.0, 0.5, 1.0])]).proportional
+
+
+@effect_function
+def _heavier(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
+    sample[INERTIA] += 1e-5
+    return parameters[0] * sample[LEVEL]
+
+
+def test_an_effect_that_adds_to_the_inertia_before_the_torque_adds_it_once():
+    """Nothing goes on from samples that it has added to."""
+    heavier = replace(get_effect('coulomb_friction_error'), stages={'level': _heavier})
+    physics = physics_of(Model(), [(heavier, [1.1])])
+    parameters = physics.parameters.copy()
+    parameters[0, 0] = 1.2
+    other = with_values(physics, physics.nominal, parameters)
+    walk, samples = Walk(), motion()
+    effort_of_motion(samples, STEP, physics, walk=walk)
+    np.testing.assert_array_equal(effort_of_motion(samples, STEP, other, walk=walk),
+                                  effort_of_motion(motion(), STEP, other))
