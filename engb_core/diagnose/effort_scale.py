@@ -20,7 +20,7 @@ from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import BELIEVED, LOAD_NUMBERS
 from engb_core.diagnose.numbers.wrong_numbers import (
-    off_by_themselves,
+    refit_of_file,
     refitted,
     was_refitted,
 )
@@ -135,6 +135,6 @@ def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     factors = Factors(
         float(fit.vector[inertia]) - math.log(fitter.problem.model.motor.inertia),
         float(deviations[inertia]), math.log(factor), float(deviations[scale]) / factor)
-    if not factors.both_off_alike or off_by_themselves(fitter, fit)['inertia'] < LARGER_PART:
+    if not factors.both_off_alike or refit_of_file(fitter, fit).by_itself['inertia'] < LARGER_PART:
         return None
     return factors

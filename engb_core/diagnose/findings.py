@@ -14,7 +14,7 @@ from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, repeats
+from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, mostly_repeats
 from engb_core.diagnose.numbers.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.numbers.wrong_numbers import (
     file_stands,
@@ -155,7 +155,8 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         believed = surely * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not stands_out(chosen, fitter, index):
             believed = 0.0
-        elif _something_left(explanation) and not repeats(fitter, variant.effect, values):
+        elif not mostly_repeats(fitter, variant.effect, values):
+            # Whatever form stands in some places once is a sum of a few slow waves.
             believed *= LARGER_PART
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
@@ -189,11 +190,6 @@ def _said(statement: str, onset: tuple[str, float] | None) -> str:
     if onset is None:
         return statement
     return f'From {onset[1]:.2f} s into {onset[0]} on: {statement.removeprefix(NUMBER_OFF)}'
-
-
-def _something_left(explanation: Explanation) -> bool:
-    """Whether a part of the mismatch has no name."""
-    return explanation.table is not None or explanation.fit.hypothesis.has_unnamed
 
 
 def _differs_by(rival: Fit, chosen: Fit, effect_id: str) -> bool:

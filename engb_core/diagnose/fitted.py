@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.hypothesis import Hypothesis
 
-__all__ = ['Fit', 'StartColumns', 'mean_square', 'without_effects']
+__all__ = ['Fit', 'Screened', 'StartColumns', 'mean_square', 'without_effects']
 
 Array = NDArray[np.float64]
 
@@ -38,13 +38,30 @@ class Fit:
 
 @dataclass(frozen=True)
 class StartColumns:
-    """How an effect at one start changes the filtered effort, per unit of its size.
+    """How an effect at one start changes the filtered effort, per unit of its size, or, where it
+    is not `scalable`, all that it changes.
 
     `columns` (m, 1), or (m, 2) where a phase is free: at phase 0 and a quarter turn on.
     """
 
     setting: dict[str, float]
     columns: Array
+    scalable: bool = True
+
+
+@dataclass(frozen=True)
+class Screened:
+    """What a start of an effect promises by linear least squares.
+
+    Attributes:
+        cost: that a fit may come to.
+        begun: cost at which it would begin: the same where the effect is scalable.
+        sizes: (1,), or (2,) where a phase is free.
+    """
+
+    cost: float
+    begun: float
+    sizes: Array
 
 
 def mean_square(fit: Fit) -> float:

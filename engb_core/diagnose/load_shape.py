@@ -32,13 +32,17 @@ from engb_core.diagnose.score.probability import part_left
 from engb_core.diagnose.score.ranking import price
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.search.every_effect import Search
-from engb_core.diagnose.search.more_orders import orders_of, with_orders_only
+from engb_core.diagnose.search.more_orders import (
+    amplitudes_of,
+    orders_of,
+    with_orders_only,
+)
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.load_curve_shape import EFFECT
 
-__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'moved_as_a_whole', 'nameless_curve',
-           'with_free_load_curve']
+__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'mostly_repeats', 'moved_as_a_whole',
+           'nameless_curve', 'with_free_load_curve']
 
 LOAD_SHAPE = EFFECT.id
 
@@ -49,6 +53,16 @@ def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
     order = effect.of_kind('order')
     return effect.reveals != 'motor_angle' or _repeats(
         fitter, 1.0 if order is None else values[order.name])
+
+
+def mostly_repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
+    """Return whether of several waves over the motor angle those that come often enough are the
+    larger part (of their mean square); as `repeats` for one, or anything else."""
+    if effect.reveals != 'motor_angle' or 'order_2' not in values:
+        return repeats(fitter, effect, values)
+    orders, sizes = orders_of(values), amplitudes_of(values)
+    quick = sum(sizes[number] ** 2 for number in orders if _repeats(fitter, orders[number]))
+    return quick > LARGER_PART * sum(size ** 2 for size in sizes.values())
 
 
 def is_line(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
-import itertools
 import math
 
 import numpy as np
@@ -147,7 +146,8 @@ def _in_plain_torque(result: Search) -> Fit | None:
 def _forward(result: Search, before: float) -> Fit:
     fitter = result.fitter
     chosen = result.base
-    for size in itertools.count(1):
+    while True:
+        size = len(chosen.hypothesis.variants) + 1
         if size > 2:
             extend(result, [chosen])
         candidates = _candidates(result, size, chosen)
@@ -161,11 +161,39 @@ def _forward(result: Search, before: float) -> Fit:
             # Alone each may be in the wrong place, or hide behind the other.
             best = _of_best_pair(result, best, before)
         if not wanted(chosen, best):
-            break
+            further = _two_further(result, chosen, before)
+            if further is None:
+                break
+            best = further
         chosen = best
         if excess(chosen, fitter) < FORMULA_ERROR:
             break
     return _of_all_in_place(result, chosen)
+
+
+def _two_further(result: Search, chosen: Fit, before: float) -> Fit | None:
+    """Return the best fit of two effects more than what is chosen, where one more does harm alone
+    but takes away what is worth it of the excess `before`: it may do for both what each does in
+    another place. None where there is none that is worth it, each beside the other."""
+    fitter, count = result.fitter, len(chosen.hypothesis.variants)
+    ids, least = set(chosen.hypothesis.ids), excess(chosen, fitter)
+    harmful = [fit for fit in result.of_size(count + 1)
+               if count and ids < set(fit.hypothesis.ids) and not fit.hypothesis.has_unnamed
+               and not _harmless(fit, chosen, fitter)]
+    one = min(harmful, key=lambda fit: price(fit, fitter), default=None)
+    if one is None or not worth_a_further_effect(least, excess(one, fitter), before):
+        return None
+    extend(result, [one], IN_PLACE)
+    both = [fit for fit in _candidates(result, count + 2, chosen)
+            if set(one.hypothesis.ids) < set(fit.hypothesis.ids)
+            and not fit.hypothesis.has_unnamed]
+    if not both or not worth_a_further_effect(
+            excess(one, fitter), excess(both[0], fitter), before):
+        return None
+    other = fitter.without(both[0], both[0].hypothesis.ids.index(
+        next(iter(set(one.hypothesis.ids) - ids))))
+    return both[0] if worth_a_further_effect(
+        excess(other, fitter), excess(both[0], fitter), before) else None
 
 
 def _of_all_in_place(result: Search, chosen: Fit) -> Fit:

@@ -141,3 +141,32 @@ def test_others_are_fitted_in_the_place_of_each_of_several():
     for effect in chosen:
         assert any(chosen - {effect} < set(ids) and effect not in ids and len(ids) == len(chosen)
                    for ids in result.fits), effect
+
+
+@pytest.fixture(scope='module')
+def three() -> Search:
+    """Return all fits to a brake with three effects of which two act behind a reversal."""
+    way = strokes_and_waves(3)
+    brake = replace(NOMINAL, effects=(
+        EffectSetting('cogging_torque', {'amplitude': 0.004, 'order': 7.0, 'phase': 0.4}),
+        EffectSetting('load_hysteresis', {'hysteresis_ratio': 0.05, 'memory_distance': 0.8}),
+        EffectSetting('presliding_friction', {'presliding_distance': 0.01, 'shape': 1.0})))
+    return search(Fitter(problem_of([recorded(
+        brake, lambda time, _: way.at(time), way.duration, noise=0.001)], NOMINAL)))
+
+
+def test_two_are_found_of_which_the_first_does_harm_alone(three, monkeypatch):
+    """What does for both in another place is worse in plain torque, until the other one is there
+    as well."""
+    all_of_it = {'cogging_torque', 'load_hysteresis', 'presliding_friction'}
+    cogging = three.fits['cogging_torque',]
+
+    def mean_square(fit: Fit) -> float:
+        pair = len(fit.hypothesis.ids) == 2 and set(fit.hypothesis.ids) < all_of_it
+        return 1.1 * plain(cogging) if pair else plain(fit)
+
+    plain = selection.mean_square
+    monkeypatch.setattr(selection, 'mean_square', mean_square)
+    assert not selection._harmless(
+        three.fits['cogging_torque', 'load_hysteresis'], cogging, three.fitter)
+    assert set(select(three).chosen.hypothesis.ids) == all_of_it

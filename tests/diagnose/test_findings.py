@@ -71,6 +71,18 @@ def test_a_wave_is_one_that_repeats(slots, sure):
     assert any(entry.probability > 0.5 for entry in waves) == sure
 
 
+def test_a_dent_is_no_wave():
+    """Any form that stands in one place is a sum of a few slow waves."""
+    recording = lively(NOMINAL)
+    effort = recording.effort + 0.03 * np.exp(-(recording.position - 8.5) ** 2) \
+        - 0.03 * np.exp(-(recording.position - 11.5) ** 2)
+    found = diagnose([Recording.from_samples('dented', recording.time, recording.position, effort,
+                                             recording.velocity)], NOMINAL)
+    assert found.effects
+    assert all(entry.probability <= 0.5 for entry in found.effects
+               if entry.effect in ('cogging_torque', 'torque_ripple'))
+
+
 def test_a_position_error_comes_once_a_turn():
     """It has no order of its own, which ended the diagnosis of a case from another hand."""
     fitter = Fitter(problem_of([lively(NOMINAL)], NOMINAL))

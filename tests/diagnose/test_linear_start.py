@@ -26,8 +26,7 @@ def late() -> Fitter:
 
 def promised(fitter: Fitter, effect: str) -> float:
     variant = variants_of(get_effect(effect), fitter.problem.scene)[0]
-    costs, _ = fitter.screen(fitter.base(), fitter.starts(variant))
-    return min(costs)
+    return min(entry.cost for entry in fitter.screen(fitter.base(), fitter.starts(variant)))
 
 
 def test_a_delay_at_its_bound_does_not_stand_for_a_lag(late, monkeypatch):
@@ -40,3 +39,23 @@ def test_a_delay_at_its_bound_does_not_stand_for_a_lag(late, monkeypatch):
     # Were it free, any effect would seem to explain most of what the lag does.
     monkeypatch.setattr(linear_start, 'HELD', 0.0)
     assert all(promised(late, effect) < 0.6 * base.cost for effect in OTHERS)
+
+
+def test_an_effect_that_is_its_own_size_begins_where_all_of_it_fits_best():
+    """Least squares would scale the torque of a presliding that is far too long by a negative
+    part of it, which no presliding can be."""
+    recording = lively(brake_with('presliding_friction', presliding_distance=0.006, shape=1.0))
+    fitter = Fitter(problem_of([recording], NOMINAL))
+    variant = variants_of(get_effect('presliding_friction'), fitter.problem.scene)[0]
+    starts = fitter.starts(variant)
+    screened = fitter.screen(fitter.base(), starts)
+    nearest = min(range(len(starts)), key=lambda place: screened[place].begun)
+    assert starts[nearest].setting['presliding_distance'] == min(
+        start.setting['presliding_distance'] for start in starts)
+    begun = [fitter.evaluate(fitter.hypothesis((variant,)), linear_start.start_vector(
+        fitter.hypothesis((variant,)), fitter.base(), start.setting, None)).cost
+        for start in starts]
+    assert nearest == begun.index(min(begun))
+    # It goes as far as all of it, and no other way.
+    assert all(entry.sizes == 1.0 and entry.cost <= min(
+        fitter.base().cost, entry.begun) * (1.0 + 1e-6) for entry in screened)

@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import least_squares
 
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.numbers import moved_by_refit
-from engb_core.diagnose.numbers.moved_by_refit import wrong_by_itself, wrong_by_themselves
-from engb_core.diagnose.numbers.wrong_numbers import number_place, wrong_numbers
+from engb_core.diagnose.numbers import load_friction
+from engb_core.diagnose.numbers.moved_by_refit import posterior
+from engb_core.diagnose.numbers.wrong_numbers import refit_of_file, wrong_numbers
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
@@ -21,14 +21,25 @@ from engb_core.recording import Recording
 from .simulated_brake import brake_with, NOMINAL, recorded, strokes_and_waves
 
 INERTIA = replace(NOMINAL, motor=replace(NOMINAL.motor, inertia=1.4 * NOMINAL.motor.inertia))
+LITTLE_LOAD_FRICTION = replace(NOMINAL, friction=replace(NOMINAL.friction, load_gain=0.05))
 NO_LOAD_FRICTION = replace(NOMINAL, friction=replace(NOMINAL.friction, load_gain=0.0))
 
 
 @pytest.fixture(scope='module')
 def recording() -> Recording:
     """A brake whose friction falls off with the speed."""
+    return with_breakaway(1.5)
+
+
+@pytest.fixture(scope='module')
+def less() -> Recording:
+    """A brake whose friction rises with the speed."""
+    return with_breakaway(0.6)
+
+
+def with_breakaway(ratio: float) -> Recording:
     way = strokes_and_waves(1)
-    brake = brake_with('stribeck_friction', breakaway_ratio=1.5, stribeck_velocity=5.0)
+    brake = brake_with('stribeck_friction', breakaway_ratio=ratio, stribeck_velocity=5.0)
     return recorded(brake, lambda time, _: way.at(time), way.duration, seed=2, noise=0.002)
 
 
@@ -48,17 +59,15 @@ def with_the_effect(recording: Recording, file: Model) -> tuple[Fitter, Fit]:
     return fitter, fitter.finish(fitter.refine(fitter.fit(variant)))
 
 
-def by_itself(fitter: Fitter, fit: Fit, effect: str) -> float:
-    return wrong_by_itself(fitter, fit, number_place(fit.hypothesis.numbers, effect))
-
-
 @pytest.mark.parametrize('moved', [('viscous_friction',), ('coulomb', 'viscous_friction')])
 def test_what_a_refit_moved_is_no_wrong_number(recording, moved):
     """Whatever else the refit held: there are as many ways to refit as there are engineers."""
     file = refitted(recording, NOMINAL, moved)
     assert abs(file.motor.viscous_friction / NOMINAL.motor.viscous_friction - 1.0) > 0.01
     fitter, fit = with_the_effect(recording, file)
-    assert by_itself(fitter, fit, 'viscous_friction_error') < 0.1
+    refit = refit_of_file(fitter, fit)
+    assert refit.by_itself['viscous_friction'] < 0.2
+    assert refit.probability > 0.8
     assert wrong_numbers(fitter, fit) == []
 
 
@@ -80,20 +89,61 @@ def test_a_wrong_number_that_a_refit_held_is_told_from_those_that_it_moved(recor
 def test_what_the_file_does_not_have_no_refit_has_moved(recording):
     file = refitted(recording, NO_LOAD_FRICTION, ('coulomb', 'viscous_friction'))
     fitter, fit = with_the_effect(recording, file)
-    assert by_itself(fitter, fit, 'load_dependent_friction') == 1.0
+    assert refit_of_file(fitter, fit).by_itself['load_gain'] == 1.0
+
+
+def test_a_number_that_others_made_up_for_is_told_from_those_that_moved_with_it(recording):
+    """A gain that a refit held, and Coulomb friction, which it moved to make up for it, act much
+    alike: along each of them alone the file seems to be at its minimum."""
+    fitter, fit = with_the_effect(recording, refitted(
+        recording, LITTLE_LOAD_FRICTION, ('coulomb', 'viscous_friction', 'inertia')))
+    refit = refit_of_file(fitter, fit)
+    assert refit.by_itself['load_gain'] > 0.9
+    assert refit.by_itself['coulomb'] < 0.5
+
+
+@pytest.mark.parametrize(('moved', 'found'), [
+    (('load_gain', 'coulomb', 'viscous_friction'), False),
+    (('coulomb', 'viscous_friction'), True)])
+def test_load_friction_is_missing_where_no_refit_moved_it(less, monkeypatch, moved, found):
+    """That other recordings ask for more of it says nothing of how the file came to have less."""
+    monkeypatch.setattr(load_friction, 'better_on_others', lambda *fits: True)
+    file = LITTLE_LOAD_FRICTION if found else NOMINAL
+    file = refitted(less, file, moved)
+    fitter, fit = with_the_effect(less, file)
+    assert file.friction.load_gain < NOMINAL.friction.load_gain
+    missing = load_friction.missing_load_friction(fitter, fit)
+    assert (missing is not None) == found
+    if missing is not None:
+        assert missing.value == pytest.approx(NOMINAL.friction.load_gain, rel=0.1)
+        assert missing.moved > 0.8
+
+
+def test_a_number_that_is_off_by_many_times_itself_is_off_by_itself(recording):
+    low = replace(NOMINAL, motor=replace(
+        NOMINAL.motor, viscous_friction=0.1 * NOMINAL.motor.viscous_friction))
+    fitter, fit = with_the_effect(recording, low)
+    refit = refit_of_file(fitter, fit)
+    assert refit.by_itself['viscous_friction'] > 0.9
+    assert refit.probability < 0.5
 
 
 @pytest.mark.parametrize(('stand', 'likely'), [((), False), (('inertia', 'coulomb'), True)])
-def test_numbers_that_stand_say_that_no_refit_moved_the_one_that_is_off(
-        recording, monkeypatch, stand, likely):
+def test_numbers_that_stand_say_that_no_refit_moved_the_one_that_is_off(stand, likely):
     """To have moved this one alone, a refit would have had to hold all others."""
-    fitter, fit = with_the_effect(recording, INERTIA)
-    off = number_place(fit.hypothesis.numbers, 'viscous_friction_error')
-    monkeypatch.setattr(moved_by_refit, 'wrong_by_itself',
-                        lambda fitter, fit, place: 0.25 if place == off else 0.5)
     kept = {'viscous_friction': 0.0, **dict.fromkeys(stand, 1.0)}
-    found = wrong_by_themselves(fitter, fit, kept)
+    found = posterior(kept, lambda moved, groups: dict.fromkeys(moved, 3.0), ())
     refit = 0.5 * (1.0 + 3.0) * 0.5 ** len(stand)
-    assert found['viscous_friction'] == pytest.approx(
+    assert found.probability == pytest.approx(refit / (1.0 + refit))
+    assert found.by_itself['viscous_friction'] == pytest.approx(
         (1.0 + refit / 4.0) / (1.0 + refit))
-    assert (found['viscous_friction'] > 0.5) == likely
+    assert (found.by_itself['viscous_friction'] > 0.5) == likely
+
+
+def test_numbers_that_a_refit_moved_are_asked_for_together():
+    """Neither is off by what the effects pull it alone, but both are by what they pull them."""
+    found = posterior({'coulomb': 0.0, 'viscous_friction': 0.0},
+                      lambda moved, groups: dict.fromkeys(
+                          moved, 20.0 if len(moved) == 2 else 0.01), ())
+    assert found.probability > 0.98
+    assert all(value < 0.02 for value in found.by_itself.values())

@@ -9,8 +9,9 @@ must be worse on recordings that it was not fitted to.
 
 from __future__ import annotations
 
+from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.nominal import CURVATURE
-from engb_core.diagnose.numbers.wrong_numbers import NumberFinding
+from engb_core.diagnose.numbers.wrong_numbers import NumberFinding, refit_of_file
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.recording_folds import better_on_others
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
@@ -36,5 +37,8 @@ def missing_load_friction(fitter: Fitter, explained: Fit) -> NumberFinding | Non
     if value <= fitter.problem.model.friction.load_gain or not better_on_others(
             fitter, held, fit):
         return None
+    by_itself = refit_of_file(fitter, fitter.finished(fit)).by_itself[GAIN]
+    if by_itself < LARGER_PART:
+        return None
     rise = reduced_chi_square(held, fitter) - reduced_chi_square(fit, fitter)
-    return NumberFinding(EFFECT, fit, rise, value)
+    return NumberFinding(EFFECT, fit, rise, value, moved=by_itself)

@@ -2,92 +2,214 @@
 """Was a number of the file wrong, or did a refit of the file move it?
 
 A file that was refitted on a machine with physics that it does not have has moved numbers, to make
-up for the physics. Whatever else such a refit held, along each number that it moved the file is at
-a minimum of what it misses: the number is off by just what the missing effects put into it. One
-that is wrong by itself is off by anything, and to be off by just that is a coincidence. Whether
-the file was refitted at all is one question for all its numbers: those that stand, or are off by
-something else, a refit must have held.
+up for the physics. Along all the numbers that such a refit moved together the file is at a minimum
+of what it misses: they are off by just what the missing effects pull them. One that is wrong by
+itself is off by anything, and to be off by just that is a coincidence. Which numbers a refit
+moved, and whether there was one at all, is one question for all of them: those that stand, or are
+off by something else, a refit must have held.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+import itertools
 import math
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import norm
 from scipy.stats import t as student
 
 from engb_core.diagnose.constants import FORMULA_MISSES, FORMULA_TAILS
+from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.uncertainty import vector_deviations
 
-__all__ = ['wrong_by_itself', 'wrong_by_themselves']
+__all__ = ['Refit', 'posterior', 'refit_of']
+
+Array = NDArray[np.float64]
+_Item = TypeVar('_Item')
 
 
-def wrong_by_themselves(fitter: Fitter, explained: Fit, kept: Mapping[str, float],
-                        ) -> dict[str, float]:
-    """Return the probability that each number is off by itself, and was not moved by a refit of
-    the file, given that it is off.
+@dataclass(frozen=True)
+class Refit:
+    """What is known of a refit of the file.
 
-    Beforehand a file was refitted or not, and a refit held or moved each number, the one as likely
-    as the other.
-
-    Args:
-        fitter, explained: as in `wrong_by_itself`.
-        kept: number → probability that it is as in the file.
+    Attributes:
+        probability: that the file was refitted at all.
+        by_itself: number → probability that it is off by itself, and was not moved by the refit,
+            given that it is off.
     """
-    odds = {}
-    for place, number in enumerate(explained.hypothesis.numbers):
-        if number.name in kept:
-            alone = wrong_by_itself(fitter, explained, place)
-            odds[number.name] = (1.0 - alone) / max(alone, np.finfo(float).eps)
-    refit = math.prod(0.5 * (kept[name] + (1.0 - kept[name]) * (1.0 + value))
-                      for name, value in odds.items())
-    whole = refit / (1.0 + refit)
-    return {name: 1.0 - whole + whole / (1.0 + value) for name, value in odds.items()}
+
+    probability: float
+    by_itself: Mapping[str, float]
 
 
-def wrong_by_itself(fitter: Fitter, explained: Fit, place: int) -> float:
-    """Return the probability that a number is off by itself, and was not moved by a refit of the
-    file, the one as likely beforehand as the other.
-
-    Both say by how much it is off: by itself by anything of the order of the file's spread; by a
-    refit, which looks for the minimum in plain torque and knows no delay between the samples of
-    effort and position, by as much as the effects pull it. Its formula and measure are others', so
-    that this is known to the part that formulas miss.
+def refit_of(fitter: Fitter, explained: Fit, kept: Mapping[str, float]) -> Refit:
+    """Return what is known of a refit of the file around effects that it does not have.
 
     Args:
         fitter: of the problem; what a refit saw is its first round of fits.
         explained: with effects that the file misses; finished.
-        place: the number's, in `explained.hypothesis.numbers`.
+        kept: number of the file, none of the load curve → probability that it is as it should be.
     """
-    number = explained.hypothesis.numbers[place]
-    first = fitter.earlier or fitter
-    base = first.base()
-    names = [other.name for other in base.hypothesis.numbers]
-    if number.name not in names:
-        return 1.0
-    own = names.index(number.name)
-    # The derivative beside no effect: where flanks meet, one beside a gap tells nothing.
-    column = first.columns(base, range(own, own + 1))[:, 0]
-    file = first.evaluate(first.hypothesis((), ()), np.zeros(0))
-    size = float(column @ column)
-    start = float(explained.hypothesis.start_of_numbers()[place])
-    moved = float(explained.vector[place]) - start
-    if size == 0.0 or moved == 0.0:
-        return 1.0
-    alone = start + float(column @ file.residual) / size
-    low = explained.hypothesis.bounds[0][place]
-    if start <= low:
-        # The file does not have it at all: no refit leaves it there, unless the bound held it.
-        return 1.0 if alone > low else 0.5
-    by_refit = start + moved - alone
-    known = float(vector_deviations(explained, fitter)[place])
-    scale = max(float(np.hypot(FORMULA_MISSES * by_refit, known)), np.finfo(float).tiny)
-    refit = student.pdf(moved, FORMULA_TAILS, loc=by_refit, scale=scale)
-    # What a file says is off by no more than it is, or as much as the file is believed.
-    known_to = number.spread if number.logarithmic or start == 0.0 else min(
-        number.spread, abs(start))
-    wrong = norm.pdf(moved, scale=known_to)
-    return float(wrong / (wrong + refit))
+    minimum = _Minimum.of(fitter.earlier or fitter)
+    deviations = vector_deviations(explained, fitter)
+    numbers = {number.name: (number, place)
+               for place, number in enumerate(explained.hypothesis.numbers)}
+    start, low = explained.hypothesis.start_of_numbers(), explained.hypothesis.bounds[0]
+    fixed, movable = {}, []
+    for name in kept:
+        place = numbers[name][1]
+        if name not in minimum.places:
+            fixed[name] = 1.0
+        elif start[place] <= low[place]:
+            # The file does not have it at all: no refit leaves it there, unless the bound held it.
+            fixed[name] = 1.0 if minimum.step((name,))[name] > 0.0 else 0.5
+        else:
+            movable.append(name)
+
+    off = {name: float(explained.vector[place] - start[place])
+           for name, (_, place) in numbers.items()
+           if name in minimum.places and (name in kept or name in minimum.load)}
+    groups = [group for group in (minimum.load, minimum.saturation) if group]
+
+    def coincidence(name: str, step: float, by_held: float = 0.0) -> float:
+        number, place = numbers[name]
+        return _likelier_moved(number, start[place], off[name], step, by_held,
+                               float(deviations[place]))
+
+    def coincidences(moved: Collection[str], others: Collection[tuple[str, ...]],
+                     ) -> dict[str, float]:
+        free = [*moved, *itertools.chain.from_iterable(others)]
+        step = minimum.step(free)
+        by_held = minimum.step_towards(free, {
+            name: value for name, value in off.items() if name not in free})
+        found = {name: coincidence(name, step[name], by_held[name]) for name in moved}
+        if not all(variant.number_only for variant in explained.hypothesis.variants):
+            return found
+        # What makes up for a number is shared out by another measure in another way: along each
+        # alone the file is at its minimum all the same.
+        return {name: max(ratio, coincidence(name, minimum.step((name,))[name]))
+                for name, ratio in found.items()}
+
+    found = posterior({name: kept[name] for name in movable}, coincidences, groups)
+    return Refit(found.probability, {**found.by_itself, **fixed})
+
+
+def posterior(kept: Mapping[str, float],
+              coincidences: Callable[[Collection[str], Collection[tuple[str, ...]]],
+                                     Mapping[str, float]],
+              groups: Sequence[tuple[str, ...]]) -> Refit:
+    """Return what follows from each set of numbers that a refit may have moved. Beforehand a file
+    was refitted or not, and a refit held or moved each number, and each group as one, the one as
+    likely as the other.
+
+    Args:
+        kept: number → probability that it is as it should be, which none is that a refit moved.
+        coincidences: the numbers that a refit moved, and the groups that it moved beside → how
+            much likelier each of the numbers is to be off by as much as it is than by itself.
+        groups: of numbers that a refit may have moved as well, of which nothing is asked.
+    """
+    names = list(kept)
+    held = dict.fromkeys(names, 1.0)    # Weight of all sets that a refit did not move it in,
+    moved = dict.fromkeys(names, 0.0)   # and of those that it did, given that it is off.
+    refit = 0.0
+    each = 0.5 ** (len(names) + len(groups))
+    for chosen, others in itertools.product(_subsets(names), _subsets(groups)):
+        ratios = coincidences(chosen, others)
+        parts = {name: (1.0 - kept[name]) * ratios[name] for name in chosen}
+        weight = each * math.prod(parts.values())
+        refit += weight
+        for name in names:
+            if name not in chosen:
+                held[name] += weight
+            else:
+                moved[name] += each * ratios[name] * math.prod(
+                    part for other, part in parts.items() if other != name)
+    return Refit(refit / (1.0 + refit),
+                 {name: held[name] / (held[name] + moved[name]) for name in names})
+
+
+def _subsets(items: Sequence[_Item]) -> list[tuple[_Item, ...]]:
+    return [chosen for count in range(len(items) + 1)
+            for chosen in itertools.combinations(items, count)]
+
+
+def _likelier_moved(number: NominalNumber, start: float, off: float, step: float, by_held: float,
+                    known: float) -> float:
+    """Return how much likelier a number is off by as much as it is if a refit moved it than if it
+    is off by itself.
+
+    Both say by how much: by itself by anything of the order of what files are off; by a refit,
+    which looks for the minimum in plain torque and knows no delay between the samples of effort
+    and position, by as much as the effects, and what it held wrongly, pull it. The formula of the
+    effects is another one, so that their part is known to what formulas miss; and so is all of it,
+    as the measure of the refit is.
+
+    Args:
+        number: of the file.
+        start: what the file has.
+        off: what the fit has, less that.
+        step: from the file to the minimum, without effects.
+        by_held: the part of it that would be made up for what the refit held wrongly.
+        known: deviation of the number in the fit.
+    """
+    pulled = off - step
+    by_effects = pulled + by_held
+    scale = math.sqrt((FORMULA_MISSES * by_effects) ** 2 + (FORMULA_MISSES * pulled) ** 2
+                      + known ** 2)
+    refit = student.pdf(off, FORMULA_TAILS, loc=pulled,
+                        scale=max(scale, np.finfo(float).tiny))
+    # A number is off by no more than it is, or by as much as files are.
+    likely = {number.spread} if number.logarithmic or start == 0.0 else {
+        number.spread, abs(start)}
+    wrong = np.mean([norm.pdf(off, scale=entry) for entry in likely])
+    return float(refit / max(wrong, np.finfo(float).tiny))
+
+
+@dataclass(frozen=True)
+class _Minimum:
+    """Where the file is from the minimum in plain torque of what it misses without effects: the
+    normal equations over its numbers, `places` of each, and which of them are the load curve's
+    and say how friction turns with the direction."""
+
+    places: Mapping[str, int]
+    load: tuple[str, ...]
+    saturation: tuple[str, ...]
+    gram: Array
+    right: Array
+
+    @classmethod
+    def of(cls, fitter: Fitter) -> _Minimum:
+        # Derivatives beside no effect: where flanks meet, those beside a gap tell nothing.
+        base = fitter.base()
+        columns = fitter.number_columns(base)
+        file = fitter.evaluate(fitter.hypothesis((), ()), np.zeros(0))
+        names = [number.name for number in base.hypothesis.numbers]
+        return cls({name: place for place, name in enumerate(names)},
+                   tuple(name for name in names if name in LOAD_NUMBERS),
+                   tuple(name for name in names if name == 'saturation_velocity'),
+                   columns.T @ columns, columns.T @ file.residual)
+
+    def step(self, moved: Sequence[str]) -> dict[str, float]:
+        """Return the step of each of these numbers to the minimum over all of them."""
+        return self._solved(moved, self.right)
+
+    def step_towards(self, moved: Sequence[str], others: Mapping[str, float]) -> dict[str, float]:
+        """Return the step of each of these numbers that does most of what steps of others do."""
+        steps = np.zeros(self.right.size)
+        for name, step in others.items():
+            steps[self.places[name]] = step
+        return self._solved(moved, self.gram @ steps)
+
+    def _solved(self, moved: Sequence[str], right: Array) -> dict[str, float]:
+        places = [self.places[name] for name in moved]
+        gram = self.gram[np.ix_(places, places)]
+        norms = np.sqrt(np.diag(gram))
+        norms[norms == 0.0] = 1.0
+        solution = np.linalg.lstsq(gram / np.outer(norms, norms), right[places] / norms,
+                                   rcond=np.sqrt(np.finfo(float).eps))[0] / norms
+        return dict(zip(moved, solution.tolist(), strict=True))

@@ -31,14 +31,14 @@ from engb_core.diagnose.nominal import (
     SHAPE_NUMBERS,
 )
 from engb_core.diagnose.numbers.held_load_curve import BY_ONE_NUMBER
-from engb_core.diagnose.numbers.moved_by_refit import wrong_by_themselves
+from engb_core.diagnose.numbers.moved_by_refit import Refit, refit_of
 from engb_core.diagnose.numbers.spike_and_slab import average
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 
 __all__ = ['NumberFinding', 'file_stands', 'held_at_file', 'number_place', 'numbers_of',
-           'off_by_themselves', 'refitted', 'still_wrong', 'was_refitted',
+           'refit_of_file', 'refitted', 'still_wrong', 'was_refitted',
            'with_these_refitted', 'wrong_numbers']
 
 # Effects that say "this number is wrong", by the nominal number that they stand for.
@@ -86,7 +86,7 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     """
     variants = explained.hypothesis.variants
     beside_physics = not all(variant.number_only for variant in variants)
-    if beside_physics and not (fitter.load_shape or explained.hypothesis.has_unnamed):
+    if beside_physics and not explained.hypothesis.has_unnamed:
         return _beside_physics(fitter, explained)
     found = _told_by_file(fitter, explained)
     if not variants:
@@ -146,6 +146,9 @@ def _beside_physics(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
                 part_of_formula() * _whole(fitter, explained))
     matters = {name: rise for (name, *_), rise in zip(groups, rises, strict=True)
                if name in _BY_NUMBER and rise >= least}
+    if fitter.load_shape and fitter.problem.model.friction.load_gain > 0.0:
+        # What grows with another load than the file's tells nothing of the gain that it has.
+        matters.pop('load_gain', None)
     found = [replace(finding, moved=1.0 - kept[name]) for name, rise in matters.items()
              if (finding := _named(fitter, finished, name, rise)) is not None]
     return sorted(_wrong_by_themselves(fitter, finished, found),
@@ -156,16 +159,16 @@ def _wrong_by_themselves(fitter: Fitter, explained: Fit, found: list[NumberFindi
                          ) -> list[NumberFinding]:
     """Return those of the numbers that are likelier off by themselves than moved by a refit around
     the effects."""
-    by_itself = off_by_themselves(fitter, fitter.finished(explained))
+    by_itself = refit_of_file(fitter, fitter.finished(explained)).by_itself
     likely = [replace(finding, moved=finding.moved * by_itself[name])
               for finding in found for name in numbers_of([finding.effect])]
     return [finding for finding in likely if finding.moved >= LARGER_PART]
 
 
-def off_by_themselves(fitter: Fitter, finished: Fit) -> dict[str, float]:
-    """Return the probability that each number of the file is off by itself, if it is off, and was
-    not moved by a refit around the effects of a finished fit (moved_by_refit.py)."""
-    return wrong_by_themselves(fitter, finished, {
+def refit_of_file(fitter: Fitter, finished: Fit) -> Refit:
+    """Return what is known of a refit of the file around the effects of a finished fit: how likely
+    there was one, and that each number that is off is so by itself (moved_by_refit.py)."""
+    return refit_of(fitter, finished, {
         name: probability for name, probability in _kept_by_data(fitter, finished).items()
         if name not in LOAD_NUMBERS})
 

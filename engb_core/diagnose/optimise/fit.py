@@ -15,13 +15,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.fitted import Fit, StartColumns, without_effects
+from engb_core.diagnose.fitted import Fit, Screened, StartColumns, without_effects
 from engb_core.diagnose.held_parameters import held_odds, likeliest
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.nominal import DELAY, NominalNumber
 from engb_core.diagnose.objective import Objective
 from engb_core.diagnose.optimise.descent import descended
-from engb_core.diagnose.optimise.linear_start import added, start_columns, start_vector
+from engb_core.diagnose.optimise.linear_start import screened, start_columns, start_vector
 from engb_core.diagnose.optimise.multistart import best_promised, Promise, promises
 from engb_core.diagnose.problem import Problem
 from engb_core.signals.spread import robust_deviation
@@ -107,31 +107,26 @@ class Fitter(Objective):
             base = self.base()
             hypothesis = self.hypothesis((variant,))
             self._starts[key] = [
-                StartColumns(setting, start_columns(self, hypothesis, base, setting))
+                StartColumns(setting, start_columns(self, hypothesis, base, setting),
+                             variant.scalable)
                 for setting in (variant.starts() if settings is None else settings)]
         return self._starts[key]
 
-    def screen(self, fit: Fit, starts: list[StartColumns]) -> tuple[list[float], list[Array]]:
-        """Return, per start, cost and sizes when it is added to `fit` by linear least squares.
+    def screen(self, fit: Fit, starts: list[StartColumns]) -> list[Screened]:
+        """Return what each start promises when it is added to `fit` by linear least squares.
 
         The columns are those on top of the base: good enough to choose companions by.
         """
         shared = self._shared[fit.hypothesis.numbers]
-        costs, sizes = [], []
-        for start in starts:
-            design = np.concatenate([shared, start.columns], axis=1)
-            solution, cost = added(self, fit, design)
-            costs.append(cost)
-            sizes.append(solution[shared.shape[1]:])
-        return costs, sizes
+        return [screened(self, fit, shared, start) for start in starts]
 
     def promised(self, variant: Variant, start: Fit, starts: list[StartColumns],
                  most: int = MULTIMODAL_SCREENED) -> list[Promise]:
         """Return what a multimodal effect promises when it is added to `start`, the most first, at
         so many of its starts."""
-        costs, _ = self.screen(start, starts)
+        ranked = _best_begun(self.screen(start, starts))
         return promises(self, start, self._one_more(start, variant),
-                        [starts[place].setting for place in np.argsort(costs)[:most]])
+                        [starts[place].setting for place in ranked[:most]])
 
     def fit(self, variant: Variant, start: Fit | None = None,
             starts: list[StartColumns] | None = None, rounds: int = 6, keep: int = 1,
@@ -152,11 +147,11 @@ class Fitter(Objective):
         if variant.effect.multimodal:
             return best_promised(self, start, self.promised(variant, start, starts), rounds,
                                  self.iterate)
-        costs, sizes = self.screen(start, starts)
+        promised = self.screen(start, starts)
         hypothesis = self._one_more(start, variant)
         fits: list[Fit] = []
-        for place in np.argsort(costs)[:keep]:
-            begun = self._begun(hypothesis, start, starts[place].setting, sizes[place])
+        for place in _best_begun(promised)[:keep]:
+            begun = self._begun(hypothesis, start, starts[place].setting, promised[place].sizes)
             if fits:
                 begun = self.iterate(begun, FIRST_ROUNDS)
                 if begun.cost > PROMISING * fits[0].cost:
@@ -235,3 +230,8 @@ class Fitter(Objective):
                 break
         assert best is not None
         return best
+
+
+def _best_begun(promised: list[Screened]) -> list[int]:
+    """Return the places of the starts, those first at which a fit begins best."""
+    return sorted(range(len(promised)), key=lambda place: promised[place].begun)

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.fit_steps import nominal_value
-from engb_core.diagnose.fitted import Fit
+from engb_core.diagnose.fitted import Fit, Screened, StartColumns
 from engb_core.diagnose.hypothesis import Hypothesis
 from engb_core.diagnose.objective import Objective
 from engb_core.diagnose.optimise.normal_equations import normal_equations
 
-__all__ = ['added', 'start_columns', 'start_vector']
+__all__ = ['added', 'screened', 'start_columns', 'start_vector']
 
 Array = NDArray[np.float64]
 # Weight, where 1 is that of all data, with which a number is held.
@@ -69,9 +69,28 @@ def start_columns(objective: Objective, hypothesis: Hypothesis, base: Fit,
     return np.stack(columns, axis=1)
 
 
-def added(objective: Objective, base: Fit, design: Array) -> tuple[Array, float]:
+def screened(objective: Objective, base: Fit, shared: Array, start: StartColumns) -> Screened:
+    """Return what a start promises when it is added to a fit, whose numbers have the derivatives
+    `shared` (m, n).
+
+    An effect that is its own size acts as its start has it, or, with a smaller size, by a part of
+    that: less than none of it is nothing that it could do.
+    """
+    count = shared.shape[1]
+    design = np.concatenate([shared, start.columns], axis=1)
+    solution, cost, curvature = added(objective, base, design)
+    size = float(solution[count])
+    if start.scalable:
+        return Screened(cost, cost, solution[count:])
+    promised = min(max(size, 0.0), 1.0)
+    return Screened(cost + curvature * (promised - size) ** 2,
+                    cost + curvature * (1.0 - size) ** 2, np.ones(1))
+
+
+def added(objective: Objective, base: Fit, design: Array) -> tuple[Array, float, float]:
     """Return sizes (k,) and cost when the columns of `design` (m, k) are added to a fit: those of
-    its numbers, held by their priors and where they stand at a bound, and what comes new."""
+    its numbers, held by their priors and where they stand at a bound, and what comes new; and by
+    how much the cost rises with the square of another last size, all others following."""
     target = np.where(objective.fitted, base.residual / objective.spread, 0.0)
     gram, right = normal_equations(design, base.residual, objective.weight)
     norm = np.sqrt(np.diag(gram))
@@ -89,8 +108,12 @@ def added(objective: Objective, base: Fit, design: Array) -> tuple[Array, float]
         low, high = (bound[:count] for bound in base.hypothesis.bounds)
         ridge[:count][(base.vector[:count] <= low) | (base.vector[:count] >= high)] = HELD
     right = right / norm + pull
-    solution = np.linalg.solve(gram + np.diag(ridge + 1e-12), right)
-    return solution / norm, float(target @ target - solution @ right)
+    gram += np.diag(ridge + 1e-12)
+    last = np.zeros(right.size)
+    last[-1] = 1.0
+    solution, response = np.linalg.solve(gram, np.stack([right, last], axis=1)).T
+    return (solution / norm, float(target @ target - solution @ right),
+            float(norm[-1] ** 2 / response[-1]))
 
 
 def _phases_of_last(hypothesis: Hypothesis) -> list[int]:

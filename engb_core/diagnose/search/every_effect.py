@@ -266,11 +266,11 @@ def _screened(fitter: Fitter, first: Fit, effect: Effect) -> list[_Companion]:
             promise = fitter.promised(variant, first, starts, MULTIMODAL_COMPANION)[0]
             found.append(_Companion(promise.cost, first, variant, starts))
             continue
-        costs, sizes = fitter.screen(first, starts)
-        possible = [place for place in range(len(starts)) if variant.reaches(sizes[place])]
+        promised = fitter.screen(first, starts)
+        possible = [place for place, entry in enumerate(promised) if variant.reaches(entry.sizes)]
         if possible:
-            place = min(possible, key=lambda place: costs[place])
-            found.append(_Companion(costs[place], first, variant, [starts[place]]))
+            place = min(possible, key=lambda place: promised[place].begun)
+            found.append(_Companion(promised[place].cost, first, variant, [starts[place]]))
     return found
 
 

@@ -21,7 +21,8 @@ from engb_core.diagnose.search.starts import settings_from_residual
 from engb_core.diagnose.uncertainty import stands_out
 from engb_core.effects.cogging_torque import EFFECT, MORE_ORDERS, with_orders
 
-__all__ = ['orders_of', 'with_more_orders', 'with_orders_only', 'without_idle_orders']
+__all__ = ['amplitudes_of', 'orders_of', 'with_more_orders', 'with_orders_only',
+           'without_idle_orders']
 
 # An order is another one if it lies this part off all that are there, and off their harmonics.
 APART = 0.02
@@ -103,6 +104,12 @@ def orders_of(values: Mapping[str, float]) -> dict[int, float]:
     more = {number: values[f'order_{number}'] for number in range(2, 2 + MORE_ORDERS)
             if values.get(f'amplitude_{number}', 0.0) > 0.0}
     return {1: values['order'], **more}
+
+
+def amplitudes_of(values: Mapping[str, float]) -> dict[int, float]:
+    """Return the amplitudes [N·m] of a cogging torque's orders by their number in its list."""
+    return {number: values['amplitude' if number == 1 else f'amplitude_{number}']
+            for number in orders_of(values)}
 
 
 def with_orders_only(fitter: Fitter, fit: Fit, index: int, kept: Sequence[int]) -> Fit:
