@@ -429,7 +429,7 @@ def _is_physics(finding: EffectFinding, selection: Selection) -> bool:
 def _without_names(fitter: Fitter, explanation: Explanation, findings: list[EffectFinding],
                    ) -> CorrectedModels:
     """Return refitted numbers alone, with the names that were dropped for them."""
-    base = fitter.finish(fitter.base())
+    base = fitter.finished_base
     dropped = (*explanation.dropped, *(entry.effect for entry in findings))
     alone = Explanation(base, None, 0.0, reduced_chi_square(base, fitter), dropped,
                         carried_over=False)

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.effects.base import POSITION, SAMPLE_SIZE, STATE_SIZE, TIME, TIME_STEP
+from engb_core.effects.base import SAMPLE_SIZE, STATE_SIZE, TIME, TIME_STEP
 from engb_core.laws.machine import (
     bounded_exp,
     followed,
@@ -69,7 +69,8 @@ def _values(parameters: Array, state: Array, samples: Array, own: Array, stack: 
                 axis = 85 + 3 * int(argument)
                 which, low, high = parameters[axis], parameters[axis + 1], parameters[axis + 2]
                 if which >= SAMPLE_SIZE:
-                    # One that stands twice in a formula is followed twice.
+                    # No place in a sample: it is followed, one that stands twice in a formula
+                    # twice.
                     memory = row_of(own, row)
                     for place in range(count):
                         value = followed(which, memory, row_of(samples, begin + place), turn)
@@ -174,7 +175,3 @@ def _values(parameters: Array, state: Array, samples: Array, own: Array, stack: 
                     stack[top, place] = 2.0 * value / (1.0 + value * value)
         for place in range(count):
             values[begin + place] = stack[0, place]
-
-
-# A coordinate that is no place in a sample is followed; all others are read as they stand.
-assert POSITION < SAMPLE_SIZE

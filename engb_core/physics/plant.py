@@ -62,7 +62,8 @@ from engb_core.physics.nominal_torque import (
 )
 
 __all__ = ['Physics', 'effects_of', 'friction_torques', 'load_torque', 'load_torques',
-           'physics_of', 'torque_without_inertia', 'with_values']
+           'nominal_sum', 'physics_of', 'set_friction', 'set_load', 'set_numbers',
+           'torque_without_inertia', 'with_values']
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -328,6 +329,41 @@ def friction_torques(nominal: Array, loads: ArrayLike, velocities: ArrayLike) ->
 
 
 @compiled
+def set_numbers(nominal: Numbers, sample: Numbers) -> None:
+    """Write the model's inertia and friction into a sample: what every effect finds."""
+    sample[INERTIA] = nominal[N_INERTIA]
+    sample[VISCOUS] = nominal[N_VISCOUS]
+    sample[COULOMB] = nominal[N_COULOMB]
+
+
+@compiled
+def set_load(nominal: Numbers, sample: Numbers, shift: float) -> None:
+    """Write the load torque at the sample's position, `shift` [rad] on, into it."""
+    sample[SHIFT] = shift
+    sample[LOAD] = load_torque(nominal, sample[POSITION] + shift)
+
+
+@compiled
+def set_friction(nominal: Numbers, sample: Numbers) -> None:
+    """Write level and direction of dry friction under the sample's load into it."""
+    sample[DIRECTION] = friction_direction(sample[VELOCITY], nominal[N_SATURATION])
+    sample[LOAD_GAIN] = friction_gain(nominal[N_LOAD_GAIN], nominal[N_LOAD_CURVATURE],
+                                      nominal[N_REFERENCE_LOAD], sample[LOAD])
+    sample[LEVEL] = nominal[N_COULOMB] + sample[LOAD_GAIN] * abs(sample[LOAD])
+
+
+@compiled
+def nominal_sum(nominal: Numbers, cogging: Array, sample: Numbers) -> float:
+    """Return the torque [N·m] that drag, load, dry friction and cogging of a sample make up."""
+    total = (nominal[N_VISCOUS] * sample[VELOCITY] + sample[LOAD]
+             + sample[LEVEL] * sample[DIRECTION])
+    for index in range(cogging.shape[0]):
+        total += cogging_wave(cogging[index, 0], cogging[index, 1], cogging[index, 2],
+                              sample[POSITION])
+    return total
+
+
+@compiled
 def torque_without_inertia(nominal: Numbers, cogging: Array, functions: object, bounds: Places,
                            owner: Places, parameters: Array, state: Array,
                            sample: Numbers) -> float:
@@ -338,30 +374,20 @@ def torque_without_inertia(nominal: Numbers, cogging: Array, functions: object, 
     `sample` comes with time, motion and disc; VELOCITY decides the nominal direction unless
     sample[DIRECTION] is overridden by an effect of that stage.
     """
-    sample[INERTIA] = nominal[N_INERTIA]
-    sample[VISCOUS] = nominal[N_VISCOUS]
-    sample[COULOMB] = nominal[N_COULOMB]
+    set_numbers(nominal, sample)
     shift = 0.0
     for index in range(bounds[0], bounds[1]):
         shift += call_effect(functions, index, parameters, owner[index], state, sample)
-    sample[SHIFT] = shift
-    sample[LOAD] = load_torque(nominal, sample[POSITION] + shift)
+    set_load(nominal, sample, shift)
     for index in range(bounds[1], bounds[2]):
         sample[LOAD] = call_effect(functions, index, parameters, owner[index], state, sample)
-    sample[DIRECTION] = friction_direction(sample[VELOCITY], nominal[N_SATURATION])
-    sample[LOAD_GAIN] = friction_gain(nominal[N_LOAD_GAIN], nominal[N_LOAD_CURVATURE],
-                                      nominal[N_REFERENCE_LOAD], sample[LOAD])
-    sample[LEVEL] = nominal[N_COULOMB] + sample[LOAD_GAIN] * abs(sample[LOAD])
+    set_friction(nominal, sample)
     for index in range(bounds[2], bounds[3]):
         sample[LEVEL] = call_effect(functions, index, parameters, owner[index], state, sample)
     for index in range(bounds[3], bounds[4]):
         sample[DIRECTION] = call_effect(functions, index, parameters, owner[index], state,
                                         sample)
-    total = (nominal[N_VISCOUS] * sample[VELOCITY] + sample[LOAD]
-             + sample[LEVEL] * sample[DIRECTION])
-    for index in range(cogging.shape[0]):
-        total += cogging_wave(cogging[index, 0], cogging[index, 1], cogging[index, 2],
-                              sample[POSITION])
+    total = nominal_sum(nominal, cogging, sample)
     for index in range(bounds[4], bounds[5]):
         total += call_effect(functions, index, parameters, owner[index], state, sample)
     return total

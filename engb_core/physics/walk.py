@@ -13,37 +13,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.effects.base import (
-    ACCELERATION,
-    COULOMB,
-    DIRECTION,
-    INERTIA,
-    LEVEL,
-    LOAD,
-    LOAD_GAIN,
-    POSITION,
-    SHIFT,
-    STAGES,
-    VELOCITY,
-    VISCOUS,
-)
+from engb_core.effects.base import ACCELERATION, DIRECTION, INERTIA, LEVEL, LOAD, STAGES
 from engb_core.physics.compiled import EffectFunction, kernel, row_of
-from engb_core.physics.dry_friction import friction_gain
-from engb_core.physics.nominal_torque import (
-    N_COULOMB,
-    N_DELAY,
-    N_INERTIA,
-    N_LOAD_CURVATURE,
-    N_LOAD_GAIN,
-    N_REFERENCE_LOAD,
-    N_SATURATION,
-    N_VISCOUS,
-)
+from engb_core.physics.nominal_torque import N_DELAY, N_INERTIA
 from engb_core.physics.plant import (
-    cogging_wave,
-    friction_direction,
-    load_torque,
+    nominal_sum,
     Physics,
+    set_friction,
+    set_load,
+    set_numbers,
     torque_without_inertia,
 )
 
@@ -240,21 +218,14 @@ def _needed(nominal: Array, cogging: Array, functions: object, bounds: Places, o
 def _loaded(nominal: Array, samples: Array) -> None:
     for row in range(samples.shape[0]):
         sample = row_of(samples, row)
-        sample[INERTIA] = nominal[N_INERTIA]
-        sample[VISCOUS] = nominal[N_VISCOUS]
-        sample[COULOMB] = nominal[N_COULOMB]
-        sample[SHIFT] = 0.0
-        sample[LOAD] = load_torque(nominal, sample[POSITION])
+        set_numbers(nominal, sample)
+        set_load(nominal, sample, 0.0)
 
 
 @kernel
 def _rubbed(nominal: Array, samples: Array) -> None:
     for row in range(samples.shape[0]):
-        sample = row_of(samples, row)
-        sample[DIRECTION] = friction_direction(sample[VELOCITY], nominal[N_SATURATION])
-        sample[LOAD_GAIN] = friction_gain(nominal[N_LOAD_GAIN], nominal[N_LOAD_CURVATURE],
-                                          nominal[N_REFERENCE_LOAD], sample[LOAD])
-        sample[LEVEL] = nominal[N_COULOMB] + sample[LOAD_GAIN] * abs(sample[LOAD])
+        set_friction(nominal, row_of(samples, row))
 
 
 @kernel
@@ -265,12 +236,7 @@ def _summed(nominal: Array, cogging: Array, samples: Array, torques: Array, iner
     constant = True
     for row in range(samples.shape[0]):
         sample = row_of(samples, row)
-        total = (nominal[N_VISCOUS] * sample[VELOCITY] + sample[LOAD]
-                 + sample[LEVEL] * sample[DIRECTION])
-        for index in range(cogging.shape[0]):
-            total += cogging_wave(cogging[index, 0], cogging[index, 1], cogging[index, 2],
-                                  sample[POSITION])
-        torques[row] = total
+        torques[row] = nominal_sum(nominal, cogging, sample)
         inertial[row] = sample[INERTIA] * sample[ACCELERATION]
         constant = constant and sample[INERTIA] == nominal[N_INERTIA]
     return constant

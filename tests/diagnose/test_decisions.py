@@ -144,9 +144,10 @@ def test_how_much_of_an_effect_is_not_there(monkeypatch, said, left, part):
 # ---- what is named beside a flexible model
 
 def fitter_of(file, base):
-    return SimpleNamespace(nominal=lambda: file, base=lambda *_: base, finish=lambda fit: fit,
-                           refine=lambda fit: fit, without=lambda fit, index: Level(
-                               fit.names[:index] + fit.names[index + 1:], base.level))
+    return SimpleNamespace(
+        nominal=lambda: file, base=lambda *_: base, finished_base=base, finish=lambda fit: fit,
+        refine=lambda fit: fit, without=lambda fit, index: Level(
+            fit.names[:index] + fit.names[index + 1:], base.level))
 
 
 @pytest.mark.parametrize(('own', 'kept'), [

@@ -4,7 +4,8 @@
 A refit of the file's numbers puts what grows with load into Coulomb friction, drag and load: all
 of them have moved, and none is the wrong number (wrong_numbers.py). Whether the friction is there
 is then asked of whole recordings: held at the file's value, everything else refitted, the model
-must be worse on recordings that it was not fitted to.
+must be worse on recordings that it was not fitted to. The gain that the file has may have been
+moved as well, by a refit around something else: then nothing is said (moved_by_refit.py).
 """
 
 from __future__ import annotations

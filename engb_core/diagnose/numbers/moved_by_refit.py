@@ -92,9 +92,9 @@ def refit_of(fitter: Fitter, explained: Fit, kept: Mapping[str, float]) -> Refit
             return found
         # What makes up for a number is shared out by another measure in another way: along each
         # alone the file is at its minimum all the same.
-        return {name: max(ratio, coincidence(name, minimum.step((name,))[name]))
-                for name, ratio in found.items()}
+        return {name: max(ratio, alone[name]) for name, ratio in found.items()}
 
+    alone = {name: coincidence(name, minimum.step((name,))[name]) for name in movable}
     found = posterior({name: kept[name] for name in movable}, coincidences, groups)
     return Refit(found.probability, {**found.by_itself, **fixed})
 
@@ -185,14 +185,14 @@ class _Minimum:
     @classmethod
     def of(cls, fitter: Fitter) -> _Minimum:
         # Derivatives beside no effect: where flanks meet, those beside a gap tell nothing.
-        base = fitter.base()
-        columns = fitter.number_columns(base)
-        file = fitter.evaluate(fitter.hypothesis((), ()), np.zeros(0))
+        base = fitter.finished_base
+        columns = base.jacobian
+        assert columns is not None, 'the base is finished'
         names = [number.name for number in base.hypothesis.numbers]
         return cls({name: place for place, name in enumerate(names)},
                    tuple(name for name in names if name in LOAD_NUMBERS),
                    tuple(name for name in names if name == 'saturation_velocity'),
-                   columns.T @ columns, columns.T @ file.residual)
+                   columns.T @ columns, columns.T @ fitter.file_residual)
 
     def step(self, moved: Sequence[str]) -> dict[str, float]:
         """Return the step of each of these numbers to the minimum over all of them."""

@@ -45,6 +45,7 @@ class Fitter(Objective):
 
     `earlier` fitted the file itself, before anything was settled: it knows how the file was made.
     With `load_shape` a table beside the file's load curve is among the nominal numbers.
+    `file_residual` (m,) [N·m] is what the file leaves, nothing fitted.
     """
 
     def __init__(self, problem: Problem, threads: int = 1, earlier: Fitter | None = None,
@@ -57,8 +58,8 @@ class Fitter(Objective):
         # Where a model misses by far more than the noise, values of little noise must not
         # outweigh all others: what is missed weighs on every value alike.
         # The file's own residual first: noise alone would let a few quiet values rule the refit.
-        file = self.evaluate(self.hypothesis((), ()), np.zeros(0))
-        self.spread = self._spread(np.abs(file.residual))
+        self.file_residual = self.evaluate(self.hypothesis((), ()), np.zeros(0)).residual
+        self.spread = self._spread(np.abs(self.file_residual))
         self.spread = self._spread(np.abs(self.base().residual))
         self._base.clear()
 
@@ -82,7 +83,12 @@ class Fitter(Objective):
         """The odds that a refit of the model file held these numbers alone."""
         if self.earlier is not None:
             return self.earlier.held_odds
-        return held_odds(self.finish(self.base()), self.nominal(), self.sigma)
+        return held_odds(self.finished_base, self.nominal(), self.sigma)
+
+    @cached_property
+    def finished_base(self) -> Fit:
+        """The refit of the nominal numbers alone, with all derivatives at its end."""
+        return self.finish(self.base())
 
     def base(self, numbers: tuple[NominalNumber, ...] | None = None) -> Fit:
         """Return the refit of the nominal numbers alone."""

@@ -91,7 +91,7 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
               >= LARGER_PART]
     if len(likely) == len(chosen.hypothesis.variants):
         return _kept(rest, chosen, adequacy, after, ())
-    base = fitter.finish(fitter.base())
+    base = fitter.finished_base
     alone = _described(fitter, base)
     if alone[2] > rest[2] + chance_part() * (after - rest[2]):
         # The table needs the effects: they are part of the truth, if not all of it.
