@@ -12,22 +12,39 @@ from engb_core.effects.base import (
     VELOCITY,
     VISCOUS,
 )
-from engb_core.physics.compiled import effect_function, Numbers
+from engb_core.physics.compiled import compiled, effect_function, Numbers
+
+# Steps from a reading to the true angle: each doubles the digits that are right.
+NEWTON_STEPS = 6
+
+
+@compiled
+def _true_turn(reading: float, error: float, phase: float) -> float:
+    """Return the true angle, from where the error is zero [rad]: the reading is θ + ε sin(θ + φ),
+    and Newton's steps from there settle to rounding."""
+    turn = reading + phase
+    seen = turn
+    for _ in range(NEWTON_STEPS):
+        turn -= (turn + error * math.sin(turn) - seen) / (1.0 + error * math.cos(turn))
+    return turn
 
 
 @effect_function
 def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
-    return -parameters[0] * math.sin(sample[POSITION] + parameters[1])
+    turn = _true_turn(sample[POSITION], parameters[0], parameters[1])
+    return -parameters[0] * math.sin(turn)
 
 
 @effect_function
 def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
-    # The true angle is θ − ε sin(θ + φ); its derivatives follow by the chain rule.
-    turn = sample[POSITION] + parameters[1]
-    speed = -parameters[0] * math.cos(turn) * sample[VELOCITY]
-    rate = parameters[0] * (math.sin(turn) * sample[VELOCITY] * sample[VELOCITY]
-                            - math.cos(turn) * sample[ACCELERATION])
-    return sample[INERTIA] * rate + sample[VISCOUS] * speed
+    turn = _true_turn(sample[POSITION], parameters[0], parameters[1])
+    # Derivatives of the reading by the chain rule, solved for those of the true angle.
+    slope = 1.0 + parameters[0] * math.cos(turn)
+    velocity = sample[VELOCITY] / slope
+    acceleration = (sample[ACCELERATION]
+                    + parameters[0] * math.sin(turn) * velocity * velocity) / slope
+    return (sample[INERTIA] * (acceleration - sample[ACCELERATION])
+            + sample[VISCOUS] * (velocity - sample[VELOCITY]))
 
 
 EFFECT = Effect(
@@ -38,7 +55,7 @@ EFFECT = Effect(
         Parameter('phase', 'rad', -20.0, 20.0, starts=(0.0,), kind='phase'),
     ),
     stages={'shift': _shift, 'torque': _torque},
-    equation='θ = θ_measured − error · sin(θ_measured + phase)',
+    equation='θ_measured = θ + error · sin(θ + phase)',
     reference='none: what is left',
     statement=lambda p: (f"The load acts as if the position were off by ±{p['error']:.3g} rad "
                          'once per motor revolution; no effect of the library does that.'),

@@ -153,3 +153,27 @@ def test_a_fade_turns_the_load_as_far_as_the_disc_turns(speed):
                                 temperature_to=300.0), at, disc_speed=disc_speed,
                     pad_temperature=np.full(2, 100.0))
     assert fading == pytest.approx(steady, rel=1e-9)
+
+
+@pytest.mark.parametrize('error', [0.01, 0.3])
+def test_eccentricity_is_how_far_a_reading_is_off(error):
+    """A plain brake needs for the true motion what one with an eccentric encoder needs for the
+    reading: θ_read = θ + error · sin(θ + phase), however large the error."""
+    plain = Model(motor=Motor(inertia=1e-4, viscous_friction=1e-3), load_torque=LOAD,
+                  friction=Friction(0.0, 0.0, 1e-6))
+    time = STEP * np.arange(4000)
+    turn = 2.0 * np.pi * 0.5 * time
+    true = 10.0 + 6.0 * np.sin(turn)
+    speed, rate = 6.0 * np.pi * np.cos(turn), -6.0 * np.pi ** 2 * np.sin(turn)
+    phase = true + 0.7
+    read = true + error * np.sin(phase)
+    read_speed = speed * (1.0 + error * np.cos(phase))
+    read_rate = rate * (1.0 + error * np.cos(phase)) - error * np.sin(phase) * speed ** 2
+
+    def needed(model, position, velocity, acceleration):
+        return effort_of_motion(sample_table(STEP, time, position, velocity, acceleration), STEP,
+                                physics_of(model))
+
+    said = needed(with_effect('unexplained_eccentricity', plain, error=error, phase=0.7),
+                  read, read_speed, read_rate)
+    assert said == pytest.approx(needed(plain, true, speed, rate), abs=1e-12)
