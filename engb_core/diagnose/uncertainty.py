@@ -75,12 +75,15 @@ def reported_deviations(fit: Fit, fitter: Fitter, number: Effect | None = None,
     return np.sqrt(variance)
 
 
-def vector_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+def vector_covariance(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
+                      ) -> NDArray[np.float64]:
     """Return the covariance (size, size) of the entries of the fit's vector, of the same parts as
-    their deviations: noise, and the discrepancy, which moves several entries at once."""
+    their deviations: noise, and, unless `by_noise_alone`, the discrepancy, which moves several
+    entries at once."""
     told = _Information.of(fit, fitter)
     inverse, norm = _inverse(told.noise + told.bounded)
-    return told.of_all(inverse / norm / norm[:, None]) + _by_discrepancy(told, fit, fitter)
+    by_noise = told.of_all(inverse / norm / norm[:, None])
+    return by_noise if by_noise_alone else by_noise + _by_discrepancy(told, fit, fitter)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.numbers.spike_and_slab import average, with_averaged_numbers
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.uncertainty import vector_covariance, vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
@@ -103,3 +104,18 @@ def test_the_one_number_that_is_off_is_named_however_much_the_file_misses(effect
     assert [entry.effect for entry in found.effects] == [effect]
     assert found.effects[0].probability > 0.9
     assert found.effects[0].parameters[name].value == pytest.approx(value, rel=0.05)
+
+
+def test_a_mean_goes_no_farther_than_derivatives_tell():
+    """In a file that was refitted around an asymmetry that grows with speed, its constant load
+    passes for half of it; as seen from the fit, growth and size can make up for that load, but
+    only as far as a product of both is linear."""
+    brake = brake_with('asymmetric_friction', asymmetry=0.7, growth=0.4, mean_speed=10.0)
+    recording = lively(brake, seed=4)
+    refit = Fitter(problem_of([recording], NOMINAL)).base()
+    fitter = Fitter(problem_of([recording], refit.hypothesis.corrected(refit.vector)))
+    variant = variants_of(get_effect('asymmetric_friction'), fitter.problem.scene)[0]
+    fit = fitter.finish(fitter.refine(fitter.fit(variant, keep=2)))
+    mean = with_averaged_numbers(fitter, fit)
+    before, after = (reduced_chi_square(entry, fitter) for entry in (fit, mean))
+    assert after < 1.5 * before, average(fitter, fit)

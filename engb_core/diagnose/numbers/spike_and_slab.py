@@ -20,6 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import LARGER_PART
+from engb_core.diagnose.formula import no_more
 from engb_core.diagnose.nominal import DELAY, SHAPE_NUMBERS
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.uncertainty import vector_covariance
@@ -28,13 +30,16 @@ __all__ = ['Average', 'average', 'with_averaged_numbers']
 
 Array = NDArray[np.float64]
 
+# Parts of the way to the mean that are tried; derivatives that hold for none of them tell no mean.
+PARTS = (1.0, 0.5, 0.25, 0.125, 0.0625)
+
 
 @dataclass(frozen=True)
 class Average:
     """The mean of a fit's vector over which numbers are as in the file.
 
     Attributes:
-        vector: (size,) the mean, within the bounds.
+        vector: (size,) the mean, within the bounds, as far as derivatives tell it.
         kept: (numbers,) probability that each number is as in the file.
     """
 
@@ -48,16 +53,25 @@ def with_averaged_numbers(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) 
     return fitter.finish(fitter.evaluate(fit.hypothesis, average(fitter, fit, free).vector))
 
 
-def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Average:
-    """Return the mean of a finished fit's vector over which of the file's numbers stand; those
-    named in `free`, and what no file tells, the knots of a load curve and by how much samples of
-    effort and position are apart, do not."""
+def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = (), predicting: bool = False,
+            ) -> Average:
+    """Return the mean of a finished fit's vector over which of the file's numbers stand.
+
+    Args:
+        fitter: of the fit.
+        fit: finished.
+        free: names of numbers that do not stand; nor does what no file tells, the knots of a load
+            curve and by how much samples of effort and position are apart.
+        predicting: whether the numbers that predict best are asked for, and not the machine's.
+            With formulas that are only nearly right those that fit best do: how far from these the
+            machine's may lie says nothing of them, and noise alone makes them unsure.
+    """
     numbers = fit.hypothesis.numbers
     count = len(numbers)
     # In units of what the file is believed to: the slab's density at the file is that of 0.
     scale = np.ones(fit.vector.size)
     scale[:count] = [number.spread for number in numbers]
-    covariance = vector_covariance(fit, fitter) / np.outer(scale, scale)
+    covariance = vector_covariance(fit, fitter, predicting) / np.outer(scale, scale)
     # What the file says of the numbers counts beside what the recordings do.
     told = covariance[:, :count]
     covariance = covariance - told @ np.linalg.solve(
@@ -77,7 +91,26 @@ def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Average:
     for weight, choice in zip(weights, choices, strict=True):
         kept[list(choice.kept)] += weight
     mean = file + scale * (weights @ np.array([choice.mean for choice in choices]))
-    return Average(np.clip(mean, *fit.hypothesis.bounds), kept)
+    return Average(_as_far_as_told(fitter, fit, mean), kept)
+
+
+def _as_far_as_told(fitter: Fitter, fit: Fit, mean: Array) -> Array:
+    """Return the vector (size,), within the bounds, as far on the way from a fit to a mean that
+    was taken by derivatives as these tell the way: they make up the larger part of its cost."""
+    assert fit.jacobian is not None, 'the fit is finished'
+
+    def size(residual: Array) -> float:
+        return float(np.sum((fitter.weight * residual) ** 2))
+
+    least = size(fit.residual)
+    for part in PARTS:
+        step = part * (mean - fit.vector)
+        said = size(fit.residual - fit.jacobian @ step) - least
+        vector: Array = np.clip(fit.vector + step, *fit.hypothesis.bounds)
+        found = size(fitter.evaluate(fit.hypothesis, vector).residual)
+        if no_more(found, least + max(said, 0.0) / LARGER_PART):
+            return vector
+    return fit.vector
 
 
 @dataclass(frozen=True)
