@@ -62,12 +62,12 @@ def reported_deviations(fit: Fit, fitter: Fitter, number: Effect | None = None,
     with np.errstate(over='ignore'):    # What no data tell may be infinitely far off.
         variance = vector_deviations(fit, fitter) ** 2
     if number is not None and _has_other_formulas(number):
-        variance += _by_formula(told, fit, fitter, number, _added_by_number(fit, number))
+        variance += np.diag(_by_formula(told, fit, fitter, number, _added_by_number(fit, number)))
     for index, variant in enumerate(fit.hypothesis.variants):
         if not _has_other_formulas(variant.effect):
             continue
-        adds = fit.predicted - fitter.predict(*without_effects(fit, {index}))
-        variance += _by_formula(told, fit, fitter, variant.effect, adds)
+        adds = _added_by(fit, fitter, index)
+        variance += np.diag(_by_formula(told, fit, fitter, variant.effect, adds))
         if variant.effect.multimodal:
             for entry, (owner, _, _) in enumerate(fit.hypothesis.places, count):
                 if owner == index:
@@ -77,13 +77,20 @@ def reported_deviations(fit: Fit, fitter: Fitter, number: Effect | None = None,
 
 def vector_covariance(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
                       ) -> NDArray[np.float64]:
-    """Return the covariance (size, size) of the entries of the fit's vector, of the same parts as
-    their deviations: noise, and, unless `by_noise_alone`, the discrepancy, which moves several
-    entries at once."""
+    """Return the covariance (size, size) of the entries of a finished fit's vector: of noise, and,
+    unless `by_noise_alone`, of the discrepancy and of what other formulations of the effects'
+    physics may put them to, which move several entries at once."""
     told = _Information.of(fit, fitter)
     inverse, norm = _inverse(told.noise + told.bounded)
-    by_noise = told.of_all(inverse / norm / norm[:, None])
-    return by_noise if by_noise_alone else by_noise + _by_discrepancy(told, fit, fitter)
+    covariance = told.of_all(inverse / norm / norm[:, None])
+    if by_noise_alone:
+        return covariance
+    covariance += _by_discrepancy(told, fit, fitter)
+    for index, variant in enumerate(fit.hypothesis.variants):
+        if _has_other_formulas(variant.effect):
+            covariance += _by_formula(told, fit, fitter, variant.effect,
+                                      _added_by(fit, fitter, index))
+    return covariance
 
 
 @dataclass(frozen=True)
@@ -168,11 +175,17 @@ def _has_other_formulas(effect: Effect) -> bool:
 
 def _by_formula(told: _Information, fit: Fit, fitter: Fitter, effect: Effect,
                 adds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the variance (size,) that other formulations of an effect's physics give to the
-    entries: what it adds (m,) may be off by another part of it, with a standard deviation of
+    """Return the covariance (size, size) that other formulations of an effect's physics give to
+    the entries: what it adds (m,) may be off by another part of it, with a standard deviation of
     `FORMULA_MISSES`, in each part of the coordinate that reveals it."""
-    return np.diag(_moved(told, fit, fitter, adds, coordinate_cells(fitter, effect.reveals),
-                          FORMULA_MISSES))
+    return _moved(told, fit, fitter, adds, coordinate_cells(fitter, effect.reveals),
+                  FORMULA_MISSES)
+
+
+def _added_by(fit: Fit, fitter: Fitter, variant: int) -> NDArray[np.float64]:
+    """Return what one of a fit's effects adds, (m,) [N·m]."""
+    adds: NDArray[np.float64] = fit.predicted - fitter.predict(*without_effects(fit, {variant}))
+    return adds
 
 
 def _added_by_number(fit: Fit, effect: Effect) -> NDArray[np.float64]:
