@@ -12,7 +12,11 @@ from engb_core.diagnose.numbers.spike_and_slab import average, with_averaged_num
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
-from engb_core.diagnose.uncertainty import vector_covariance, vector_deviations
+from engb_core.diagnose.uncertainty import (
+    reported_deviations,
+    vector_covariance,
+    vector_deviations,
+)
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 
@@ -72,6 +76,23 @@ def test_no_file_says_how_far_effort_and_position_are_apart():
     assert probabilities(fitter, fit)['sampling_delay'] == 0.0
 
 
+def test_a_number_stands_that_is_off_by_what_another_formula_beside_it_would_do():
+    brake = brake_with('nonlinear_viscous_friction', quadratic_viscous_friction=3e-5)
+    fitter = Fitter(problem_of([lively(brake, seed=4)], NOMINAL))
+    variant = variants_of(get_effect('nonlinear_viscous_friction'), fitter.problem.scene)[0]
+    fit = fitter.finish(fitter.refine(fitter.fit(variant, keep=2)))
+    place = [number.name for number in fit.hypothesis.numbers].index('viscous_friction')
+    known = vector_deviations(fit, fitter)[place]
+    by_formula = np.sqrt(reported_deviations(fit, fitter)[place] ** 2 - known ** 2)
+    assert by_formula > 5.0 * known
+    # With what goes along with it.
+    along = vector_covariance(fit, fitter)[:, place]
+    off = fit.vector + by_formula * along / along[place]
+    count = len(fit.hypothesis.numbers)
+    off[:count] += fit.hypothesis.start_of_numbers() - fit.vector[:count]
+    assert probabilities(fitter, replace(fit, vector=off))['viscous_friction'] > 0.5
+
+
 def test_numbers_that_the_recordings_hardly_tell_do_not_change_the_effect():
     """Of numbers that make up for each other in part, the mean is no nearer to any one choice."""
     fitter, fit = fitted(NOMINAL)
@@ -83,14 +104,14 @@ def test_numbers_that_the_recordings_hardly_tell_do_not_change_the_effect():
 
 
 def test_deviations_are_those_of_the_covariance():
-    """Noise and discrepancy move several numbers at once: the covariance has both, as the
-    deviations have."""
+    """Noise, discrepancy and other formulas of an effect move several numbers at once: the
+    covariance has all of them, as the deviations that are told have."""
     fitter, fit = fitted(NOMINAL)
     covariance = vector_covariance(fit, fitter)
     # The covariance of effects' parameters that the data hardly tell has their bounds as well.
     numbers = len(fit.hypothesis.numbers)
     np.testing.assert_allclose(np.sqrt(np.diag(covariance))[:numbers],
-                               vector_deviations(fit, fitter)[:numbers], rtol=1e-3)
+                               reported_deviations(fit, fitter)[:numbers], rtol=1e-3)
     assert np.linalg.eigvalsh(covariance).min() > -1e-9 * np.diag(covariance).max()
 
 
