@@ -74,22 +74,23 @@ def at_full_bandwidth(fitter: Fitter, explanation: Explanation) -> CorrectedMode
     them; as it is, where the cost has too many minima for a few steps downhill, and where slow
     samples or coarse counts tell no sharper motion.
 
-    The models, and what is told of the effects, are means over which of the file's numbers stand:
-    the ones over those that predict best, the other over those that are the machine's.
+    The models, and what is told of the effects, are means over which of the file's numbers stand.
     """
     fit = explanation.fit
     if not _is_told_sharper(fitter, fit):
-        return CorrectedModels(explanation, _models(fitter, explanation),
-                               explained_problem(fitter, fit), with_averaged_numbers(fitter, fit))
+        averaged = with_averaged_numbers(fitter, fit)
+        return CorrectedModels(explanation, _models(explanation, averaged.vector),
+                               explained_problem(fitter, fit), averaged)
     other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier,
                    fitter.load_shape)
     moved = other.finish(_best_form(other, other.refine(
         other.evaluate(fit.hypothesis, fit.vector), ROUNDS)))
     table = None if explanation.table is None else best_table(other, moved)
+    mean = average(other, moved)
     here, averaged = (fitter.finish(fitter.evaluate(moved.hypothesis, vector))
-                      for vector in (moved.vector, average(other, moved).vector))
+                      for vector in (moved.vector, mean))
     return CorrectedModels(replace(explanation, fit=here),
-                           _models(other, replace(explanation, fit=moved, table=table)),
+                           _models(replace(explanation, fit=moved, table=table), mean),
                            explained_problem(other, moved), averaged)
 
 
@@ -147,10 +148,9 @@ def _is_told_sharper(fitter: Fitter, fit: Fit) -> bool:
                 or corner < SHARPER * MOTION_BANDWIDTH)
 
 
-def _models(fitter: Fitter, explanation: Explanation) -> tuple[Model, ...]:
-    """Return the corrected models, the plain one with averaged numbers; in the one with a table
-    all numbers are free, as the table was fitted beside them."""
-    mean = average(fitter, explanation.fit, predicting=True).vector
+def _models(explanation: Explanation, mean: Array) -> tuple[Model, ...]:
+    """Return the corrected models, the plain one with the numbers `mean` (size,); in the one with
+    a table all numbers are free, as the table was fitted beside them."""
     return (*explanation.models()[:-1], explanation.fit.hypothesis.corrected(mean))
 
 

@@ -26,7 +26,7 @@ from engb_core.diagnose.nominal import DELAY, SHAPE_NUMBERS
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.uncertainty import vector_covariance
 
-__all__ = ['Average', 'average', 'with_averaged_numbers']
+__all__ = ['average', 'standing', 'with_averaged_numbers']
 
 Array = NDArray[np.float64]
 
@@ -34,64 +34,67 @@ Array = NDArray[np.float64]
 PARTS = (1.0, 0.5, 0.25, 0.125, 0.0625)
 
 
-@dataclass(frozen=True)
-class Average:
-    """The mean of a fit's vector over which numbers are as in the file.
-
-    Attributes:
-        vector: (size,) the mean, within the bounds, as far as derivatives tell it.
-        kept: (numbers,) probability that each number is as in the file.
-    """
-
-    vector: Array
-    kept: Array
-
-
 def with_averaged_numbers(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Fit:
-    """Return a finished fit at the mean over which of the file's numbers stand; the numbers named
-    in `free` do not."""
-    return fitter.finish(fitter.evaluate(fit.hypothesis, average(fitter, fit, free).vector))
+    """Return a finished fit at the mean over which of the file's numbers stand, as `average`."""
+    return fitter.finish(fitter.evaluate(fit.hypothesis, average(fitter, fit, free)))
 
 
-def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = (), predicting: bool = False,
-            ) -> Average:
-    """Return the mean of a finished fit's vector over which of the file's numbers stand.
+def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Array:
+    """Return the mean (size,) of a finished fit's vector over which of the file's numbers stand,
+    within the bounds, as far as derivatives tell it.
 
-    Args:
-        fitter: of the fit.
-        fit: finished.
-        free: names of numbers that do not stand; nor does what no file tells, the knots of a load
-            curve and by how much samples of effort and position are apart.
-        predicting: whether the numbers that predict best are asked for, and not the machine's.
-            With formulas that are only nearly right those that fit best do: how far from these the
-            machine's may lie says nothing of them, and noise alone makes them unsure.
+    Those named in `free` do not stand, nor does what no file tells: the knots of a load curve, and
+    by how much samples of effort and position are apart. With formulas that are only nearly right
+    the numbers that fit best predict best: how far from these the machine's may lie says nothing
+    of them, and noise alone makes them unsure.
     """
-    numbers = fit.hypothesis.numbers
-    count = len(numbers)
-    # In units of what the file is believed to: the slab's density at the file is that of 0.
-    scale = np.ones(fit.vector.size)
-    scale[:count] = [number.spread for number in numbers]
-    covariance = vector_covariance(fit, fitter, predicting) / np.outer(scale, scale)
-    # What the file says of the numbers counts beside what the recordings do.
-    told = covariance[:, :count]
-    covariance = covariance - told @ np.linalg.solve(
-        told[:count] + np.eye(count), told.T)
-    file = np.zeros(fit.vector.size)
-    file[:count] = fit.hypothesis.start_of_numbers()
-    moved = (fit.vector - file) / scale
-    candidates = tuple(place for place, number in enumerate(numbers)
-                       if number.name not in (*SHAPE_NUMBERS, DELAY, *free)
-                       # What the data do not move at all is as in the file whatever is chosen.
-                       and covariance[place, place] > np.finfo(float).eps)
-    choices = list(_choices(moved, covariance, candidates))
-    logarithms = np.array([choice.log_factor for choice in choices])
-    weights = np.exp(logarithms - logarithms.max())
-    weights /= weights.sum()
-    kept = np.zeros(count)
-    for weight, choice in zip(weights, choices, strict=True):
+    weighed = _Weighed.of(fit, vector_covariance(fit, fitter, by_noise_alone=True), free)
+    means = np.array([choice.mean for choice in weighed.choices])
+    return _as_far_as_told(fitter, fit, weighed.file + weighed.scale * (weighed.weights @ means))
+
+
+def standing(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Array:
+    """Return how likely each number (numbers,) of a finished fit is as in the file, given all that
+    may put it elsewhere: noise, discrepancy and other formulas of the effects. Those named in
+    `free`, and what no file tells, are not."""
+    weighed = _Weighed.of(fit, vector_covariance(fit, fitter), free)
+    kept = np.zeros(len(fit.hypothesis.numbers))
+    for weight, choice in zip(weighed.weights, weighed.choices, strict=True):
         kept[list(choice.kept)] += weight
-    mean = file + scale * (weights @ np.array([choice.mean for choice in choices]))
-    return Average(_as_far_as_told(fitter, fit, mean), kept)
+    return kept
+
+
+@dataclass(frozen=True)
+class _Weighed:
+    """All choices of numbers that are as in the file, with their weights (choices,); the file's
+    vector (size,), and the unit (size,) that the choices' means are in, about the file."""
+
+    choices: list[_Choice]
+    weights: Array
+    file: Array
+    scale: Array
+
+    @classmethod
+    def of(cls, fit: Fit, covariance: Array, free: tuple[str, ...]) -> _Weighed:
+        numbers = fit.hypothesis.numbers
+        count = len(numbers)
+        # In units of what the file is believed to: the slab's density at the file is that of 0.
+        scale = np.ones(fit.vector.size)
+        scale[:count] = [number.spread for number in numbers]
+        covariance = covariance / np.outer(scale, scale)
+        # What the file says of the numbers counts beside what the recordings do.
+        told = covariance[:, :count]
+        covariance = covariance - told @ np.linalg.solve(told[:count] + np.eye(count), told.T)
+        file = np.zeros(fit.vector.size)
+        file[:count] = fit.hypothesis.start_of_numbers()
+        candidates = tuple(place for place, number in enumerate(numbers)
+                           if number.name not in (*SHAPE_NUMBERS, DELAY, *free)
+                           # What the data do not move at all stands whatever is chosen.
+                           and covariance[place, place] > np.finfo(float).eps)
+        choices = list(_choices((fit.vector - file) / scale, covariance, candidates))
+        logarithms = np.array([choice.log_factor for choice in choices])
+        weights = np.exp(logarithms - logarithms.max())
+        return cls(choices, weights / weights.sum(), file, scale)
 
 
 def _as_far_as_told(fitter: Fitter, fit: Fit, mean: Array) -> Array:

@@ -32,7 +32,7 @@ from engb_core.diagnose.nominal import (
 )
 from engb_core.diagnose.numbers.held_load_curve import BY_ONE_NUMBER
 from engb_core.diagnose.numbers.moved_by_refit import Refit, refit_of
-from engb_core.diagnose.numbers.spike_and_slab import average
+from engb_core.diagnose.numbers.spike_and_slab import standing
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
@@ -176,7 +176,7 @@ def refit_of_file(fitter: Fitter, finished: Fit) -> Refit:
 def _kept_by_data(fitter: Fitter, finished: Fit) -> dict[str, float]:
     """Return how likely the data leave each number as it is in the file."""
     return {number.name: float(probability) for number, probability in zip(
-        finished.hypothesis.numbers, average(fitter, finished).kept, strict=True)
+        finished.hypothesis.numbers, standing(fitter, finished), strict=True)
         if number.name not in (*SHAPE_NUMBERS, *NAMELESS)}
 
 
