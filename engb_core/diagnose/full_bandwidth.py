@@ -18,7 +18,11 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.numbers.spike_and_slab import average, with_averaged_numbers
+from engb_core.diagnose.numbers.spike_and_slab import (
+    machine_vector,
+    predicting_vector,
+    with_averaged_numbers,
+)
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import is_multimodal
 from engb_core.diagnose.problem import Problem, sharper
@@ -74,23 +78,22 @@ def at_full_bandwidth(fitter: Fitter, explanation: Explanation) -> CorrectedMode
     them; as it is, where the cost has too many minima for a few steps downhill, and where slow
     samples or coarse counts tell no sharper motion.
 
-    The models, and what is told of the effects, are means over which of the file's numbers stand.
+    The models, and what is told of the effects, are means over which of the file's numbers stand:
+    the ones over those that predict best, the other over those that are the machine's.
     """
     fit = explanation.fit
     if not _is_told_sharper(fitter, fit):
-        averaged = with_averaged_numbers(fitter, fit)
-        return CorrectedModels(explanation, _models(explanation, averaged.vector),
-                               explained_problem(fitter, fit), averaged)
+        return CorrectedModels(explanation, _models(fitter, explanation),
+                               explained_problem(fitter, fit), with_averaged_numbers(fitter, fit))
     other = Fitter(sharper(fitter.problem), fitter.threads, fitter.earlier,
                    fitter.load_shape)
     moved = other.finish(_best_form(other, other.refine(
         other.evaluate(fit.hypothesis, fit.vector), ROUNDS)))
     table = None if explanation.table is None else best_table(other, moved)
-    mean = average(other, moved)
     here, averaged = (fitter.finish(fitter.evaluate(moved.hypothesis, vector))
-                      for vector in (moved.vector, mean))
+                      for vector in (moved.vector, machine_vector(other, moved)))
     return CorrectedModels(replace(explanation, fit=here),
-                           _models(replace(explanation, fit=moved, table=table), mean),
+                           _models(other, replace(explanation, fit=moved, table=table)),
                            explained_problem(other, moved), averaged)
 
 
@@ -148,10 +151,11 @@ def _is_told_sharper(fitter: Fitter, fit: Fit) -> bool:
                 or corner < SHARPER * MOTION_BANDWIDTH)
 
 
-def _models(explanation: Explanation, mean: Array) -> tuple[Model, ...]:
-    """Return the corrected models, the plain one with the numbers `mean` (size,); in the one with
-    a table all numbers are free, as the table was fitted beside them."""
-    return (*explanation.models()[:-1], explanation.fit.hypothesis.corrected(mean))
+def _models(fitter: Fitter, explanation: Explanation) -> tuple[Model, ...]:
+    """Return the corrected models, the plain one with the numbers that predict best; in the one
+    with a table all numbers are free, as the table was fitted beside them."""
+    vector = predicting_vector(fitter, explanation.fit)
+    return (*explanation.models()[:-1], explanation.fit.hypothesis.corrected(vector))
 
 
 def explained_problem(fitter: Fitter, fit: Fit) -> Problem:

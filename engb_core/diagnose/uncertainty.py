@@ -24,8 +24,8 @@ from engb_core.diagnose.optimise.normal_equations import normal_equations
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.effects.base import Effect
 
-__all__ = ['autocorrelation', 'estimates', 'inflation', 'reported_deviations', 'stands_out',
-           'vector_covariance', 'vector_deviations']
+__all__ = ['autocorrelation', 'estimates', 'inflation', 'noise_covariance', 'reported_covariance',
+           'reported_deviations', 'stands_out', 'vector_covariance', 'vector_deviations']
 
 # From this many times what is believed beforehand on a deviation leaves that, to rounding.
 UNTOLD = float(np.finfo(float).eps ** -0.5)
@@ -75,17 +75,26 @@ def reported_deviations(fit: Fit, fitter: Fitter, number: Effect | None = None,
     return np.sqrt(variance)
 
 
-def vector_covariance(fit: Fit, fitter: Fitter, by_noise_alone: bool = False,
-                      ) -> NDArray[np.float64]:
-    """Return the covariance (size, size) of the entries of a finished fit's vector: of noise, and,
-    unless `by_noise_alone`, of the discrepancy and of what other formulations of the effects'
-    physics may put them to, which move several entries at once."""
+def noise_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return the covariance (size, size) that noise leaves the entries of a finished fit's
+    vector."""
     told = _Information.of(fit, fitter)
     inverse, norm = _inverse(told.noise + told.bounded)
-    covariance = told.of_all(inverse / norm / norm[:, None])
-    if by_noise_alone:
-        return covariance
-    covariance += _by_discrepancy(told, fit, fitter)
+    return told.of_all(inverse / norm / norm[:, None])
+
+
+def vector_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return the covariance (size, size) of the entries of the fit's vector, of the same parts as
+    their deviations: noise, and the discrepancy, which moves several entries at once."""
+    return noise_covariance(fit, fitter) + _by_discrepancy(
+        _Information.of(fit, fitter), fit, fitter)
+
+
+def reported_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
+    """Return the covariance (size, size) of the entries with what other formulations of the
+    effects' physics may put them to as well."""
+    told = _Information.of(fit, fitter)
+    covariance = vector_covariance(fit, fitter)
     for index, variant in enumerate(fit.hypothesis.variants):
         if _has_other_formulas(variant.effect):
             covariance += _by_formula(told, fit, fitter, variant.effect,

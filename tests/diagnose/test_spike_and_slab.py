@@ -8,13 +8,19 @@ import pytest
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.hypothesis import variants_of
-from engb_core.diagnose.numbers.spike_and_slab import standing, with_averaged_numbers
+from engb_core.diagnose.numbers.spike_and_slab import (
+    machine_vector,
+    predicting_vector,
+    standing,
+    with_averaged_numbers,
+)
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.uncertainty import (
+    noise_covariance,
+    reported_covariance,
     reported_deviations,
-    vector_covariance,
     vector_deviations,
 )
 from engb_core.effects.catalogue import get_effect
@@ -86,7 +92,7 @@ def test_a_number_stands_that_is_off_by_what_another_formula_beside_it_would_do(
     by_formula = np.sqrt(reported_deviations(fit, fitter)[place] ** 2 - known ** 2)
     assert by_formula > 5.0 * known
     # With what goes along with it.
-    along = vector_covariance(fit, fitter)[:, place]
+    along = reported_covariance(fit, fitter)[:, place]
     off = fit.vector + by_formula * along / along[place]
     count = len(fit.hypothesis.numbers)
     off[:count] += fit.hypothesis.start_of_numbers() - fit.vector[:count]
@@ -107,12 +113,20 @@ def test_deviations_are_those_of_the_covariance():
     """Noise, discrepancy and other formulas of an effect move several numbers at once: the
     covariance has all of them, as the deviations that are told have."""
     fitter, fit = fitted(NOMINAL)
-    covariance = vector_covariance(fit, fitter)
+    covariance = reported_covariance(fit, fitter)
     # The covariance of effects' parameters that the data hardly tell has their bounds as well.
     numbers = len(fit.hypothesis.numbers)
     np.testing.assert_allclose(np.sqrt(np.diag(covariance))[:numbers],
                                reported_deviations(fit, fitter)[:numbers], rtol=1e-3)
     assert np.linalg.eigvalsh(covariance).min() > -1e-9 * np.diag(covariance).max()
+    # Noise leaves less of a number open, and the numbers that predict are asked of noise alone.
+    np.testing.assert_allclose(np.sqrt(np.diag(noise_covariance(fit, fitter)))[:numbers],
+                               vector_deviations(fit, fitter, by_noise_alone=True)[:numbers],
+                               rtol=1e-3)
+    away = [np.abs(vector - fit.vector)[:numbers] / np.abs(
+        fit.hypothesis.start_of_numbers() - fit.vector[:numbers])
+        for vector in (predicting_vector(fitter, fit), machine_vector(fitter, fit))]
+    assert away[0].mean() < away[1].mean()
 
 
 @pytest.mark.parametrize(('effect', 'name', 'value'), [

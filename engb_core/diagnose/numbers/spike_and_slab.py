@@ -24,9 +24,13 @@ from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.formula import no_more
 from engb_core.diagnose.nominal import DELAY, SHAPE_NUMBERS
 from engb_core.diagnose.optimise.fit import Fit, Fitter
-from engb_core.diagnose.uncertainty import vector_covariance
+from engb_core.diagnose.uncertainty import (
+    noise_covariance,
+    reported_covariance,
+    vector_covariance,
+)
 
-__all__ = ['average', 'standing', 'with_averaged_numbers']
+__all__ = ['machine_vector', 'predicting_vector', 'standing', 'with_averaged_numbers']
 
 Array = NDArray[np.float64]
 
@@ -35,29 +39,28 @@ PARTS = (1.0, 0.5, 0.25, 0.125, 0.0625)
 
 
 def with_averaged_numbers(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Fit:
-    """Return a finished fit at the mean over which of the file's numbers stand, as `average`."""
-    return fitter.finish(fitter.evaluate(fit.hypothesis, average(fitter, fit, free)))
+    """Return a finished fit at the `machine_vector`."""
+    return fitter.finish(fitter.evaluate(fit.hypothesis, machine_vector(fitter, fit, free)))
 
 
-def average(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Array:
-    """Return the mean (size,) of a finished fit's vector over which of the file's numbers stand,
-    within the bounds, as far as derivatives tell it.
+def machine_vector(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Array:
+    """Return the mean (size,) of a finished fit's vector, as the machine's, over which of the
+    file's numbers stand; the numbers named in `free` do not."""
+    return _mean(fitter, fit, vector_covariance(fit, fitter), free)
 
-    Those named in `free` do not stand, nor does what no file tells: the knots of a load curve, and
-    by how much samples of effort and position are apart. With formulas that are only nearly right
-    the numbers that fit best predict best: how far from these the machine's may lie says nothing
-    of them, and noise alone makes them unsure.
-    """
-    weighed = _Weighed.of(fit, vector_covariance(fit, fitter, by_noise_alone=True), free)
-    means = np.array([choice.mean for choice in weighed.choices])
-    return _as_far_as_told(fitter, fit, weighed.file + weighed.scale * (weighed.weights @ means))
+
+def predicting_vector(fitter: Fitter, fit: Fit) -> Array:
+    """Return the mean (size,) of the vector that predicts best over which of the file's numbers
+    stand. With formulas that are only nearly right the numbers that fit best do: how far from
+    these the machine's may lie says nothing of them, and noise alone makes them unsure."""
+    return _mean(fitter, fit, noise_covariance(fit, fitter), ())
 
 
 def standing(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Array:
     """Return how likely each number (numbers,) of a finished fit is as in the file, given all that
     may put it elsewhere: noise, discrepancy and other formulas of the effects. Those named in
     `free`, and what no file tells, are not."""
-    weighed = _Weighed.of(fit, vector_covariance(fit, fitter), free)
+    weighed = _Weighed.of(fit, reported_covariance(fit, fitter), free)
     kept = np.zeros(len(fit.hypothesis.numbers))
     for weight, choice in zip(weighed.weights, weighed.choices, strict=True):
         kept[list(choice.kept)] += weight
@@ -95,6 +98,16 @@ class _Weighed:
         logarithms = np.array([choice.log_factor for choice in choices])
         weights = np.exp(logarithms - logarithms.max())
         return cls(choices, weights / weights.sum(), file, scale)
+
+
+def _mean(fitter: Fitter, fit: Fit, covariance: Array, free: tuple[str, ...]) -> Array:
+    """Return the mean (size,) of a finished fit's vector over which of the file's numbers stand,
+    within the bounds, as far as derivatives tell it. Those named in `free` do not stand, nor does
+    what no file tells: the knots of a load curve, and by how much samples of effort and position
+    are apart."""
+    weighed = _Weighed.of(fit, covariance, free)
+    means = np.array([choice.mean for choice in weighed.choices])
+    return _as_far_as_told(fitter, fit, weighed.file + weighed.scale * (weighed.weights @ means))
 
 
 def _as_far_as_told(fitter: Fitter, fit: Fit, mean: Array) -> Array:
