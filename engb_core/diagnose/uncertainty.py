@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,12 +64,9 @@ def reported_deviations(fit: Fit, fitter: Fitter, number: Effect | None = None,
         variance = vector_deviations(fit, fitter) ** 2
     if number is not None and _has_other_formulas(number):
         variance += np.diag(_by_formula(told, fit, fitter, number, _added_by_number(fit, number)))
-    for index, variant in enumerate(fit.hypothesis.variants):
-        if not _has_other_formulas(variant.effect):
-            continue
-        adds = _added_by(fit, fitter, index)
-        variance += np.diag(_by_formula(told, fit, fitter, variant.effect, adds))
-        if variant.effect.multimodal:
+    for index, adds, covariance in _by_formulas(told, fit, fitter):
+        variance += np.diag(covariance)
+        if fit.hypothesis.variants[index].effect.multimodal:
             for entry, (owner, _, _) in enumerate(fit.hypothesis.places, count):
                 if owner == index:
                     variance[entry] += _alike_within(fit, fitter, entry, adds) ** 2
@@ -78,27 +76,23 @@ def reported_deviations(fit: Fit, fitter: Fitter, number: Effect | None = None,
 def noise_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     """Return the covariance (size, size) that noise leaves the entries of a finished fit's
     vector."""
-    told = _Information.of(fit, fitter)
-    inverse, norm = _inverse(told.noise + told.bounded)
-    return told.of_all(inverse / norm / norm[:, None])
+    return _Information.of(fit, fitter).by_noise
 
 
 def vector_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     """Return the covariance (size, size) of the entries of the fit's vector, of the same parts as
     their deviations: noise, and the discrepancy, which moves several entries at once."""
-    return noise_covariance(fit, fitter) + _by_discrepancy(
-        _Information.of(fit, fitter), fit, fitter)
+    told = _Information.of(fit, fitter)
+    return told.by_noise + _by_discrepancy(told, fit, fitter)
 
 
 def reported_covariance(fit: Fit, fitter: Fitter) -> NDArray[np.float64]:
     """Return the covariance (size, size) of the entries with what other formulations of the
     effects' physics may put them to as well."""
     told = _Information.of(fit, fitter)
-    covariance = vector_covariance(fit, fitter)
-    for index, variant in enumerate(fit.hypothesis.variants):
-        if _has_other_formulas(variant.effect):
-            covariance += _by_formula(told, fit, fitter, variant.effect,
-                                      _added_by(fit, fitter, index))
+    covariance = told.by_noise + _by_discrepancy(told, fit, fitter)
+    for _, _, by_formula in _by_formulas(told, fit, fitter):
+        covariance += by_formula
     return covariance
 
 
@@ -143,6 +137,12 @@ class _Information:
         """Return the information (k, k) that their bounds are of the loose ones, and, so that
         what the data do not tell at all is finite, to rounding what is believed of the others."""
         return np.diag(np.where(self.loose, self.width, UNTOLD * self.believed) ** -2.0)
+
+    @property
+    def by_noise(self) -> NDArray[np.float64]:
+        """Return the covariance (size, size) that noise leaves all entries."""
+        inverse, norm = _inverse(self.noise + self.bounded)
+        return self.of_all(inverse / norm / norm[:, None])
 
     def of_all(self, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the covariance (size, size) of all entries from that of the free ones (k, k):
@@ -191,10 +191,14 @@ def _by_formula(told: _Information, fit: Fit, fitter: Fitter, effect: Effect,
                   FORMULA_MISSES)
 
 
-def _added_by(fit: Fit, fitter: Fitter, variant: int) -> NDArray[np.float64]:
-    """Return what one of a fit's effects adds, (m,) [N·m]."""
-    adds: NDArray[np.float64] = fit.predicted - fitter.predict(*without_effects(fit, {variant}))
-    return adds
+def _by_formulas(told: _Information, fit: Fit, fitter: Fitter,
+                 ) -> Iterator[tuple[int, NDArray[np.float64], NDArray[np.float64]]]:
+    """Yield, of each of a fit's effects whose physics has other formulations, its place, what it
+    adds (m,) [N·m], and the covariance (size, size) that these give to the entries."""
+    for index, variant in enumerate(fit.hypothesis.variants):
+        if _has_other_formulas(variant.effect):
+            adds = fit.predicted - fitter.predict(*without_effects(fit, {index}))
+            yield index, adds, _by_formula(told, fit, fitter, variant.effect, adds)
 
 
 def _added_by_number(fit: Fit, effect: Effect) -> NDArray[np.float64]:

@@ -39,21 +39,21 @@ PARTS = (1.0, 0.5, 0.25, 0.125, 0.0625)
 
 
 def with_averaged_numbers(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Fit:
-    """Return a finished fit at the `machine_vector`."""
-    return fitter.finish(fitter.evaluate(fit.hypothesis, machine_vector(fitter, fit, free)))
+    """Return a finished fit at the mean of the machine's numbers over which of the file's stand;
+    the numbers named in `free` do not."""
+    return fitter.finish(_at_mean(fitter, fit, vector_covariance(fit, fitter), free))
 
 
-def machine_vector(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Array:
-    """Return the mean (size,) of a finished fit's vector, as the machine's, over which of the
-    file's numbers stand; the numbers named in `free` do not."""
-    return _mean(fitter, fit, vector_covariance(fit, fitter), free)
+def machine_vector(fitter: Fitter, fit: Fit) -> Array:
+    """Return the vector (size,) of `with_averaged_numbers`."""
+    return _at_mean(fitter, fit, vector_covariance(fit, fitter)).vector
 
 
 def predicting_vector(fitter: Fitter, fit: Fit) -> Array:
     """Return the mean (size,) of the vector that predicts best over which of the file's numbers
     stand. With formulas that are only nearly right the numbers that fit best do: how far from
     these the machine's may lie says nothing of them, and noise alone makes them unsure."""
-    return _mean(fitter, fit, noise_covariance(fit, fitter), ())
+    return _at_mean(fitter, fit, noise_covariance(fit, fitter)).vector
 
 
 def standing(fitter: Fitter, fit: Fit, free: tuple[str, ...] = ()) -> Array:
@@ -100,33 +100,27 @@ class _Weighed:
         return cls(choices, weights / weights.sum(), file, scale)
 
 
-def _mean(fitter: Fitter, fit: Fit, covariance: Array, free: tuple[str, ...]) -> Array:
-    """Return the mean (size,) of a finished fit's vector over which of the file's numbers stand,
-    within the bounds, as far as derivatives tell it. Those named in `free` do not stand, nor does
-    what no file tells: the knots of a load curve, and by how much samples of effort and position
-    are apart."""
+def _at_mean(fitter: Fitter, fit: Fit, covariance: Array, free: tuple[str, ...] = ()) -> Fit:
+    """Return a finished fit at the mean of its vector over which of the file's numbers stand, as
+    far on the way there, by derivatives, as these make up the larger part of what it costs. Those
+    named in `free` do not stand, nor does what no file tells: the knots of a load curve, and by
+    how much samples of effort and position are apart."""
+    assert fit.jacobian is not None, 'the fit is finished'
     weighed = _Weighed.of(fit, covariance, free)
     means = np.array([choice.mean for choice in weighed.choices])
-    return _as_far_as_told(fitter, fit, weighed.file + weighed.scale * (weighed.weights @ means))
-
-
-def _as_far_as_told(fitter: Fitter, fit: Fit, mean: Array) -> Array:
-    """Return the vector (size,), within the bounds, as far on the way from a fit to a mean that
-    was taken by derivatives as these tell the way: they make up the larger part of its cost."""
-    assert fit.jacobian is not None, 'the fit is finished'
+    way = weighed.file + weighed.scale * (weighed.weights @ means) - fit.vector
 
     def size(residual: Array) -> float:
         return float(np.sum((fitter.weight * residual) ** 2))
 
     least = size(fit.residual)
     for part in PARTS:
-        step = part * (mean - fit.vector)
-        said = size(fit.residual - fit.jacobian @ step) - least
-        vector: Array = np.clip(fit.vector + step, *fit.hypothesis.bounds)
-        found = size(fitter.evaluate(fit.hypothesis, vector).residual)
-        if no_more(found, least + max(said, 0.0) / LARGER_PART):
-            return vector
-    return fit.vector
+        said = size(fit.residual - fit.jacobian @ (part * way)) - least
+        there = fitter.evaluate(fit.hypothesis, np.clip(
+            fit.vector + part * way, *fit.hypothesis.bounds))
+        if no_more(size(there.residual), least + max(said, 0.0) / LARGER_PART):
+            return there
+    return fit
 
 
 @dataclass(frozen=True)
