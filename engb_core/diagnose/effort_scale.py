@@ -2,10 +2,11 @@
 """One factor on inertia and load is one cause: the scale of effort, not two wrong numbers.
 
 Inertia and load of a model are known apart from any effort (from masses and lengths). Where the
-recordings want both changed, by factors that agree within their deviations, either two numbers are
-wrong and agree by chance, or effort is off by one factor (torque constant). How likely the first
-is follows from how far apart two wrong numbers usually are, and how far these are. An inertia that
-a refit of the file around a wrong load has moved says nothing of the effort.
+recordings want both changed, by factors that agree within their deviations, either effort is off
+by one factor (torque constant); or two numbers are wrong and agree by chance; or the load is wrong
+and a refit of the file around it moved the inertia, to agree with it by chance. Which it is is one
+question: how far apart two factors usually are, how far these are, and whether the inertia is just
+where such a refit would have moved it.
 """
 
 from __future__ import annotations
@@ -41,12 +42,14 @@ APART = math.sqrt(2.0) * BELIEVED
 
 @dataclass(frozen=True)
 class Factors:
-    """By what the recordings multiply inertia and load, as logarithms with deviations [-]."""
+    """By what the recordings multiply inertia and load, as logarithms with deviations [-], and
+    the probability that the inertia is off by itself, not moved by a refit of the file."""
 
     inertia: float
     inertia_std: float
     load: float
     load_std: float
+    by_itself: float = 1.0
 
     @property
     def apart(self) -> float:
@@ -69,9 +72,11 @@ class Factors:
 
     def one_cause(self) -> float:
         """Return the probability that they agree for a reason, and not by chance: two numbers
-        that are each off by so little are never far apart."""
+        that are each off by so little are never far apart. The scale of effort, two wrong numbers
+        and a wrong load around which the file was refitted are beforehand as likely."""
         usual = min(APART, math.hypot(self.inertia, self.load))
-        by_reason = norm.pdf(self.apart, scale=self.std)
+        by_reason = self.by_itself * norm.pdf(self.apart, scale=self.std)
+        # Of what a refit moved, too, nothing says that it agrees with the load.
         by_chance = norm.pdf(self.apart, scale=math.hypot(self.std, usual))
         return float(by_reason / (by_reason + by_chance))
 
@@ -87,7 +92,7 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
         return selection
     start = _without_movers(fitter, chosen)
     factors = _factors(fitter, start)
-    if factors is None:
+    if factors is None or factors.one_cause() < LARGER_PART:
         return selection
     fit = _scaled(fitter, start)
     left, before = (reduced_chi_square(entry, fitter) for entry in (fit, chosen))
@@ -116,8 +121,7 @@ def _scaled(fitter: Fitter, start: Fit) -> Fit:
 
 def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     """Return by what inertia and load must be multiplied, each by a number of its own; None where
-    no factor does, they are not both off alike, or a refit of the file likely moved the inertia.
-    """
+    no factor does or they are not both off alike."""
     numbers = tuple(number for number in fitter.numbers if number.name not in LOAD_NUMBERS)
     names = [number.name for number in numbers]
     if 'inertia' not in names:
@@ -135,6 +139,6 @@ def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     factors = Factors(
         float(fit.vector[inertia]) - math.log(fitter.problem.model.motor.inertia),
         float(deviations[inertia]), math.log(factor), float(deviations[scale]) / factor)
-    if not factors.both_off_alike or refit_of_file(fitter, fit).by_itself['inertia'] < LARGER_PART:
+    if not factors.both_off_alike:
         return None
-    return factors
+    return replace(factors, by_itself=refit_of_file(fitter, fit).by_itself['inertia'])

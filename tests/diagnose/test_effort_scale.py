@@ -69,6 +69,14 @@ def test_two_numbers_that_are_each_off_by_little_are_never_far_apart():
     assert much > 0.9
 
 
+def test_whether_a_refit_moved_the_inertia_and_whether_it_agrees_with_the_load_is_one_question():
+    """A refit around a wrong load moves the inertia anywhere: not just to where the load is."""
+    agrees, another = (Factors(0.25, 0.007, load, 0.007, by_itself=0.3) for load in (0.25, 0.215))
+    assert 0.5 < agrees.one_cause() < Factors(0.25, 0.007, 0.25, 0.007).one_cause()
+    assert another.one_cause() < 0.5
+    assert Factors(0.25, 0.007, 0.25, 0.007, by_itself=0.04).one_cause() < 0.5
+
+
 def test_a_machine_without_load_cannot_tell():
     model = replace(MODEL, load_torque=LoadTorque())
     assert chosen(recording(1.25, 0.0, 1.25), model).believed == {}
