@@ -1,0 +1,81 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Sets of public servos: what becomes of their files. The recordings stay outside the project."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from engb_core.library import read
+
+from . import public_servos
+from .public_servos import nominal_model, Pendulum, runs_in, Servo, slow_friction
+
+SERVO = Servo('servo', 'folder', 0.16, 0.01)
+PENDULUM = Pendulum(0.5, 0.15)
+PER_VOLT, GAIN, VISCOUS = 0.6, 0.3, 1.2
+
+
+def entries(gain, trajectory):
+    """Return what the recorders would have written of a slow stroke up and down."""
+    time = np.arange(0.0, 6.0, 0.01)
+    position = 0.6 * (1.0 - np.cos(np.pi * time / 3.0))
+    velocity = np.gradient(position, time)
+    load = PENDULUM.load * np.sin(position)
+    torque = (load + GAIN * np.abs(load) * np.tanh(velocity / 0.05) + VISCOUS * velocity
+              + (PENDULUM.inertia + SERVO.armature) * np.gradient(velocity, time))
+    goal = position + torque / PER_VOLT / 12.0 / (gain * SERVO.duty)
+    return {'mass': PENDULUM.mass, 'length': PENDULUM.length, 'kp': gain, 'vin': 15.0,
+            'trajectory': trajectory, 'entries': [
+                {'timestamp': t, 'position': p, 'goal_position': g, 'torque_enable': True}
+                for t, p, g in zip(time, position, goal, strict=True)]}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    place = tmp_path / 'data' / 'feetech' / SERVO.folder / 'raw'
+    place.mkdir(parents=True)
+    for number, (gain, trajectory) in enumerate(
+            [(8, 'up_and_down'), (8, 'up_and_down'), (8, 'up_and_down'), (12, 'up_and_down'),
+             (16, 'lift_and_drop')]):
+        (place / f'run{number}.json').write_text(json.dumps(entries(gain, trajectory)))
+    return place
+
+
+def test_slow_strokes_tell_the_torque_per_volt_and_friction_that_grows_with_load(folder):
+    torque_per_volt, gain = slow_friction(runs_in(folder, SERVO))
+    assert torque_per_volt == pytest.approx(PER_VOLT, rel=0.02)
+    assert gain == pytest.approx(GAIN, rel=0.05)
+
+
+def test_a_nominal_model_knows_masses_and_lengths_and_no_friction_that_grows_with_load(folder):
+    model = nominal_model(runs_in(folder, SERVO), SERVO, PER_VOLT)
+    assert model['load_torque']['amplitude'] == pytest.approx(9.81 * 0.15 * (0.5 + 0.025))
+    assert model['friction']['load_gain'] == 0.0
+    assert model['motor']['viscous_friction'] == pytest.approx(VISCOUS, rel=0.2)
+
+
+def test_where_the_drive_is_off_nothing_is_known_of_its_effort(folder):
+    assert {run.trajectory for run in runs_in(folder, SERVO)} == {'up_and_down'}
+
+
+def test_sets_are_written_diagnosed_and_told(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(public_servos, 'SERVOS', (SERVO,))
+    out = tmp_path / 'out'
+    public_servos.main([str(tmp_path), str(out)])
+    told = capsys.readouterr().out
+    home = out / 'servo_500g_150mm'
+    assert sorted(path.name for path in home.iterdir()) == [
+        'diagnosis.json', 'holdout_kp12_up_and_down_r1', 'nominal.yaml',
+        'train_kp08_up_and_down_r1', 'train_kp08_up_and_down_r2']
+    assert yaml.safe_load((home / 'nominal.yaml').read_text())['joint']['name'] == 'servo'
+    assert read(home / 'holdout_kp12_up_and_down_r1').effort.max() > PENDULUM.load
+    assert 'servo_500g_150mm: held out' in told
+
+
+def test_a_clone_without_recordings_is_told(tmp_path, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        public_servos.main([str(tmp_path), str(tmp_path / 'out')])
+    assert stopped.value.code == 2
+    assert 'check out commit d66b22c' in capsys.readouterr().err
