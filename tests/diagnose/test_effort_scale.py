@@ -8,9 +8,11 @@ import pytest
 
 from engb_core.diagnose.effort_scale import Factors, with_effort_scale
 from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.selection import Selection
+from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.recording import Recording
 
@@ -30,10 +32,12 @@ def recording(inertia=1.0, load=1.0, friction=1.0):
     return Recording('run', TIME, POSITION, effort + noise)
 
 
-def chosen(run, model=MODEL):
+def chosen(run, model=MODEL, effect=None):
     fitter = Fitter(problem_of([run], model), 1)
+    fit = fitter.base() if effect is None else fitter.refine(fitter.fit(
+        variants_of(get_effect(effect), fitter.problem.scene)[0]))
     return with_effort_scale(fitter, Selection(
-        fitter.base(), (), 1.0, 0.0, 0.0, further=(('cogging_torque', 0.3),)))
+        fit, (), 1.0, 0.0, 0.0, further=(('cogging_torque', 0.3),)))
 
 
 def test_one_factor_on_inertia_and_load_is_one_cause():
@@ -54,6 +58,20 @@ def test_two_factors_or_none_are_not(factors):
     selection = chosen(recording(*factors))
     assert selection.chosen.hypothesis.ids == ()
     assert selection.believed == {}
+
+
+def test_torque_that_is_lost_from_the_smallest_efforts_on_is_a_scale():
+    """Saturation with a straight line from nought on is the same, with two numbers more."""
+    run = recording(1.25, 1.25, 1.25)
+    assert chosen(run, effect='torque_saturation').chosen.hypothesis.ids == ('effort_scale_error',)
+
+
+def test_saturation_that_bends_is_none():
+    run = recording()
+    largest = float(np.abs(run.effort).max())
+    effort = run.effort * (1.0 + 0.3 * (run.effort / largest) ** 2)
+    found = chosen(replace(run, effort=effort), effect='torque_saturation')
+    assert found.chosen.hypothesis.ids == ('torque_saturation',)
 
 
 def test_less_than_masses_and_lengths_are_sure_to_is_nothing():
