@@ -37,6 +37,7 @@ _GRAVITY, _BUS = 9.81, 12.0     # m/s²; V, as the recordings say (the files' `v
 _RATE = 100.0                   # Hz, of the resampled motion that the nominal model is fitted to
 _BAND = 5.0                     # Hz: far above the slow motion, far below the counts' noise
 _MOVES = 0.05                   # rad/s: eight counts of 1.5 mrad within a tenth of a second
+_SLOW = 1.5                     # rad/s: the strokes, without the jump back to where they began
 _TRAINED = (4, 8, 16, 32)       # P gains of the recordings that may be fitted
 _REPEATED = ('up_and_down', 'sin_sin')  # of these two recordings each, as in the set of the README
 _ARMS = {0.1: 0.036, 0.15: 0.050}       # kg, by length [m] (the recorders' configurations)
@@ -123,7 +124,7 @@ def slow_friction(runs: Sequence[Run]) -> tuple[float, float]:
     for run in runs:
         if run.trajectory == 'up_and_down':
             position, velocity, _, asked = run.motion()
-            moves = np.abs(velocity) > _MOVES
+            moves = (np.abs(velocity) > _MOVES) & (np.abs(velocity) < _SLOW)
             load = run.pendulum.load * np.sin(position)
             sense = np.tanh(velocity / _MOVES)
             rows.append(np.stack([load, sense, np.abs(load) * sense, velocity], axis=1)[moves])
