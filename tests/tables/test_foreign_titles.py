@@ -133,3 +133,15 @@ def test_the_ten_tables_are_understood_with_two_questions_at_most(tmp_path, tabl
     assert {'time', 'position', 'effort'} <= set(chosen)
     values = open_table(path).read(chosen.values())
     assert all(samples.value.size == run['t'].size for samples in values.values())
+
+
+def test_a_row_of_units_may_be_labelled_as_such(tmp_path):
+    """As National Instruments' loggers write a time before each channel."""
+    path = tmp_path / 'a.csv'
+    path.write_text('Interval,0.001,Interval,0.001\nChannel name,Torque,Channel name,Angle\n'
+                    'Unit,N·m,Unit,deg\n'
+                    + ''.join(f'{0.001 * k:.4f},{k % 7},{0.001 * k:.4f},{k % 11}\n'
+                              for k in range(40)))
+    assert [(channel.name, channel.unit) for channel in open_table(path).channels] == [
+        ('', ''), ('Torque', 'N·m'), ('', ''), ('Angle', 'deg')]
+    assert _chosen(path) == {'effort': 1, 'position': 3}

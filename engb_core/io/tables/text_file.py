@@ -51,6 +51,8 @@ _CLOCK = re.compile(
 # A number with its label before it: `pos:12.3` and `t_ms = 4`, and a line below Markdown's titles.
 _LABELLED = re.compile(r'^\s*([^\W\d][^:=]*?)\s*[:=]\s*([^\s:=][^:=]*)$')
 _RULE = re.compile(r'^\s*:?-+:?\s*$')
+# What labels a row of units in front of them, as the row of titles is labelled above it.
+_UNITS_LABEL = re.compile(r'^(?:units?|einheit(?:en)?)\s*:?$', re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -322,6 +324,10 @@ def _titles(above: list[list[str]], width: int) -> tuple[list[str], list[str]]:
         last = [cell.strip().lstrip('#').strip() for cell in above[-1]] if above else []
         return (last, []) if len(last) > 1 else ([], [])
     units: list[str] = []
+    labels = {place for place, cell in enumerate(rows[-1]) if _UNITS_LABEL.match(cell)}
+    if len(rows) > 1 and labels:
+        rows = [['' if place in labels else cell for place, cell in enumerate(row)]
+                for row in rows]
     if len(rows) > 1 and _are_units(rows[-1]):
         units = [re.sub(r'^[\[(<]|[\])>]$', '', cell).strip() for cell in rows[-1]]
         rows = rows[:-1]
