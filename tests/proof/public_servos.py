@@ -10,12 +10,14 @@ that they stay outside the project). In a clone of it, checked out at that commi
     python -m tests.proof.public_servos CLONE OUT
 
 writes OUT/NAME for each servo and load, as `engb prove --real OUT` reads it, and diagnoses each.
+Then what was found of one load (effects and friction, with what it put the inertia off by) goes
+into the files of the other loads of the same servo, and predicts what was held out there.
 """
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import json
 import math
 from pathlib import Path
@@ -26,12 +28,17 @@ import yaml
 
 from engb_core.diagnose.document import to_json
 from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.evidence import quality_of_fit
+from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.io.bags.write import JointTable, write_bag
 from engb_core.library import load_model, read
+from engb_core.model import Model
+from engb_core.recording import Recording
 
 from .nominal import low_pass
 
-__all__ = ['main', 'nominal_model', 'Pendulum', 'Run', 'runs_in', 'Servo', 'slow_friction']
+__all__ = ['main', 'nominal_model', 'Pendulum', 'Run', 'runs_in', 'Servo', 'slow_friction',
+           'transferred', 'with_what_was_found']
 
 _GRAVITY, _BUS = 9.81, 12.0     # m/s²; V, as the recordings say (the files' `vin` is 15)
 _RATE = 100.0                   # Hz, of the resampled motion that the nominal model is fitted to
@@ -187,10 +194,16 @@ def _diagnosed(home: Path) -> dict:
     kept = home / 'diagnosis.json'
     if not kept.exists():
         model = load_model(home / 'nominal.yaml')
-        train, holdout = ([read(path, model) for path in sorted(home.glob(f'{part}*'))]
-                          for part in ('train', 'holdout'))
-        kept.write_text(to_json(diagnose(train, model, holdout)), 'utf8')
+        found = diagnose(_recordings(home, 'train', model), model,
+                         _recordings(home, 'holdout', model))
+        found.model.save(home / 'model.yaml')
+        # Written last: it says that all is there.
+        kept.write_text(to_json(found), 'utf8')
     return dict(json.loads(kept.read_text('utf8')))
+
+
+def _recordings(home: Path, part: str, model: Model) -> list[Recording]:
+    return [read(path, model) for path in sorted(home.glob(f'{part}*'))]
 
 
 def _line(name: str, diagnosis: dict) -> str:
@@ -198,10 +211,38 @@ def _line(name: str, diagnosis: dict) -> str:
         f'{one["effect"]} {one["probability"]:.2f} (' + ', '.join(
             f'{key} {entry["value"]:.3g}' for key, entry in list(one['parameters'].items())[:1])
         + ')' for one in diagnosis['effects']) or 'nothing'
-    held = [one for one in diagnosis['fit']['held_out'] if one['quantity'] == 'effort']
-    before, after = (math.sqrt(sum(one[key] ** 2 for one in held))
-                     for key in ('rms_before', 'rms_after'))
-    return f'{name}: held out {after / before:.2f} of before; {told}'
+    return f'{name}: {told}'
+
+
+def with_what_was_found(file: Model, first_file: Model, first: Model) -> Model:
+    """Return a load's model file with what was found of another load of the same servo: effects,
+    friction, and the inertia that the other file lacked. Its own weight stays."""
+    inertia = file.motor.inertia + first.motor.inertia - first_file.motor.inertia
+    motor = replace(file.motor, inertia=inertia, viscous_friction=first.motor.viscous_friction)
+    return replace(file, motor=motor, friction=first.friction, effects=first.effects)
+
+
+def transferred(homes: Sequence[Path]) -> list[tuple[str, float, float]]:
+    """Return (name, own, others) of each load of a servo: the error of its own corrected model on
+    what was held out, and the root mean square of those made of each other load, over that of its
+    file."""
+    files, found = ({home: load_model(home / name) for home in homes}
+                    for name in ('nominal.yaml', 'model.yaml'))
+    rows = []
+    for home in homes:
+        problem = problem_of(_recordings(home, 'train', files[home]), files[home],
+                             _recordings(home, 'holdout', files[home]))
+        ratios = {other: _left(problem, found[home] if other is home else with_what_was_found(
+            files[home], files[other], found[other])) for other in homes}
+        own = ratios.pop(home)
+        rows.append((home.name, own, math.sqrt(float(np.mean(np.square(list(ratios.values())))))))
+    return rows
+
+
+def _left(problem: Problem, model: Model) -> float:
+    held = [entry for entry in quality_of_fit(problem, model, {}) if entry.quantity == 'effort']
+    return math.sqrt(sum(entry.rms_after ** 2 for entry in held)
+                     / sum(entry.rms_before ** 2 for entry in held))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -218,6 +259,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         torque_per_volt, gain = slow_friction(runs)
         print(f'{servo.name}: {torque_per_volt:.3f} N·m/V, friction per load on slow strokes '
               f'{gain:.3f}', flush=True)
+        homes = []
         for pendulum in sorted({run.pendulum for run in runs},
                                key=lambda one: (one.length, one.mass)):
             home = given.out / (f'{servo.name}_{1e3 * pendulum.mass:.0f}g_'
@@ -225,7 +267,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             if not (home / 'nominal.yaml').exists():
                 _write(home, [run for run in runs if run.pendulum == pendulum], servo,
                        torque_per_volt)
+            homes.append(home)
             print(_line(home.name, _diagnosed(home)), flush=True)
+        if len(homes) > 1:
+            for name, own, others in transferred(homes):
+                print(f'{name}: held out, over the error of its file: own {own:.2f}, made of '
+                      f'another load {others:.2f}', flush=True)
 
 
 if __name__ == '__main__':

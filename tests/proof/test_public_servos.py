@@ -8,25 +8,34 @@ import pytest
 import yaml
 
 from engb_core.library import read
+from engb_core.model import Friction, LoadTorque, Model, Motor
 
 from . import public_servos
-from .public_servos import nominal_model, Pendulum, runs_in, Servo, slow_friction
+from .public_servos import (
+    nominal_model,
+    Pendulum,
+    runs_in,
+    Servo,
+    slow_friction,
+    with_what_was_found,
+)
 
 SERVO = Servo('servo', 'folder', 0.16, 0.01)
 PENDULUM = Pendulum(0.5, 0.15)
 PER_VOLT, GAIN, VISCOUS = 0.6, 0.3, 1.2
 
 
-def entries(gain, trajectory):
+def entries(gain, trajectory, mass=PENDULUM.mass):
     """Return what the recorders would have written of a slow stroke up and down."""
     time = np.arange(0.0, 6.0, 0.01)
     position = 0.6 * (1.0 - np.cos(np.pi * time / 3.0))
     velocity = np.gradient(position, time)
-    load = PENDULUM.load * np.sin(position)
+    pendulum = Pendulum(mass, PENDULUM.length)
+    load = pendulum.load * np.sin(position)
     torque = (load + GAIN * np.abs(load) * np.tanh(velocity / 0.05) + VISCOUS * velocity
-              + (PENDULUM.inertia + SERVO.armature) * np.gradient(velocity, time))
+              + (pendulum.inertia + SERVO.armature) * np.gradient(velocity, time))
     goal = position + torque / PER_VOLT / 12.0 / (gain * SERVO.duty)
-    return {'mass': PENDULUM.mass, 'length': PENDULUM.length, 'kp': gain, 'vin': 15.0,
+    return {'mass': mass, 'length': PENDULUM.length, 'kp': gain, 'vin': 15.0,
             'trajectory': trajectory, 'entries': [
                 {'timestamp': t, 'position': p, 'goal_position': g, 'torque_enable': True}
                 for t, p, g in zip(time, position, goal, strict=True)]}
@@ -67,11 +76,35 @@ def test_sets_are_written_diagnosed_and_told(folder, tmp_path, monkeypatch, caps
     told = capsys.readouterr().out
     home = out / 'servo_500g_150mm'
     assert sorted(path.name for path in home.iterdir()) == [
-        'diagnosis.json', 'holdout_kp12_up_and_down_r1', 'nominal.yaml',
+        'diagnosis.json', 'holdout_kp12_up_and_down_r1', 'model.yaml', 'nominal.yaml',
         'train_kp08_up_and_down_r1', 'train_kp08_up_and_down_r2']
     assert yaml.safe_load((home / 'nominal.yaml').read_text())['joint']['name'] == 'servo'
     assert read(home / 'holdout_kp12_up_and_down_r1').effort.max() > PENDULUM.load
-    assert 'servo_500g_150mm: held out' in told
+    assert 'servo_500g_150mm: load_dependent_friction' in told
+
+
+def test_what_was_found_of_one_load_holds_for_another(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(public_servos, 'SERVOS', (SERVO,))
+    for gain in (8, 12):
+        (folder / f'other{gain}.json').write_text(json.dumps(
+            entries(gain, 'up_and_down', mass=0.9)))
+    out = tmp_path / 'out'
+    public_servos.main([str(tmp_path), str(out)])
+    assert 'held out, over the error of its file' in capsys.readouterr().out
+    for _, own, others in public_servos.transferred(sorted(out.iterdir())):
+        assert own < 0.2
+        assert others < 0.3
+
+
+def test_a_load_keeps_its_own_weight():
+    first_file, first = Model(Motor(1.0, 0.03, 1.0)), Model(
+        Motor(1.0, 0.031, 1.2), friction=Friction(0.1, 0.3, 0.05))
+    file = Model(Motor(1.0, 0.02, 1.0), LoadTorque('sinusoid', amplitude=2.0))
+    moved = with_what_was_found(file, first_file, first)
+    assert moved.load_torque == file.load_torque
+    assert moved.motor.inertia == pytest.approx(0.021)
+    assert moved.motor.viscous_friction == 1.2
+    assert moved.friction == first.friction
 
 
 def test_a_clone_without_recordings_is_told(tmp_path, capsys):
