@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import json
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
@@ -37,7 +38,7 @@ from engb_core.recording import Recording
 
 from .nominal import low_pass
 
-__all__ = ['main', 'nominal_model', 'Pendulum', 'Run', 'runs_in', 'Servo', 'slow_friction',
+__all__ = ['main', 'nominal_model', 'Pendulum', 'Run', 'runs_in', 'Servo', 'slow_strokes',
            'transferred', 'with_what_was_found']
 
 _GRAVITY, _BUS = 9.81, 12.0     # m/s²; V, as the recordings say (the files' `vin` is 15)
@@ -124,9 +125,18 @@ def _run(path: Path, servo: Servo) -> Run:
                content['trajectory'], time, position, goal, _BUS * duty)
 
 
-def slow_friction(runs: Sequence[Run]) -> tuple[float, float]:
-    """Return torque per volt [N·m/V] and friction per load [-] by regression on the slow strokes:
-    the weight is known exactly, and friction has another sign up than down."""
+class SlowStrokes(NamedTuple):
+    """What slow strokes tell: torque per volt [N·m/V], Coulomb friction [N·m], and friction per
+    load [-]."""
+
+    torque_per_volt: float
+    coulomb: float
+    load_gain: float
+
+
+def slow_strokes(runs: Sequence[Run]) -> SlowStrokes:
+    """Regression on the slow strokes: the weight is known exactly, and friction has another sign
+    up than down."""
     rows, volts = [], []
     for run in runs:
         if run.trajectory == 'up_and_down':
@@ -137,7 +147,7 @@ def slow_friction(runs: Sequence[Run]) -> tuple[float, float]:
             rows.append(np.stack([load, sense, np.abs(load) * sense, velocity], axis=1)[moves])
             volts.append(asked[moves])
     terms = np.linalg.lstsq(np.concatenate(rows), np.concatenate(volts), rcond=None)[0]
-    return float(1.0 / terms[0]), float(terms[2] / terms[0])
+    return SlowStrokes(*(float(term / terms[0]) for term in (1.0, *terms[1:3])))
 
 
 def nominal_model(runs: Sequence[Run], servo: Servo, torque_per_volt: float) -> dict:
@@ -256,9 +266,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         runs = runs_in(folder, servo)
         if not runs:
             parser.error(f'{folder}: no recordings; check out commit d66b22c')
-        torque_per_volt, gain = slow_friction(runs)
-        print(f'{servo.name}: {torque_per_volt:.3f} N·m/V, friction per load on slow strokes '
-              f'{gain:.3f}', flush=True)
+        slow = slow_strokes(runs)
+        print(f'{servo.name}, slow strokes: {slow.torque_per_volt:.3f} N·m/V, Coulomb friction '
+              f'{slow.coulomb:.3f} N·m, friction per load {slow.load_gain:.3f}', flush=True)
         homes = []
         for pendulum in sorted({run.pendulum for run in runs},
                                key=lambda one: (one.length, one.mass)):
@@ -266,7 +276,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                                 f'{1e3 * pendulum.length:.0f}mm')
             if not (home / 'nominal.yaml').exists():
                 _write(home, [run for run in runs if run.pendulum == pendulum], servo,
-                       torque_per_volt)
+                       slow.torque_per_volt)
             homes.append(home)
             print(_line(home.name, _diagnosed(home)), flush=True)
         if len(homes) > 1:

@@ -16,7 +16,7 @@ from .public_servos import (
     Pendulum,
     runs_in,
     Servo,
-    slow_friction,
+    slow_strokes,
     with_what_was_found,
 )
 
@@ -53,9 +53,10 @@ def folder(tmp_path):
 
 
 def test_slow_strokes_tell_the_torque_per_volt_and_friction_that_grows_with_load(folder):
-    torque_per_volt, gain = slow_friction(runs_in(folder, SERVO))
-    assert torque_per_volt == pytest.approx(PER_VOLT, rel=0.02)
-    assert gain == pytest.approx(GAIN, rel=0.05)
+    slow = slow_strokes(runs_in(folder, SERVO))
+    assert slow.torque_per_volt == pytest.approx(PER_VOLT, rel=0.02)
+    assert slow.coulomb == pytest.approx(0.0, abs=0.01)
+    assert slow.load_gain == pytest.approx(GAIN, rel=0.05)
 
 
 def test_a_nominal_model_knows_masses_and_lengths_and_no_friction_that_grows_with_load(folder):
