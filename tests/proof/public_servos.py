@@ -188,8 +188,10 @@ def _chosen(runs: Sequence[Run]) -> list[tuple[str, Run]]:
 
 def _write(home: Path, runs: Sequence[Run], servo: Servo, torque_per_volt: float) -> None:
     chosen = _chosen(runs)
-    home.mkdir(parents=True)
+    home.mkdir(parents=True, exist_ok=True)
     for name, run in chosen:
+        if (home / name).exists():
+            continue        # of a start that was broken off; each bag is whole or not there
         write_bag(home / name, {
             '/pendulum/joint_states': JointTable(run.time, run.position, None,
                                                  torque_per_volt * run.volts, 'servo'),
