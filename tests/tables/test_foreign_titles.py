@@ -143,5 +143,5 @@ def test_a_row_of_units_may_be_labelled_as_such(tmp_path):
                     + ''.join(f'{0.001 * k:.4f},{k % 7},{0.001 * k:.4f},{k % 11}\n'
                               for k in range(40)))
     assert [(channel.name, channel.unit) for channel in open_table(path).channels] == [
-        ('', ''), ('Torque', 'N·m'), ('', ''), ('Angle', 'deg')]
-    assert _chosen(path) == {'effort': 1, 'position': 3}
+        ('time', 's'), ('Torque', 'N·m'), ('time', 's'), ('Angle', 'deg')]
+    assert _chosen(path) == {'time': 0, 'effort': 1, 'position': 3}

@@ -52,6 +52,7 @@ _CLOCK = re.compile(
 _LABELLED = re.compile(r'^\s*([^\W\d][^:=]*?)\s*[:=]\s*([^\s:=][^:=]*)$')
 _RULE = re.compile(r'^\s*:?-+:?\s*$')
 # What labels a row of units in front of them, as the row of titles is labelled above it.
+_INTERVAL_LABEL = re.compile(r'^(?:sampling )?interval$', re.IGNORECASE)
 _UNITS_LABEL = re.compile(r'^(?:units?|einheit(?:en)?)\s*:?$', re.IGNORECASE)
 
 
@@ -326,8 +327,13 @@ def _titles(above: list[list[str]], width: int) -> tuple[list[str], list[str]]:
     units: list[str] = []
     labels = {place for place, cell in enumerate(rows[-1]) if _UNITS_LABEL.match(cell)}
     if len(rows) > 1 and labels:
+        # Below the labels stands what the channel behind them is written over.
+        over_time = {place for row in above for place, cell in enumerate(row)
+                     if place in labels and _INTERVAL_LABEL.match(cell.strip())}
         rows = [['' if place in labels else cell for place, cell in enumerate(row)]
-                for row in rows]
+                for row in rows[-2:]]
+        for place in over_time:
+            rows[-2][place], rows[-1][place] = 'time', 's'
     if len(rows) > 1 and _are_units(rows[-1]):
         units = [re.sub(r'^[\[(<]|[\])>]$', '', cell).strip() for cell in rows[-1]]
         rows = rows[:-1]
