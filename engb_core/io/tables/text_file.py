@@ -51,7 +51,7 @@ _CLOCK = re.compile(
 # A number with its label before it: `pos:12.3` and `t_ms = 4`, and a line below Markdown's titles.
 _LABELLED = re.compile(r'^\s*([^\W\d][^:=]*?)\s*[:=]\s*([^\s:=][^:=]*)$')
 _RULE = re.compile(r'^\s*:?-+:?\s*$')
-# What labels a row of units in front of them, as the row of titles is labelled above it.
+# What labels a row of units in front of them, as the rows of titles and intervals are above it.
 _INTERVAL_LABEL = re.compile(r'^(?:sampling )?interval$', re.IGNORECASE)
 _UNITS_LABEL = re.compile(r'^(?:units?|einheit(?:en)?)\s*:?$', re.IGNORECASE)
 
