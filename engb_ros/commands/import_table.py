@@ -1,9 +1,10 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Turn a table of someone else's bench into a recording that the other commands read.
 
-TABLE is a .csv (any delimiter, decimal comma, remarks above the titles), .npz, .mat, .h5, ASAM
-MDF (.mf4, .mdf), .tdms, .parquet, .arrow or a ROS 1 .bag. Titles such as `phi [deg]`, `I (A)`,
-`n/min` tell column and unit; what they don't tell is asked, or said with
+TABLE is a .csv (any delimiter, decimal comma, remarks above the titles), .json (records, columns,
+or a record a line), .npz, .mat, .h5, ASAM MDF (.mf4, .mdf), .tdms, .parquet, .arrow or a ROS 1
+.bag. Titles such as `phi [deg]`, `I (A)`, `n/min` tell column and unit; what they don't tell is
+asked, or said with
 
   --column NAME=COLUMN   the column's title or its number from 0; M.2 for a column of a matrix
   --unit NAME=UNIT       deg, rev, 4096/rev, rpm, mN·m, A, ms, …

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ['TABLES', 'add_table_options', 'pairs_of', 'request_of']
 
-TABLES = '.csv, .npz, .mat, .h5, .mf4, .tdms, .parquet, .arrow or .bag'
+TABLES = '.csv, .json, .npz, .mat, .h5, .mf4, .tdms, .parquet, .arrow or .bag'
 
 
 def add_table_options(parser: argparse.ArgumentParser, several: bool = True) -> None:

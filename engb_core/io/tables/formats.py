@@ -7,18 +7,20 @@ from pathlib import Path
 
 from engb_core.errors import InputError
 from engb_core.io.tables.arrays import hdf5_table, mat_table, npz_table
+from engb_core.io.tables.json_file import json_table
 from engb_core.io.tables.table import Table
 from engb_core.io.tables.text_file import TEXT_SUFFIXES, TextTable
 
 __all__ = ['KINDS', 'SUFFIXES', 'kind_of', 'open_here']
 
 # What is read, for messages and help.
-KINDS = ('.csv (.txt, .tsv, .dat, .log), .npz, .mat, .h5, .mf4 (.mdf, .dat of MDF 3), .tdms, '
-         '.parquet, .arrow (.feather) or .bag (ROS 1)')
+KINDS = ('.csv (.txt, .tsv, .dat, .log), .json (.jsonl), .npz, .mat, .h5, '
+         '.mf4 (.mdf, .dat of MDF 3), .tdms, .parquet, .arrow (.feather) or .bag (ROS 1)')
 SUFFIXES = {'.npz': 'npz', '.mat': 'mat', '.h5': 'hdf5', '.hdf5': 'hdf5', '.hdf': 'hdf5',
              '.mf4': 'mdf', '.mdf': 'mdf', '.mf3': 'mdf', '.tdms': 'tdms',
              '.parquet': 'parquet', '.pq': 'parquet', '.arrow': 'arrow', '.feather': 'arrow',
-             '.bag': 'ros1', **dict.fromkeys(TEXT_SUFFIXES, 'text')}
+             '.json': 'json', '.jsonl': 'json', '.ndjson': 'json', '.bag': 'ros1',
+             **dict.fromkeys(TEXT_SUFFIXES, 'text')}
 _MAGIC = ((b'MDF     ', 'mdf'), (b'UnFinMF ', 'mdf'), (b'\x89HDF\r\n\x1a\n', 'hdf5'),
           (b'PAR1', 'parquet'), (b'ARROW1', 'arrow'), (b'TDSm', 'tdms'), (b'#ROSBAG V', 'ros1'))
 
@@ -45,6 +47,8 @@ def open_here(path: Path, kind: str) -> Table:
     from engb_core.io.tables import measurement
     if kind == 'text':
         return TextTable(path)
+    if kind == 'json':
+        return json_table(path)
     if kind == 'npz':
         return npz_table(path)
     if kind == 'mat':

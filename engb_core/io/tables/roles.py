@@ -36,7 +36,7 @@ _PAD = frozenset((
     'pad', 'pads', 'belag', 'lining', 'disc', 'disk', 'brake', 'bremse'))
 _NEVER = frozenset((
     'error', 'err', 'fehler', 'diff', 'deviation', 'raw', 'dc', 'bus', 'supply', 'phase', 'limit',
-    'max', 'min', 'std', 'acc', 'accel', 'acceleration'))
+    'max', 'min', 'std', 'acc', 'accel', 'acceleration', 'enable', 'enabled'))
 # Direct-axis and phase currents: no measure of the torque.
 _NO_TORQUE = re.compile(r'^(i[_ .]?[duvwabc]|id|iu|iv|iw|ia|ib|ic)$')
 

@@ -1,0 +1,94 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Reads tables of JSON: records one below another, columns side by side, or one record a line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engb_core.errors import InputError
+from engb_core.io.tables.arrays import ArrayTable, MOST_COLUMNS
+from engb_core.io.tables.table import damaged, MOST_BYTES
+
+__all__ = ['json_table']
+
+Array = NDArray[np.float64]
+
+# A text of JSON takes this many times its size in memory once it is read.
+_GROWS = 8
+# Objects within objects that are looked into.
+_DEEPEST = 8
+
+
+def json_table(path: Path) -> ArrayTable:
+    """Open a .json file of records ([{"t": 0, …}, …]) or columns ({"t": [0, …], …}), at its top or
+    within objects, or a file with one record a line (.jsonl).
+
+    Raises:
+        InputError: no JSON, too large, or no column of numbers in it.
+    """
+    size = path.stat().st_size
+    if _GROWS * size > MOST_BYTES:
+        raise InputError(f'{path}: is too large for JSON ({size >> 20} MiB); export it as .csv')
+    try:
+        text = path.read_text('utf-8-sig')
+        content = _content(text)
+    except (ValueError, RecursionError) as error:
+        raise damaged(path, 'not usable JSON', error) from error
+    columns = dict(_columns(content, '', _DEEPEST))
+    return ArrayTable(path, 'JSON', {name: (values.shape, '', partial(np.asarray, values))
+                                     for name, values in columns.items()})
+
+
+def _content(text: str) -> object:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        lines = [line for line in text.splitlines() if line.strip()]
+        if error.msg != 'Extra data' or len(lines) < 2:
+            raise
+        return [json.loads(line) for line in lines]
+
+
+def _columns(content: object, name: str, deep: int) -> Iterator[tuple[str, Array]]:
+    """Yield the columns (n,) of numbers below a value, by the names on the way to them; a list of
+    records adds none, as what it is called says nothing of its columns."""
+    if isinstance(content, dict) and deep:
+        for key, value in content.items():
+            yield from _columns(value, f'{name}.{key}' if name else str(key), deep - 1)
+    elif isinstance(content, list) and any(isinstance(entry, dict) for entry in content):
+        yield from _of_records([entry if isinstance(entry, dict) else {} for entry in content])
+    elif isinstance(content, list) and name:
+        yield from _of_values(content, name)
+
+
+def _of_records(records: list[dict[str, Any]]) -> Iterator[tuple[str, Array]]:
+    flat = [dict(_fields(record, '', _DEEPEST)) for record in records]
+    for name in dict.fromkeys(key for record in flat for key in record):
+        yield from _of_values([record.get(name) for record in flat], name)
+
+
+def _fields(value: object, name: str, deep: int) -> Iterator[tuple[str, object]]:
+    """Yield the values within a record, by the names on the way to them."""
+    if isinstance(value, dict) and deep:
+        for key, entry in value.items():
+            yield from _fields(entry, f'{name}.{key}' if name else str(key), deep - 1)
+    elif isinstance(value, list) and len(value) <= MOST_COLUMNS and deep:
+        for place, entry in enumerate(value):
+            yield from _fields(entry, f'{name}.{place}', deep - 1)
+    else:
+        yield name, value
+
+
+def _of_values(values: list[Any], name: str) -> Iterator[tuple[str, Array]]:
+    """Yield a column of these values, where numbers are among them; what is none is not finite."""
+    numbers = np.array([float(entry) if isinstance(entry, int | float) and abs(entry) < 1e300
+                        else np.nan for entry in values], float)
+    if np.isfinite(numbers).any():
+        yield name, numbers
