@@ -70,8 +70,12 @@ def test_where_the_drive_is_off_nothing_is_known_of_its_effort(folder):
     assert {run.trajectory for run in runs_in(folder, SERVO)} == {'up_and_down'}
 
 
-def test_sets_are_written_diagnosed_and_told(folder, tmp_path, monkeypatch, capsys):
+def test_each_load_is_diagnosed_and_what_was_found_of_one_holds_for_another(
+        folder, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(public_servos, 'SERVOS', (SERVO,))
+    for gain in (8, 12):
+        (folder / f'other{gain}.json').write_text(json.dumps(
+            entries(gain, 'up_and_down', mass=0.9)))
     out = tmp_path / 'out'
     public_servos.main([str(tmp_path), str(out)])
     told = capsys.readouterr().out
@@ -82,19 +86,12 @@ def test_sets_are_written_diagnosed_and_told(folder, tmp_path, monkeypatch, caps
     assert yaml.safe_load((home / 'nominal.yaml').read_text())['joint']['name'] == 'servo'
     assert read(home / 'holdout_kp12_up_and_down_r1').effort.max() > PENDULUM.load
     assert 'servo_500g_150mm: load_dependent_friction' in told
-
-
-def test_what_was_found_of_one_load_holds_for_another(folder, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(public_servos, 'SERVOS', (SERVO,))
-    for gain in (8, 12):
-        (folder / f'other{gain}.json').write_text(json.dumps(
-            entries(gain, 'up_and_down', mass=0.9)))
-    out = tmp_path / 'out'
-    public_servos.main([str(tmp_path), str(out)])
-    assert 'held out, over the error of its file' in capsys.readouterr().out
-    for _, own, others in public_servos.transferred(sorted(out.iterdir())):
-        assert own < 0.2
-        assert others < 0.3
+    ratios = [line.split(' own ')[1].split(', made of another load ') for line in
+              told.splitlines() if 'over the error of its file' in line]
+    assert len(ratios) == 2
+    for own, others in ratios:
+        assert float(own) < 0.2
+        assert float(others) < 0.3
 
 
 def test_a_load_keeps_its_own_weight():
