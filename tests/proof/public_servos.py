@@ -30,16 +30,18 @@ import yaml
 from engb_core.diagnose.document import to_json
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.evidence import quality_of_fit
+from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.io.bags.write import JointTable, write_bag
 from engb_core.library import load_model, read
 from engb_core.model import Model
 from engb_core.recording import Recording
+from engb_core.signals.data_faults import cleaned
 
 from .nominal import low_pass
 
 __all__ = ['main', 'nominal_model', 'Pendulum', 'Run', 'runs_in', 'Servo', 'slow_strokes',
-           'transferred', 'with_what_was_found']
+           'Transfer', 'transferred', 'with_what_was_found']
 
 _GRAVITY, _BUS = 9.81, 12.0     # m/s²; V, as the recordings say (the files' `vin` is 15)
 _RATE = 100.0                   # Hz, of the resampled motion that the nominal model is fitted to
@@ -234,20 +236,33 @@ def with_what_was_found(file: Model, first_file: Model, first: Model) -> Model:
     return replace(file, motor=motor, friction=first.friction, effects=first.effects)
 
 
-def transferred(homes: Sequence[Path]) -> list[tuple[str, float, float]]:
-    """Return (name, own, others) of each load of a servo: the error of its own corrected model on
-    what was held out, and the root mean square of those made of each other load, over that of its
-    file."""
+class Transfer(NamedTuple):
+    """Errors on what was held out of a load, over that of its file: of the file with its numbers
+    refitted, of the load's own corrected model, and the root mean square of those that were made
+    of each other load of the servo."""
+
+    name: str
+    refitted: float
+    own: float
+    others: float
+
+
+def transferred(homes: Sequence[Path]) -> list[Transfer]:
+    """Return how what was found of each load of a servo predicts the others."""
     files, found = ({home: load_model(home / name) for home in homes}
                     for name in ('nominal.yaml', 'model.yaml'))
     rows = []
     for home in homes:
-        problem = problem_of(_recordings(home, 'train', files[home]), files[home],
-                             _recordings(home, 'holdout', files[home]))
-        ratios = {other: _left(problem, found[home] if other is home else with_what_was_found(
-            files[home], files[other], found[other])) for other in homes}
-        own = ratios.pop(home)
-        rows.append((home.name, own, math.sqrt(float(np.mean(np.square(list(ratios.values())))))))
+        # As a diagnosis does: without samples that cannot be true.
+        train, holdout = ([cleaned(recording, files[home])[0] for recording in
+                           _recordings(home, part, files[home])] for part in ('train', 'holdout'))
+        problem = problem_of(train, files[home], holdout)
+        refit = Fitter(problem).base()
+        others = [_left(problem, with_what_was_found(files[home], files[other], found[other]))
+                  for other in homes if other is not home]
+        rows.append(Transfer(
+            home.name, _left(problem, refit.hypothesis.corrected(refit.vector)),
+            _left(problem, found[home]), math.sqrt(float(np.mean(np.square(others))))))
     return rows
 
 
@@ -282,9 +297,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
             homes.append(home)
             print(_line(home.name, _diagnosed(home)), flush=True)
         if len(homes) > 1:
-            for name, own, others in transferred(homes):
-                print(f'{name}: held out, over the error of its file: own {own:.2f}, made of '
-                      f'another load {others:.2f}', flush=True)
+            for one in transferred(homes):
+                print(f'{one.name}: held out, over the error of its file: its numbers refitted '
+                      f'{one.refitted:.2f}, own model {one.own:.2f}, made of another load '
+                      f'{one.others:.2f}', flush=True)
 
 
 if __name__ == '__main__':

@@ -86,7 +86,7 @@ def test_each_load_is_diagnosed_and_what_was_found_of_one_holds_for_another(
     assert yaml.safe_load((home / 'nominal.yaml').read_text())['joint']['name'] == 'servo'
     assert read(home / 'holdout_kp12_up_and_down_r1').effort.max() > PENDULUM.load
     assert 'servo_500g_150mm: load_dependent_friction' in told
-    ratios = [line.split(' own ')[1].split(', made of another load ') for line in
+    ratios = [line.split(' own model ')[1].split(', made of another load ') for line in
               told.splitlines() if 'over the error of its file' in line]
     assert len(ratios) == 2
     for own, others in ratios:
