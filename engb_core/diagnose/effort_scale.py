@@ -36,7 +36,7 @@ __all__ = ['Factors', 'with_effort_scale']
 SCALE, LOAD = 'effort_scale_error', 'load_stiffness_error'
 # What says that the load curve is off as a whole, or that torque is lost from the smallest efforts
 # on, which is a scale with two numbers more: judged anew beside the scale of effort.
-IN_PLACE = (LOAD, 'contact_shift', 'torque_offset', 'torque_saturation')
+SCALE_LIKE = (LOAD, 'contact_shift', 'torque_offset', 'torque_saturation')
 # How far apart the logarithms of two wrong numbers' factors are at most usually.
 APART = math.sqrt(2.0) * BELIEVED
 
@@ -91,7 +91,7 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
     if scene.largest_load <= 0.0 or {SCALE, LOAD} & given or chosen.hypothesis.onsets \
             or refitted(fitter) or was_refitted(fitter):
         return selection
-    start = _without_what_may_be_it(fitter, chosen)
+    start = _without_scale_like(fitter, chosen)
     factors = _factors(fitter, start)
     if factors is None or factors.one_cause() < LARGER_PART:
         return selection
@@ -105,9 +105,9 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
                    believed={SCALE: (factors.one_cause(), LOAD)})
 
 
-def _without_what_may_be_it(fitter: Fitter, fit: Fit) -> Fit:
+def _without_scale_like(fitter: Fitter, fit: Fit) -> Fit:
     for place in reversed(range(len(fit.hypothesis.variants))):
-        if fit.hypothesis.variants[place].effect.id in IN_PLACE:
+        if fit.hypothesis.variants[place].effect.id in SCALE_LIKE:
             fit = fitter.without(fit, place)
     return fit
 
