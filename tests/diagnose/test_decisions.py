@@ -286,9 +286,9 @@ def test_a_gain_that_falls_below_the_file_s_is_no_finding():
     assert numbers._named(fitter, explained, 'load_gain', 1.0).value == 0.2
 
 
-def test_movers_of_the_load_are_taken_off_before_a_scale_is_asked():
-    names = (*effort_scale.MOVERS, 'backlash')[-2:]
-    left = effort_scale._without_movers(SimpleNamespace(without=lambda fit, place: Level(
+def test_what_a_scale_may_stand_in_place_of_is_taken_off_before_one_is_asked():
+    names = (*effort_scale.SCALE_LIKE, 'backlash')[-2:]
+    left = effort_scale._without_scale_like(SimpleNamespace(without=lambda fit, place: Level(
         tuple(name for index, name in enumerate(fit.names) if index != place), 0.0)),
         Level(names, 0.0))
     assert left.names == ('backlash',)
