@@ -39,6 +39,7 @@ from engb_core.recording import Recording
 from engb_core.signals.data_faults import cleaned
 
 from .nominal import low_pass
+from .real_sets import sets_in
 
 __all__ = ['main', 'nominal_model', 'Pendulum', 'Run', 'runs_in', 'Servo', 'slow_strokes',
            'Transfer', 'transferred', 'with_what_was_found']
@@ -208,16 +209,19 @@ def _diagnosed(home: Path) -> dict:
     kept = home / 'diagnosis.json'
     if not kept.exists():
         model = load_model(home / 'nominal.yaml')
-        found = diagnose(_recordings(home, 'train', model), model,
-                         _recordings(home, 'holdout', model))
+        train, holdout = _recordings(home, model)
+        found = diagnose(train, model, holdout)
         found.model.save(home / 'model.yaml')
         # Written last: it says that all is there.
         kept.write_text(to_json(found), 'utf8')
     return dict(json.loads(kept.read_text('utf8')))
 
 
-def _recordings(home: Path, part: str, model: Model) -> list[Recording]:
-    return [read(path, model) for path in sorted(home.glob(f'{part}*'))]
+def _recordings(home: Path, model: Model) -> tuple[list[Recording], list[Recording]]:
+    """Return what may be fitted of a set, and what is held out."""
+    one, = sets_in(home)
+    train, holdout = ([read(path, model) for path in paths] for paths in (one.train, one.holdout))
+    return train, holdout
 
 
 def _line(name: str, diagnosis: dict) -> str:
@@ -254,8 +258,8 @@ def transferred(homes: Sequence[Path]) -> list[Transfer]:
     rows = []
     for home in homes:
         # As a diagnosis does: without samples that cannot be true.
-        train, holdout = ([cleaned(recording, files[home])[0] for recording in
-                           _recordings(home, part, files[home])] for part in ('train', 'holdout'))
+        train, holdout = ([cleaned(recording, files[home])[0] for recording in recordings]
+                          for recordings in _recordings(home, files[home]))
         problem = problem_of(train, files[home], holdout)
         refit = Fitter(problem).base()
         others = [_left(problem, with_what_was_found(files[home], files[other], found[other]))

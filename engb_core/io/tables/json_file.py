@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 import json
 from pathlib import Path
@@ -20,7 +20,8 @@ __all__ = ['json_table']
 
 Array = NDArray[np.float64]
 
-# A text of JSON takes this many times its size in memory once it is read.
+# So many times its size a text of records takes in memory while it is read, as loggers write them
+# (6.5 times, six numbers of six digits a record).
 _GROWS = 8
 # Objects within objects that are looked into.
 _DEEPEST = 8
@@ -41,7 +42,7 @@ def json_table(path: Path) -> ArrayTable:
         content = _content(text)
     except (ValueError, RecursionError) as error:
         raise damaged(path, 'not usable JSON', error) from error
-    columns = dict(_columns(content, '', _DEEPEST))
+    columns = dict(_columns(content))
     return ArrayTable(path, 'JSON', {name: (values.shape, '', partial(np.asarray, values))
                                      for name, values in columns.items()})
 
@@ -56,34 +57,36 @@ def _content(text: str) -> object:
         return [json.loads(line) for line in lines]
 
 
-def _columns(content: object, name: str, deep: int) -> Iterator[tuple[str, Array]]:
-    """Yield the columns (n,) of numbers below a value, by the names on the way to them; a list of
+def _columns(content: object) -> Iterator[tuple[str, Array]]:
+    """Yield the columns (n,) of numbers within a file, by the names on the way to them; a list of
     records adds none, as what it is called says nothing of its columns."""
-    if isinstance(content, dict) and deep:
-        for key, value in content.items():
-            yield from _columns(value, f'{name}.{key}' if name else str(key), deep - 1)
-    elif isinstance(content, list) and any(isinstance(entry, dict) for entry in content):
-        yield from _of_records([entry if isinstance(entry, dict) else {} for entry in content])
-    elif isinstance(content, list) and name:
-        yield from _of_values(content, name)
+    for name, value in _leaves(content):
+        if isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+            yield from _of_records([entry if isinstance(entry, dict) else {} for entry in value])
+        elif isinstance(value, list) and name:
+            yield from _of_values(value, name)
 
 
 def _of_records(records: list[dict[str, Any]]) -> Iterator[tuple[str, Array]]:
-    flat = [dict(_fields(record, '', _DEEPEST)) for record in records]
+    flat = [dict(_leaves(record, of_lists=True)) for record in records]
     for name in dict.fromkeys(key for record in flat for key in record):
         yield from _of_values([record.get(name) for record in flat], name)
 
 
-def _fields(value: object, name: str, deep: int) -> Iterator[tuple[str, object]]:
-    """Yield the values within a record, by the names on the way to them."""
-    if isinstance(value, dict) and deep:
-        for key, entry in value.items():
-            yield from _fields(entry, f'{name}.{key}' if name else str(key), deep - 1)
-    elif isinstance(value, list) and len(value) <= MOST_COLUMNS and deep:
-        for place, entry in enumerate(value):
-            yield from _fields(entry, f'{name}.{place}', deep - 1)
-    else:
+def _leaves(value: object, name: str = '', deep: int = _DEEPEST, of_lists: bool = False,
+            ) -> Iterator[tuple[str, object]]:
+    """Yield what no object holds any further, and `of_lists` no short list, by the names on the
+    way to it."""
+    inner: Iterable[tuple[object, object]] | None = None
+    if isinstance(value, dict):
+        inner = value.items()
+    elif of_lists and isinstance(value, list) and len(value) <= MOST_COLUMNS:
+        inner = enumerate(value)
+    if inner is None or not deep:
         yield name, value
+        return
+    for key, entry in inner:
+        yield from _leaves(entry, f'{name}.{key}' if name else str(key), deep - 1, of_lists)
 
 
 def _of_values(values: list[Any], name: str) -> Iterator[tuple[str, Array]]:

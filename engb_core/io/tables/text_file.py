@@ -325,19 +325,26 @@ def _titles(above: list[list[str]], width: int) -> tuple[list[str], list[str]]:
         last = [cell.strip().lstrip('#').strip() for cell in above[-1]] if above else []
         return (last, []) if len(last) > 1 else ([], [])
     units: list[str] = []
-    labels = {place for place, cell in enumerate(rows[-1]) if _UNITS_LABEL.match(cell)}
-    if len(rows) > 1 and labels:
-        # Below the labels stands what the channel behind them is written over.
-        over_time = {place for row in above for place, cell in enumerate(row)
-                     if place in labels and _INTERVAL_LABEL.match(cell.strip())}
-        rows = [['' if place in labels else cell for place, cell in enumerate(row)]
-                for row in rows[-2:]]
-        for place in over_time:
-            rows[-2][place], rows[-1][place] = 'time', 's'
+    if len(rows) > 1:
+        rows = _without_labels(rows, above)
     if len(rows) > 1 and _are_units(rows[-1]):
         units = [re.sub(r'^[\[(<]|[\])>]$', '', cell).strip() for cell in rows[-1]]
         rows = rows[:-1]
     return rows[-1], units
+
+
+def _without_labels(rows: list[list[str]], above: list[list[str]]) -> list[list[str]]:
+    """Return the rows of titles, the last one that of their units if there is one, without cells
+    that say in front of a row what stands in it: below these is what the channel behind them is
+    written over, time where an interval is told among the rows `above` the numbers."""
+    labels = {place for place, cell in enumerate(rows[-1]) if _UNITS_LABEL.match(cell)}
+    if not labels:
+        return rows
+    over_time = {place for row in above for place, cell in enumerate(row)
+                 if place in labels and _INTERVAL_LABEL.match(cell.strip())}
+    return [[known if place in over_time else '' if place in labels else cell
+             for place, cell in enumerate(row)]
+            for row, known in zip(rows[-2:], ('time', 's'), strict=True)]
 
 
 def _are_units(row: list[str]) -> bool:
