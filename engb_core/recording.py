@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engb_core.errors import InputError
+from engb_core.repeated_stamps import one_stamp_each
 
 __all__ = ['Recording', 'Reference', 'Signal']
 
@@ -133,22 +134,20 @@ class Recording:
         if np.any(np.diff(stamp[order]) < 0):
             order = order[np.argsort(stamp[order], kind='stable')]
             told.append('samples out of order were sorted by their stamp')
-        step = np.diff(stamp[order])
-        doubled = np.flatnonzero(step <= 0) + 1
-        if doubled.size:
-            told.append(f'{doubled.size} samples with a stamp seen before left out')
-            order = np.delete(order, doubled)
+        kept, spread, repaired = one_stamp_each(stamp[order], [entry[order] for entry in columns])
+        order = order[kept]
+        told += repaired
         if order.size < MINIMUM_SAMPLES:
             raise InputError(
                 f'{name}: joint_states holds {order.size} usable samples, at least '
                 f'{MINIMUM_SAMPLES} are needed; '
                 + (f'their stamps differ by {float(np.ptp(stamp[good])):.2g} s in all: check the '
                    'unit of time' if good.sum() >= MINIMUM_SAMPLES else 'record a longer run'))
-        start = float(stamp[order[0]])
-        _refuse_bursts(name, stamp[order])
+        start = float(spread[0])
+        _refuse_bursts(name, spread)
         return cls(
             name=name,
-            time=stamp[order] - start,
+            time=spread - start,
             position=columns[0][order],
             effort=np.full(order.size, np.nan) if effort is None else columns[1][order],
             velocity=columns[-1][order] if velocity is not None else None,

@@ -52,9 +52,10 @@ def evenly_timed(recording: Recording) -> Recording:
 def _even_times(time: Array) -> Array:
     """Return the times (n,) [s] of evenly taken samples that arrived at `time`, some of them lost.
     """
+    # A late stamp makes one step long and the next one short, and lost samples one several times
+    # as long: rounded to whole steps both are counted right on the whole.
     apart = np.diff(time)
-    # Without the steps beside lost samples.
-    step = float(np.mean(apart[apart < 1.5 * np.median(apart)]))
+    step = float(np.sum(apart) / np.sum(np.round(apart / np.median(apart))))
     for _ in range(2):
         number = _numbers(time, step)
         step = float(np.polyfit(number, time, 1)[0])

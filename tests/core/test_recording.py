@@ -57,6 +57,44 @@ def test_doubled_samples_are_left_out():
     assert recording.notes == ('3 samples with a stamp seen before left out',)
 
 
+@pytest.mark.parametrize('rounded', [np.floor, np.round])
+def test_no_sample_is_lost_where_the_time_has_too_few_digits(rounded):
+    # 0.01 s at 1 kHz: ten samples share a stamp, and many are alike where the shaft stands.
+    given = samples(2000)
+    given['position'] = np.maximum(given['position'] - 1.0, 0.0)
+    given['effort'] = np.where(given['position'] > 0.0, given['effort'], 0.1)
+    given['velocity'] = np.where(given['position'] > 0.0, given['velocity'], 0.0)
+    place = np.arange(2000)
+    recording = Recording.from_samples('run', **(given | {
+        'time': START + rounded(0.1 * place + 0.01) / 100.0}))
+    np.testing.assert_array_equal(recording.position, given['position'])
+    off = recording.time - 0.001 * place
+    assert np.std(off[10:-10]) < 1e-4
+    assert np.all(np.diff(recording.time) > 0.0)
+    assert 'samples share the stamp of another one' in recording.notes[0]
+    assert len(recording.notes) == 1
+
+
+def test_samples_that_leave_a_queue_at_once_are_all_there():
+    given = samples(1000)
+    late = given['time'].copy()
+    for first in range(50, 950, 100):
+        late[first:first + 4] = late[first + 3]
+    recording = Recording.from_samples('run', **(given | {'time': late}))
+    np.testing.assert_allclose(recording.time, given['time'] - START, atol=1e-6)
+
+
+def test_a_pause_before_rounded_stamps_stays_one():
+    given = samples(2000)
+    rows = np.r_[np.arange(800), np.arange(1400, 2000)]
+    recording = Recording.from_samples('run', **{
+        name: (np.floor((value - START) * 100.0) / 100.0 if name == 'time' else value)[rows]
+        for name, value in given.items()})
+    step = np.diff(recording.time)
+    assert step.max() == pytest.approx(0.6, abs=0.01)
+    assert np.sort(step)[-2] < 2.5e-3
+
+
 @pytest.mark.parametrize('column', ['time', 'position', 'effort', 'velocity'])
 @pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf])
 def test_values_that_are_not_finite_are_left_out(column, value):

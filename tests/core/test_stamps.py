@@ -51,6 +51,18 @@ def test_even_samples_behind_a_queue_are_found(lost):
     assert [fault.fault for fault in cleaned(stamped, MODEL)[1]][0] == 'jittering_stamps'
 
 
+def test_samples_that_now_and_then_come_much_too_late_are_all_counted():
+    # A stamp that is late makes one step long and the next one short.
+    true = swing(1e-3)
+    random = np.random.default_rng(1)
+    size = true.time.size
+    late = np.where(random.random(size) < 0.08, random.exponential(0.45e-3, size), 0.0)
+    stamped = Recording.from_samples('late', np.maximum.accumulate(true.time + late),
+                                     true.position, true.effort)
+    found = evenly_timed(stamped)
+    np.testing.assert_allclose(np.diff(found.time), 1e-3, rtol=0.01)
+
+
 def test_stamps_of_uneven_samples_stand():
     whole = swing(STEP / 20.0)
     rows = np.arange(0, whole.time.size - 20, 20)

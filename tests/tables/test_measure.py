@@ -199,3 +199,18 @@ def test_an_angle_of_a_turn_without_jumps_stays(tmp_path):
 def test_a_question_of_another_kind_is_a_fault_of_the_program():
     with pytest.raises(ValueError, match='no question is answered by --rites'):
         Request().told('--rites', '', '1')
+
+
+def test_times_with_too_few_digits_lose_no_row(tmp_path):
+    fine = np.arange(4000) * 0.001
+    angle = 1.2 * np.sin(2.0 * fine)
+    path = csv(tmp_path, t__s=np.floor(fine * 100.0) / 100.0, phi__rad=angle,
+               M__Nm=0.3 * np.cos(2.0 * fine), reference__rad=angle + 0.01)
+    measured, _ = measured_of(path, Request(ask=None))
+    np.testing.assert_allclose(measured.columns['position'], angle, atol=1e-7)
+    assert np.std((measured.time - fine)[20:-20]) < 1e-4
+    recording = measured.recording()
+    assert recording.time.size == fine.size
+    assert any('share the stamp of another' in note for note in recording.notes)
+    # What was tracked has the times of its rows.
+    np.testing.assert_allclose(recording.reference.time, recording.time, atol=1e-12)

@@ -20,6 +20,7 @@ from engb_core.io.tables.roles import is_current, QUANTITIES, Roles, roles_of
 from engb_core.io.tables.table import Channel, Table
 from engb_core.io.tables.units import named, Unit, unit_of, units_of
 from engb_core.recording import Recording, Reference, Signal
+from engb_core.repeated_stamps import one_stamp_each
 from engb_core.text.printable import printable
 
 __all__ = ['Measured', 'measured_of']
@@ -298,7 +299,7 @@ def _on_one_clock(path: Path, table: Table, roles: dict[str, int], units: dict[s
         series[role] = (time, values)
         told.append(_sentence(table, role, place, units[role], request))
     _refuse_dead_clock(path, series['position'][0])
-    time, columns = _aligned(series, notes)
+    time, columns = _with_a_stamp_each(*_aligned(series, notes), notes)
     joint_type = 'prismatic' if units['position'].quantity == 'length' else 'revolute'
     if joint_type == 'revolute':
         for role in ('position', 'reference'):
@@ -398,12 +399,28 @@ def _aligned(series: Mapping[str, tuple[Array, Array]], notes: list[str],
     return time, columns
 
 
+def _with_a_stamp_each(time: Array, columns: dict[str, Array], notes: list[str],
+                       ) -> tuple[Array, dict[str, Array]]:
+    """Return rows whose times were written with too few digits with a time each: all that is told
+    of a row, what was tracked as well, has the same."""
+    rows = np.flatnonzero(np.isfinite(time))
+    if np.any(np.diff(time[rows]) < 0.0):
+        return time, columns
+    told = [columns[role] for role in ('position', 'effort', 'velocity') if role in columns]
+    kept, stamps, repaired = one_stamp_each(time[rows], [values[rows] for values in told])
+    if not repaired:
+        return time, columns
+    notes += repaired
+    return stamps, {role: values[rows[kept]] for role, values in columns.items()}
+
+
 def _finite(time: Array, values: Array) -> tuple[Array, Array]:
-    good = np.isfinite(time) & np.isfinite(values)
-    time, first = np.unique(time[good], return_index=True)
-    if time.size < 2:
+    good = np.flatnonzero(np.isfinite(time) & np.isfinite(values))
+    order = good[np.argsort(time[good], kind='stable')]
+    kept, stamps, _ = one_stamp_each(time[order], [values[order]])
+    if stamps.size < 2:
         raise InputError('a signal holds fewer than two samples')
-    return time, values[good][first]
+    return stamps, values[order[kept]]
 
 
 def _interval(time: Array) -> float:
