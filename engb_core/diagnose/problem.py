@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import CHANCE
+from engb_core.diagnose.effort_rounding import rounding_noise
 from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.parallel_map import OwnSamples
 from engb_core.diagnose.position_noise import position_noise
@@ -336,7 +337,9 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
             motion, comparison, max(1, round(0.8 / bandwidth / motion.step)))
         if standing is None:
             standing = noise_in_motion(motion, comparison, bandwidth, left())
-        noise = max(standing, resolution) / np.sqrt(comparison.scale)
+        # Nor does a shaft at rest show what rounding does to an effort that changes.
+        noise = np.maximum(max(standing, resolution) / np.sqrt(comparison.scale),
+                           rounding_noise(recording, motion, comparison))
     noise = np.hypot(noise, counts)
     smooth = filtered(motion.effort, comparison.taps)
     rate = np.abs(np.gradient(smooth, motion.step))[comparison.grid]

@@ -14,6 +14,7 @@ from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.score import probability
 from engb_core.diagnose.score.probability import closer_odds, further_known, part_left
 from engb_core.diagnose.score.ranking import worth_having
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square_of
 
 from .simulated_brake import brake_with, lively, NOMINAL
 
@@ -59,6 +60,15 @@ def test_what_is_left_is_asked_where_no_fit_has_looked(fitter):
     assert part_left(fitter, base, scaled(base, ~fitter.fitted, 0.5)) == pytest.approx(
         0.25, abs=0.05)
     assert part_left(fitter, base, scaled(base, ~fitter.fitted, 0.0)) == 0.0
+
+
+def test_what_takes_away_next_to_nothing_of_a_little_leaves_it(fitter):
+    """Of an excess that is not much more than the noise may be off, a tenth is not most."""
+    base = fitter.base()
+    level = np.sqrt(1.5 / reduced_chi_square_of(base, fitter, ~fitter.fitted))
+    base = scaled(base, np.array(True), float(level))
+    assert part_left(fitter, base, scaled(base, np.array(True), np.sqrt(1.45 / 1.5))) > 0.7
+    assert part_left(fitter, base, scaled(base, np.array(True), np.sqrt(1.2 / 1.5))) == 0.0
 
 
 def test_what_lies_in_no_stretch_left_out_is_asked_of_all(fitter):

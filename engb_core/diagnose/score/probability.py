@@ -82,15 +82,15 @@ def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:
 
     What is fitted takes away more of the stretches that it is fitted to than it explains: with
     enough effects nearly all. Where what is left out holds nothing to explain (a thing that
-    happened once), all that was recorded is asked. No more is left than noise whose level is known
-    so well can be.
+    happened once), all that was recorded is asked. The noise may be so much more than it is thought
+    to be, in what is left as in what there was: a fit that takes away next to nothing leaves all.
     """
     unseen = ~fitter.fitted
     for rows in (unseen, np.ones_like(unseen)):
         missed = reduced_chi_square_of(before, fitter, rows) - 1.0
         if missed > CLEAN_EXCESS:
-            left = reduced_chi_square_of(after, fitter, rows) - 1.0 - CLEAN_EXCESS
-            return min(1.0, max(0.0, left) / missed)
+            left = reduced_chi_square_of(after, fitter, rows) - 1.0
+            return min(1.0, max(0.0, left - CLEAN_EXCESS) / (missed - CLEAN_EXCESS))
     return 0.0
 
 
