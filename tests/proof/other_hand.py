@@ -84,10 +84,9 @@ def _torque(model: dict, position: np.ndarray, rate: float) -> np.ndarray:
 
 def _on_grid(model: dict, position: np.ndarray, rate: float) -> np.ndarray:
     """The model's torque on the motion as it was logged at `rate`, back on the grid of 1 ms."""
-    every = int(round(1000.0 / rate))
-    torque = _torque(model, position[::every], rate)
     ticks = np.arange(position.size)
-    return torque if every == 1 else np.interp(ticks, ticks[::every], torque)
+    taken = np.arange(0.0, position.size, 1000.0 / rate)
+    return np.interp(ticks, taken, _torque(model, np.interp(taken, ticks, position), rate))
 
 
 def _known(case: Path, facts: dict, arrays: dict[str, np.ndarray]) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from engb_ros.commands.main import main
-from tests.proof.other_hand import cases_in, other_truth
+from tests.proof.other_hand import _on_grid, cases_in, other_truth
 from tests.proof.score import score
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -121,3 +121,16 @@ def test_a_case_is_diagnosed_on_its_other_motion(tmp_path: Path,
     assert 'holds the proof of other cases' in capsys.readouterr().err
     assert main(['prove', '--other-motion', '--out', str(tmp_path / 'new')]) == 2
     assert '--other-motion belongs to --cases-from' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('rate', [125.0, 250.0, 400.0])
+def test_what_the_nominal_model_misses_is_told_at_any_rate(rate: float) -> None:
+    # 400 Hz does not divide the grid of 1 ms.
+    time = np.arange(4000) * 1e-3
+    motion = 3.0 * np.sin(2.0 * np.pi * 0.7 * time)
+    model = {'motor': {'inertia': 1e-3, 'viscous_friction': 0.0},
+             'load_torque': {'coefficients': [0.0, 0.1], 'contact_angle': None},
+             'friction': {'coulomb': 0.0, 'load_gain': 0.0, 'saturation_velocity': 1.0}}
+    needed = (0.1 - 1e-3 * (2.0 * np.pi * 0.7) ** 2) * motion
+    told = _on_grid(model, motion, rate)
+    np.testing.assert_allclose(told[200:-200], needed[200:-200], atol=0.01 * np.ptp(needed))
