@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engb_core.errors import InputError
-from engb_core.repeated_stamps import one_stamp_each
+from engb_core.repeated_stamps import one_stamp_each, usual_interval
 
 __all__ = ['Recording', 'Reference', 'Signal']
 
@@ -166,8 +166,9 @@ class Recording:
 
     @property
     def interval(self) -> float:
-        """The usual time between two samples [s]."""
-        return float(np.median(np.diff(self.time)))
+        """The usual time between two samples [s], and that between their stamps unless samples
+        left a queue in bursts."""
+        return usual_interval(self.time)
 
     @property
     def duration(self) -> float:

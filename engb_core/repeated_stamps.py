@@ -1,5 +1,5 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""Samples that share a stamp: told twice by a recorder, or taken within one digit of the time.
+"""Samples that share a stamp, or nearly: told twice, within one digit, or out of a queue.
 
 A recorder that writes a sample twice writes all of it twice. Where samples of one stamp differ,
 each was taken: the time was written with too few digits (0.01 s at 1 kHz), or several came out of
@@ -14,9 +14,30 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['one_stamp_each']
+__all__ = ['come_in_bursts', 'one_stamp_each', 'usual_interval']
 
 Array = NDArray[np.float64]
+
+# So many samples take several bursts of a queue; where more than this part of them come closer
+# together than half of what they take on the whole, they come in bursts.
+BURSTS, CLOSE = 50, 0.25
+
+
+def usual_interval(time: Array) -> float:
+    """Return the usual time [s] between samples that were stamped at `time` (n,), which increases:
+    the median; what samples take over several bursts where they come in bursts."""
+    return _on_the_whole(time) if come_in_bursts(time) else float(np.median(np.diff(time)))
+
+
+def come_in_bursts(time: Array) -> bool:
+    """Return whether samples left a queue several at once: an adapter that is polled, a host that
+    was busy."""
+    return time.size > 2 * BURSTS and float(np.quantile(np.diff(time), CLOSE)) \
+        < 0.5 * _on_the_whole(time)
+
+
+def _on_the_whole(time: Array) -> float:
+    return float(np.median(time[BURSTS:] - time[:-BURSTS])) / BURSTS
 
 
 def one_stamp_each(stamp: Array, columns: Sequence[Array],

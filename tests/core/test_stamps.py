@@ -63,6 +63,32 @@ def test_samples_that_now_and_then_come_much_too_late_are_all_counted():
     np.testing.assert_allclose(np.diff(found.time), 1e-3, rtol=0.01)
 
 
+def test_samples_that_leave_a_queue_in_bursts_are_found():
+    # An adapter that is polled: one to six samples within tens of microseconds, stamped then.
+    true = swing()
+    random = np.random.default_rng(4)
+    stamp, first = true.time.copy(), 0
+    while first < stamp.size:
+        last = min(first + random.integers(1, 7), stamp.size)
+        arrives = stamp[last - 1] + 0.25e-3 + random.exponential(0.25e-3)
+        stamp[first:last] = arrives + np.cumsum(random.uniform(15e-6, 60e-6, last - first))
+        first = last
+    stamped = Recording.from_samples('run', np.maximum.accumulate(stamp), true.position,
+                                     true.effort)
+    assert stamped.interval == pytest.approx(STEP, rel=0.01)
+    found = evenly_timed(stamped)
+    np.testing.assert_allclose(np.diff(found.time), STEP, rtol=0.01)
+    assert [fault.fault for fault in cleaned(stamped, MODEL)[1]][0] == 'jittering_stamps'
+
+
+def test_a_recording_of_bursts_that_were_taken_so_stands():
+    whole = swing(STEP / 40.0)
+    rows = (np.arange(0, whole.time.size - 200, 200)[:, None] + np.arange(5)).ravel()
+    bursts = replace(whole, time=whole.time[rows], position=whole.position[rows],
+                     effort=whole.effort[rows])
+    assert evenly_timed(bursts) is bursts
+
+
 def test_stamps_of_uneven_samples_stand():
     whole = swing(STEP / 20.0)
     rows = np.arange(0, whole.time.size - 20, 20)
