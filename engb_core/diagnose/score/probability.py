@@ -82,8 +82,9 @@ def part_left(fitter: Fitter, before: Fit, after: Fit) -> float:
 
     What is fitted takes away more of the stretches that it is fitted to than it explains: with
     enough effects nearly all. Where what is left out holds nothing to explain (a thing that
-    happened once), all that was recorded is asked. The noise may be so much more than it is thought
-    to be, in what is left as in what there was: a fit that takes away next to nothing leaves all.
+    happened once), all that was recorded is asked. The noise may be so much more than it is
+    thought to be, in what is left as in what there was: a fit that takes away next to nothing
+    leaves all.
     """
     unseen = ~fitter.fitted
     for rows in (unseen, np.ones_like(unseen)):
