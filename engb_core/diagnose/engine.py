@@ -67,6 +67,7 @@ from engb_core.diagnose.resonance.wide_band import (
     resonance_beside,
 )
 from engb_core.diagnose.resonance.wind_up import with_resonance
+from engb_core.diagnose.score.noise_level import predicted_of_noise, with_less_noise
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search.every_effect import search
 from engb_core.diagnose.search.more_orders import without_idle_orders
@@ -227,8 +228,9 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
     this makes up, the corrected model, what the library says with its models, whether the file has
-    no load torque (what has to be identified first needs no law), the law that won, and by how
-    much torque and effort are apart within a sample."""
+    no load torque (what has to be identified first needs no law), the law that won, by how much
+    torque and effort are apart within a sample, and which part of the noise's mean square is noise
+    (None: all)."""
 
     fitter: Fitter
     selection: Selection
@@ -242,10 +244,13 @@ class _Outcome:
     load_is_absent: bool = False
     law: Won | None = None
     timing: Timing | None = None
+    noise_part: float | None = None
 
     def judged_on(self, problem: Problem) -> Problem:
-        """Return the problem with the onsets of what the corrected model holds."""
-        return replace(problem, onsets=self.explanation.fit.hypothesis.onsets)
+        """Return the problem with the onsets of what the corrected model holds, and with the noise
+        that this was judged by."""
+        noise = problem if self.noise_part is None else with_less_noise(problem, self.noise_part)
+        return replace(noise, onsets=self.explanation.fit.hypothesis.onsets)
 
 
 def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
@@ -254,6 +259,13 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     tell('refitting the nominal numbers')
     by_form = search(fitter, tell, found)
     nominal, selection = fitter.nominal(), select(by_form)
+    noise_part = predicted_of_noise(by_form) if selection.consistent else None
+    if noise_part is not None:
+        tell('beginning again: most of what passed for noise can be predicted')
+        problem = with_less_noise(problem, noise_part)
+        fitter = Fitter(problem, threads)
+        by_form = search(fitter, tell)
+        nominal, selection = fitter.nominal(), select(by_form)
     by_file = fitter, nominal, selection
     if not selection.consistent:
         tell('asking whether the load curve has another form')
@@ -309,7 +321,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         told = _without_names(fitter, explanation, findings)
         return _Outcome(fitter, selection, told.explanation, [], absent.residual, 'unexplained',
                         absent.unexplained(fitter), absent.corrected(problem.model, fitter),
-                        told, load_is_absent=True)
+                        told, load_is_absent=True, noise_part=noise_part)
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, mismatch, selection.further)
@@ -338,7 +350,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         tell('fitting the numbers to all that may be fitted')
         corrected = fitted_to_all(fitter, certain, certain.models.index(corrected))
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
-                    unexplained, corrected, told, timing=timing)
+                    unexplained, corrected, told, timing=timing, noise_part=noise_part)
 
 
 def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:

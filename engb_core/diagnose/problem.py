@@ -31,6 +31,7 @@ from engb_core.signals.filtering import (
     noise_in_motion,
     noise_of_polled,
     slowest_speed,
+    turns_nowhere,
 )
 from engb_core.signals.held_effort import EFFORT_TAKEN
 from engb_core.signals.motion import (
@@ -43,6 +44,7 @@ from engb_core.signals.motion import (
 )
 from engb_core.signals.motion_band import (
     COMPARED,
+    count_of,
     outweighed_from,
     position_variance,
     told_up_to,
@@ -69,6 +71,9 @@ LEAST_POINTS = 40
 # sample: where effort changes fast, that is the larger part of what can't be known.
 TIMING = 4e-4
 TIMING_OF_SAMPLE = 0.2
+# Positions of a shaft that rests lie within two counts, and within so many deviations of their
+# noise, which is what hundreds of Gaussian values range over.
+RESTING_COUNTS, RANGE_OF_NOISE = 2.0, 6.0
 
 
 @dataclass(frozen=True)
@@ -332,13 +337,9 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
                                recording.signals[EFFORT_TAKEN].value)
         noise = np.full(time.size, max(told, resolution))
     else:
-        # Above the corner of the low-pass second differences are blind to what the motion needs.
-        standing = None if mostly_white(recording) else low_passed_noise(
-            motion, comparison, max(1, round(0.8 / bandwidth / motion.step)))
-        if standing is None:
-            standing = noise_in_motion(motion, comparison, bandwidth, left())
+        told = _noise_of_effort(recording, motion, comparison, bandwidth, position, left())
         # Nor does a shaft at rest show what rounding does to an effort that changes.
-        noise = np.maximum(max(standing, resolution) / np.sqrt(comparison.scale),
+        noise = np.maximum(max(told, resolution) / np.sqrt(comparison.scale),
                            rounding_noise(recording, motion, comparison))
     noise = np.hypot(noise, counts)
     smooth = filtered(motion.effort, comparison.taps)
@@ -347,3 +348,24 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
     return Run(recording, motion, OwnSamples(motion.samples()), comparison,
                comparison(motion.effort), noise, counts, np.hypot(noise, timing * rate), rate,
                fitted, held_out, position)
+
+
+def _noise_of_effort(recording: Recording, motion: Motion, comparison: Comparison,
+                     bandwidth: float, position: SamplingNoise, left: Array) -> float:
+    """Return the noise of the filtered effort [N·m]: while the shaft rests or creeps one way;
+    where it never does, the less of what a standing one shows, which may turn back and its
+    friction with it, and of what a moving one shows, which holds something of what the model
+    lacks. `left` (n,) is what the model leaves of the effort."""
+    # Above the corner of the low-pass second differences are blind to what the motion needs.
+    stride = max(1, round(0.8 / bandwidth / motion.step))
+    standing = None
+    if not mostly_white(recording):
+        apart = (RESTING_COUNTS * count_of(recording.position) * (1.0 + 1e-6)
+                 + RANGE_OF_NOISE * position.white)
+        resting = low_passed_noise(motion, comparison, stride, turns_nowhere(
+            recording, motion, comparison, stride, apart))
+        if resting is not None:
+            return resting
+        standing = low_passed_noise(motion, comparison, stride)
+    moving = noise_in_motion(motion, comparison, bandwidth, left)
+    return moving if standing is None else min(standing, moving)

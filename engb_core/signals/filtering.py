@@ -23,7 +23,8 @@ from engb_core.signals.order_periodogram import order_periodogram
 from engb_core.signals.spread import robust_deviation
 
 __all__ = ['ABOVE_BAND', 'Comparison', 'comparison_of', 'judgeable', 'low_passed_noise',
-           'mostly_white', 'noise_in_motion', 'noise_of', 'noise_of_polled', 'slowest_speed']
+           'mostly_white', 'noise_in_motion', 'noise_of', 'noise_of_polled', 'slowest_speed',
+           'turns_nowhere']
 
 Array = NDArray[np.float64]
 
@@ -302,16 +303,25 @@ def _incoherent(values: Array, laws: list[Array], judged: NDArray[np.bool_], ind
     return rest
 
 
-def low_passed_noise(motion: Motion, comparison: Comparison, stride: int) -> float | None:
+def low_passed_noise(motion: Motion, comparison: Comparison, stride: int,
+                     rests: NDArray[np.bool_] | None = None) -> float | None:
     """Return the noise of the filtered effort while the shaft stands [N·m]; None: it never does.
 
     White noise is a guess; a current sensor's is coloured. At standstill effort is the loop's
     constant plus noise, and second differences over `stride` samples of the grid see the noise in
     the very band in which models are compared.
+
+    Args:
+        motion: the run.
+        comparison: its filter.
+        stride: of the differences [samples].
+        rests: (n,) where the shaft is known to rest or to creep one way; None: wherever it may.
+            Where it turns back, its friction does as well.
     """
-    reach = comparison.taps.size // 2
-    standing = minimum_filter1d((comparison.weight == 0.0) & motion.known,
-                                2 * (reach + stride) + 1)
+    standing = (comparison.weight == 0.0) & motion.known
+    if rests is not None:
+        standing &= rests
+    standing = minimum_filter1d(standing, _seen(comparison, stride))
     whole = Comparison(comparison.taps, np.arange(motion.time.size, dtype=np.int64),
                        np.ones(motion.time.size), np.ones(motion.time.size),
                        1.0)
@@ -321,3 +331,20 @@ def low_passed_noise(motion: Motion, comparison: Comparison, stride: int) -> flo
     if difference.size < 40 * stride:
         return None
     return float(robust_deviation(difference) / np.sqrt(6.0))
+
+
+def turns_nowhere(recording: Recording, motion: Motion, comparison: Comparison, stride: int,
+                  apart: float) -> NDArray[np.bool_]:
+    """Return where (n,) the recorded position rests or creeps one way, but for so many radians,
+    over all that one of `low_passed_noise`'s differences sees."""
+    position = np.interp(motion.time, recording.time, recording.position)
+    width = _seen(comparison, stride)
+    ranges = maximum_filter1d(position, width) - minimum_filter1d(position, width)
+    ends = np.pad(position, width // 2, mode='edge')
+    on_the_whole = np.abs(ends[width - 1:] - ends[:position.size])
+    found: NDArray[np.bool_] = ranges - on_the_whole <= apart
+    return found
+
+
+def _seen(comparison: Comparison, stride: int) -> int:
+    return 2 * (comparison.taps.size // 2 + stride) + 1
