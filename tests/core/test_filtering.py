@@ -20,6 +20,7 @@ from engb_core.signals.filtering import (
     judgeable,
     low_passed_noise,
     noise_of,
+    turns_nowhere,
 )
 from engb_core.signals.motion import Motion, motion_of
 
@@ -217,3 +218,28 @@ def test_a_turn_before_a_stop_belongs_to_the_stop(motion):
     # Of a turn that does not lead to a stop everything is judged.
     swinging = replace(turned, velocity=20.0 * np.cos(2.0 * np.pi * (time + 0.25 * step)))
     assert judgeable(swinging, 1e-9, before_stop).all()
+
+
+def test_a_shaft_that_creeps_to_and_fro_does_not_rest():
+    """Its friction turns with it: most of that would pass for noise."""
+    rate, noise = 500.0, np.random.default_rng(7).normal(0.0, 0.002, 20_000)
+    time = np.arange(noise.size) / rate
+    # Strokes, with pauses between them in which a hand wavers by some ten counts.
+    phase = time % 4.0
+    moves = np.where(phase < 2.0, 10.0 * np.sin(np.pi * phase), 0.0)
+    wavers = np.where(phase >= 2.0, 0.012 * np.sin(2.0 * np.pi * 5.0 * time), 0.0)
+    count = 2.0 * np.pi / 8192
+    position = count * np.round((np.cumsum(moves) / rate + wavers) / count)
+    rubs = 0.02 * np.sign(moves + 0.012 * 2.0 * np.pi * 5.0 * np.cos(2.0 * np.pi * 5.0 * time)
+                          * (phase >= 2.0))
+    recording = Recording.from_samples('hand', time, position, rubs + noise)
+    motion = motion_of(recording)
+    comparison = comparison_of(motion, 20.0, 1.0)
+    stride = max(1, round(0.8 / 20.0 / motion.step))
+    true = 0.002 * comparison.noise_gain_whole
+    assert low_passed_noise(motion, comparison, stride) > 2.0 * true
+    turns = turns_nowhere(recording, motion, comparison, stride, 2.0 * count)
+    assert low_passed_noise(motion, comparison, stride, turns) is None
+    still = replace(recording, position=count * np.round(np.cumsum(moves) / rate / count))
+    rests = turns_nowhere(still, motion_of(still), comparison, stride, 2.0 * count)
+    assert rests[phase > 2.5].mean() > 0.8
