@@ -65,9 +65,10 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
     recording = timed if repeated else effort_as_taken(timed)
     held = EFFORT_TAKEN in recording.signals
     faults += _held(recording) if held else []
-    position_bad = _impossible(recording, model, noise)
     # Among values that stand for several samples each, neighbours tell no spike and no limit.
     effort_bad = np.zeros(recording.effort.size, bool) if held else _spikes(recording.effort)
+    most = float(np.max(np.abs(recording.effort[~effort_bad]), initial=0.0))
+    position_bad = _impossible(recording, model, noise, most)
     for bad, what in ((position_bad, 'position'), (effort_bad, 'effort')):
         if bad.any():
             times = recording.time[bad]
@@ -118,12 +119,14 @@ def _away_and_back(values: Array, count: int, when: Array | None = None) -> tupl
     return least, after - before
 
 
-def _impossible(recording: Recording, model: Model, noise: SamplingNoise) -> NDArray[np.bool_]:
+def _impossible(recording: Recording, model: Model, noise: SamplingNoise, effort: float,
+                ) -> NDArray[np.bool_]:
     """Return which positions (n,) a shaft cannot have had: the drive's whole torque and as much
     load, for and against it, would not bring it there and back in the time, nor is it the noise
-    of the encoder or of the times at which it is read."""
+    of the encoder or of the times at which it is read. `effort` is the largest recorded one
+    [N·m] that is no spike."""
     position, interval = recording.position, recording.interval
-    most = 4.0 * float(np.max(np.abs(recording.effort))) / model.motor.inertia
+    most = 4.0 * effort / model.motor.inertia
     quantum = quantum_of(position)
     bad = np.zeros(position.size, bool)
     if most == 0.0:

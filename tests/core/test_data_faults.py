@@ -60,6 +60,15 @@ def test_spikes_of_effort_are_left_out_and_told(healthy):
     np.testing.assert_array_equal(clean.time, np.delete(healthy.time, places))
 
 
+def test_a_jump_of_the_encoder_is_not_what_a_spike_of_effort_would_allow(healthy):
+    # At most 0.2 N·m drive the shaft; the spikes of 2 N·m never did.
+    position, effort = healthy.position.copy(), healthy.effort.copy()
+    position[[700, 1100]] += 0.06
+    effort[[300, 900, 1500]] += [2.0, -1.9, 2.1]
+    assert names(replace(healthy, position=position, effort=effort)) == ['position_glitch',
+                                                                         'effort_glitch']
+
+
 def test_lost_samples_and_jitter(healthy):
     keep = np.ones(healthy.time.size, bool)
     keep[400:440] = False
