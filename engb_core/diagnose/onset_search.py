@@ -25,19 +25,22 @@ from engb_core.diagnose.optimise.multistart import (
     search_around,
 )
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.score.ranking import price
+from engb_core.diagnose.score.ranking import price, simplest
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.diagnose.search.every_effect import physics_effects, variants_and_starts
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
+from engb_core.physics.nominal_torque import N_COULOMB
 
 __all__ = ['with_onset']
 
 Array = NDArray[np.float64]
 
-# Numbers of the load curve that may change at one moment, though a refit covers them throughout.
+# Numbers that may change at one moment, though a refit covers them throughout: of the load curve,
+# and what rubs whatever the load.
 _SUDDEN_NUMBERS = ('contact_shift', 'load_stiffness_error')
+_SUDDEN_FRICTION = 'coulomb_friction_error'
 # Effects that are fitted with an onset, the most promising ones, and how often it is found anew.
 FITTED, ROUNDS, AGAIN = 4, 6, 3
 # Weight with which a number is held that stands at its bound.
@@ -62,7 +65,7 @@ def with_onset(fitter: Fitter, selection: Selection) -> Selection:
     better = [fit for fit in found if _preferred(fit, chosen, fitter, whole)]
     if not better:
         return selection
-    best = _refined(fitter, min(better, key=lambda fit: price(fit, fitter)))
+    best = _refined(fitter, simplest(sorted(better, key=lambda fit: price(fit, fitter)), fitter))
     throughout = _refined(fitter, _throughout(fitter, best))
     if not _begins(fitter, best, throughout, whole):
         return selection
@@ -185,7 +188,7 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
     """Return fits of what promises to lower the cost of all values below `least`, one effect with
     an onset more than `start`."""
     effects = [*(effect for effect in physics_effects(fitter) if not effect.unnamed),
-               *map(get_effect, _SUDDEN_NUMBERS)]
+               *map(get_effect, _SUDDEN_NUMBERS), *_sudden_friction(start)]
     columns = fitter.columns(start, range(start.hypothesis.size))
 
     def screened(effect: Effect) -> list[_Candidate]:
@@ -205,6 +208,17 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
         return _settled(fitter, _begun(fitter, start, entries))
 
     return list(parallel_map(fitted, hopeful, fitter.threads))
+
+
+def _sudden_friction(start: Fit) -> list[Effect]:
+    """Return the Coulomb friction as an effect that begins: from what a fit has before."""
+    before = float(start.hypothesis.physics(start.vector, 0).nominal[N_COULOMB])
+    if before <= 0.0:
+        return []
+    effect = get_effect(_SUDDEN_FRICTION)
+    (coulomb,) = effect.parameters
+    return [replace(effect, parameters=(replace(
+        coulomb, none=before, starts=(1.1 * before,)),))]
 
 
 def _screened(fitter: Fitter, start: Fit, columns: Array, effect: Effect) -> list[_Candidate]:

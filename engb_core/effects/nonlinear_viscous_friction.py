@@ -47,6 +47,8 @@ EFFECT = Effect(
     picture='friction_over_speed',
     seen='Drag bends upwards, or flattens, over speed.',
     confused='Stribeck friction at the low end',
+    # Levelling off at once.
+    contains=('coulomb_friction_error',),
     measure='constant speeds on a ladder, up to the highest',
     constants=(('levels_off', '-'), ('mean_speed', 'rad/s')),
     defaults={'levels_off': 0.0, 'mean_speed': 10.0},

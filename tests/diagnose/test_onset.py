@@ -138,6 +138,18 @@ def test_friction_that_jumps_has_jumped_from_the_first_sample_on_in_the_correcte
     assert found.chosen.vector[-1] == pytest.approx(1.5, abs=0.1)
 
 
+def test_coulomb_friction_that_jumps_is_told_as_such(clean):
+    """What rubs in proportion to the load stays: neither all of the friction nor drag changes."""
+    # 0.5 rad/s of saturation, as in the nominal model.
+    rubs = 0.02 * np.clip(clean.velocity / 0.5, -1.0, 1.0)
+    jumped = with_effort(clean, clean.effort + np.where(clean.time >= BEGINS, rubs, 0.0))
+    first = diagnose([jumped], NOMINAL).effects[0]
+    assert first.effect == 'coulomb_friction_error'
+    assert first.probability > 0.5
+    assert first.onset[1] == pytest.approx(BEGINS, abs=0.2)
+    assert first.parameters['coulomb'].value == pytest.approx(0.032, abs=0.003)
+
+
 def stepped(begin: int, count: int = 400, size: float = 0.5):
     """Return times, a number's column, an effect's column, and an effort in which the effect
     begins at one value."""
