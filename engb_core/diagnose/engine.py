@@ -52,6 +52,7 @@ from engb_core.diagnose.load_shape import (
 )
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.nameless import that_carries, without_what_passes_once
+from engb_core.diagnose.noise_level import predicted_of_noise, with_less_noise
 from engb_core.diagnose.numbers.load_friction import missing_load_friction
 from engb_core.diagnose.numbers.wrong_numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
@@ -67,7 +68,6 @@ from engb_core.diagnose.resonance.wide_band import (
     resonance_beside,
 )
 from engb_core.diagnose.resonance.wind_up import with_resonance
-from engb_core.diagnose.score.noise_level import predicted_of_noise, with_less_noise
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search.every_effect import search
 from engb_core.diagnose.search.more_orders import without_idle_orders

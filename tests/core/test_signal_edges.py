@@ -45,7 +45,7 @@ def test_few_samples_have_no_glitches(size):
     run = recording(size=size)
     noise = sampling_noise(run)
     assert (noise.white, noise.jitter) == (0.0, 0.0)
-    assert not data_faults._impossible(run, Model(), noise).any()
+    assert not data_faults._impossible(run, Model(), noise, 1.0).any()
     assert not data_faults._spikes(run.effort).any()
     assert data_faults._repeated(run) == []
 
@@ -61,7 +61,7 @@ def test_an_effort_that_is_nothing_but_spikes_has_none():
 
 def test_without_a_torque_nothing_bounds_a_motion():
     run = recording(effort=np.zeros(600))
-    assert not data_faults._impossible(run, Model(), sampling_noise(run)).any()
+    assert not data_faults._impossible(run, Model(), sampling_noise(run), 0.0).any()
 
 
 def test_positions_on_a_line_have_no_noise():

@@ -93,10 +93,12 @@ BACKLASH, RESONANCE = Level(('backlash',), 1.0), Level(('drivetrain_resonance',)
 
 
 def containing():
-    """Return an effect of the library that contains another one, and that one."""
+    """Return an effect of the library that contains other physics, and that."""
     from engb_core.effects.catalogue import catalogue
-    return next((effect.id, effect.contains[0]) for effect in catalogue().values()
-                if effect.contains and effect.contains[0] in catalogue())
+    library = catalogue()
+    return next((effect.id, effect.contains[0]) for effect in library.values()
+                if effect.contains and effect.contains[0] in library
+                and not library[effect.contains[0]].number_only)
 
 
 @pytest.mark.parametrize(('simple', 'chosen'), [(1.01, 'contained'), (3.0, 'containing')])
