@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.recording import Recording
+from engb_core.signals.count_edges import shown_in_counts
 from engb_core.signals.filtering import Comparison
 from engb_core.signals.motion import filtered, gaussian_kernel, Motion
 from engb_core.signals.motion_band import count_of
@@ -52,15 +53,10 @@ def rounding_noise(recording: Recording, motion: Motion, comparison: Comparison)
     drawn = np.empty((DRAWS, comparison.grid.size))
     for draw in range(DRAWS):
         taken = smooth + own * random.standard_normal(smooth.size)
-        off = filtered(_rounded(taken, count, random.uniform()) - smooth, passed)
+        off = filtered(shown_in_counts(taken, count, random.uniform()) - smooth, passed)
         drawn[draw] = comparison(np.interp(motion.time, recording.time, off))
     spread: Array = drawn.std(axis=0, ddof=1)
     return spread
-
-
-def _rounded(values: Array, count: float, phase: float) -> Array:
-    rounded: Array = count * (np.floor(values / count + phase) + 0.5 - phase)
-    return rounded
 
 
 def _fastest(effort: Array) -> float:
@@ -76,7 +72,7 @@ def _before_rounding(smooth: Array, count: float, seen: float, random: np.random
     noise, phases = random.standard_normal(smooth.size), random.uniform(size=PHASES)
 
     def shown(deviation: float) -> float:
-        return float(np.mean([_fastest(_rounded(smooth + deviation * noise, count, phase))
+        return float(np.mean([_fastest(shown_in_counts(smooth + deviation * noise, count, phase))
                               for phase in phases]))
 
     low, high = 0.0, DITHERED * count

@@ -22,7 +22,7 @@ from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.pictured import channels_of
 from engb_core.diagnose.problem import Problem, Run
 from engb_core.diagnose.score.probability import rival_weights
-from engb_core.diagnose.score.reduced_chi_square import excess
+from engb_core.diagnose.score.reduced_chi_square import excess, unseen_rows
 from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import vector_deviations
 from engb_core.effects.catalogue import get_effect
@@ -197,7 +197,7 @@ def _binned(place: NDArray[np.int64], rows: NDArray[np.bool_], residual: Array) 
 def _candidates(fitter: Fitter, chosen: Fit, selection: Selection) -> list[Candidate]:
     fits = [chosen, *selection.rivals[:11]]
     weights = rival_weights(chosen, list(fits[1:]), fitter, selection.excess_before)
-    rows = ~fitter.fitted if (~fitter.fitted).any() else fitter.fitted
+    rows = unseen_rows(fitter)
     found = []
     for fit, weight in zip(fits, weights, strict=True):
         after = excess(fit, fitter)

@@ -15,7 +15,7 @@ import numpy as np
 from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.problem import Problem, Run
 from engb_core.diagnose.resonance.wide_band import RESONANCE
-from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square_of
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square_of, unseen_rows
 from engb_core.diagnose.search.every_effect import Search
 
 __all__ = ['predicted_of_noise', 'with_less_noise']
@@ -27,9 +27,7 @@ def predicted_of_noise(result: Search) -> float | None:
     numbers leave, as they do of noise. A resonance smooths what counts make of the motion, and is
     not asked."""
     fitter = result.fitter
-    rows = ~fitter.fitted
-    if not rows.any():
-        rows = np.ones_like(rows)
+    rows = unseen_rows(fitter)
     left = reduced_chi_square_of(result.base, fitter, rows)
     least = min((reduced_chi_square_of(fit, fitter, rows) for fit in result.fits.values()
                  if RESONANCE not in fit.hypothesis.ids), default=left)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
-from engb_core.signals.count_edges import passing
+from engb_core.signals.count_edges import passing, shown_in_counts
 from engb_core.signals.filtering import Comparison
 from engb_core.signals.motion import filtered, gaussian_kernel, Motion, with_position
 from engb_core.signals.motion_band import count_of
@@ -72,7 +72,7 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
         true = np.interp(taken, motion.time, motion.position) + apart
         shown = true + own * random.standard_normal(taken.size)
         phase = random.uniform()
-        counted = count * (np.floor(shown / count + phase) + 0.5 - phase) if count > 0.0 else shown
+        counted = shown_in_counts(shown, count, phase) if count > 0.0 else shown
         drawn_efforts[draw] = needed(counted)
         if apart.any():
             drawn_efforts[draw] -= needed(smoothed + apart)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from engb_core.recording import Recording
 
-__all__ = ['CountEdges', 'LEAST_STEPS', 'NO_STEP', 'OF_STEPS', 'edges_of', 'passing', 'quantum_of']
+__all__ = ['CountEdges', 'LEAST_STEPS', 'NO_STEP', 'OF_STEPS', 'edges_of', 'passing',
+           'quantum_of', 'shown_in_counts']
 
 Array = NDArray[np.float64]
 
@@ -102,6 +103,13 @@ def quantum_of(position: Array) -> float:
     steps = np.abs(np.diff(position))
     steps = steps[steps > NO_STEP]
     return float(np.quantile(steps, OF_STEPS)) if steps.size > LEAST_STEPS else 0.0
+
+
+def shown_in_counts(values: Array, count: float, phase: float) -> Array:
+    """Return what a sensor shows of values (n,): the middle of the count that each lies in, of
+    which one begins `phase` (0 to 1) counts below zero."""
+    shown: Array = count * (np.floor(values / count + phase) + 0.5 - phase)
+    return shown
 
 
 def _going_on(edge: Array, time: float) -> float:

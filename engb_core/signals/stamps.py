@@ -29,7 +29,7 @@ VARY = 0.1
 # thousandth move by a tenth of a sample meanwhile.
 AVERAGED = 100
 # Samples that are late where some were lost before, and as many times the longest burst.
-STAYS, BURSTS = 5, 4
+STAYS, OF_LONGEST = 5, 4
 
 
 def stamps_vary(recording: Recording) -> float:
@@ -70,7 +70,8 @@ def _even_times(time: Array) -> Array:
         step = float(np.polyfit(number, time, 1)[0])
     number = _numbers(time, step)
     # No sample arrives before it is taken.
-    drift = _least_ahead(time - step * number, _some_bursts(time, step), both=True)
+    drift = minimum_filter1d(time - step * number, 2 * _some_bursts(time, step) + 1,
+                             mode='nearest')
     even: Array = step * number + gaussian_filter1d(drift, AVERAGED, mode='nearest')
     return even
 
@@ -91,14 +92,11 @@ def _some_bursts(time: Array, step: float) -> int:
     close = np.diff(time) < 0.5 * step
     ends = np.flatnonzero(np.diff(np.concatenate([[False], close, [False]]).astype(int)))
     runs = ends[1::2] - ends[::2]
-    return max(STAYS, BURSTS * (1 + int(runs.max(initial=0)))) if runs.size else STAYS
+    return max(STAYS, OF_LONGEST * (1 + int(runs.max()))) if runs.size else STAYS
 
 
-def _least_ahead(values: Array, count: int, both: bool = False) -> Array:
-    """Return the least of `count` values from each one on (n,), or of as many on `both` sides."""
-    if both:
-        around: Array = minimum_filter1d(values, 2 * count + 1, mode='nearest')
-        return around
+def _least_ahead(values: Array, count: int) -> Array:
+    """Return the least of `count` values from each one on (n,)."""
     # A window whose origin is moved to its first sample looks ahead; it has a middle if it is odd.
     half = count // 2
     ahead: Array = minimum_filter1d(values, 2 * half + 1, origin=-half, mode='nearest')

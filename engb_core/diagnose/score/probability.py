@@ -22,7 +22,11 @@ from engb_core.diagnose.constants import (
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, further_odds, probability
 from engb_core.diagnose.optimise.fit import Fit, Fitter
-from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square_of
+from engb_core.diagnose.score.reduced_chi_square import (
+    excess,
+    reduced_chi_square_of,
+    unseen_rows,
+)
 from engb_core.diagnose.score.stretch_odds import odds_of_less, stretches
 
 __all__ = ['closer_odds', 'further_known', 'own_part_left', 'part_left', 'rival_weights']
@@ -109,7 +113,7 @@ def own_part_left(fitter: Fitter, fit: Fit, index: int) -> float:
     """Return the part (0 to 1) of what one effect of a fit says that isn't there on what no fit
     has seen: 0 where its part of the residual is gone with it, 1 where it takes nothing away."""
     said = fit.predicted - fitter.predict(*without_effects(fit, {index}))
-    unseen = ~fitter.fitted if not fitter.fitted.all() else fitter.fitted
+    unseen = unseen_rows(fitter)
     said, left = (values[unseen] / fitter.sigma[unseen] for values in (said, fit.residual))
     size = float(said @ said)
     if size == 0.0:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 
-__all__ = ['excess', 'reduced_chi_square', 'reduced_chi_square_of']
+__all__ = ['excess', 'reduced_chi_square', 'reduced_chi_square_of', 'unseen_rows']
 
 
 def reduced_chi_square(fit: Fit, fitter: Fitter) -> float:
@@ -31,6 +31,12 @@ def reduced_chi_square_of(fit: Fit, fitter: Fitter, rows: NDArray[np.bool_]) -> 
     if not rows.any():
         return 1.0
     return _mean_square(fit.residual[rows], fitter.sigma[rows], fitter.spread[rows])
+
+
+def unseen_rows(fitter: Fitter) -> NDArray[np.bool_]:
+    """Return which values (m,) no fit may look at; all where there are none."""
+    unseen: NDArray[np.bool_] = ~fitter.fitted
+    return unseen if unseen.any() else fitter.fitted
 
 
 def _mean_square(residual: NDArray[np.float64], sigma: NDArray[np.float64],
