@@ -13,6 +13,7 @@ from engb_core.effects.base import (
     LEVEL,
     LOAD,
     Parameter,
+    SATURATION,
     TIME,
     TIME_STEP,
     VELOCITY,
@@ -45,9 +46,12 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     friction = parameters[2] * constant + parameters[3] * (sample[LEVEL] - constant)
     load = sample[LOAD]
     acceleration = sample[ACCELERATION]
-    motor = sample[VELOCITY]
+    motor, saturation = sample[VELOCITY], sample[SATURATION]
     step = sample[TIME_STEP]
     if sample[TIME] <= 0.0 or gap <= 0.0:
+        # A load that has to be held back lies at the far flank.
+        held = inertia * acceleration + load + friction * sample[DIRECTION]
+        state[0] = gap if held < 0.0 else 0.0
         state[2] = motor
         return 0.0
     # Flanks: springs and dampers, in steps that are short against their period.
@@ -75,7 +79,7 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
             # It goes with the motor, and so does its friction, which fades at low speed.
             rate -= most * sample[DIRECTION]
         else:
-            rate = slowed_rate(rate, speed, most)
+            rate = slowed_rate(rate, speed, most, saturation)
         ahead += short * rate
         passed += contact
     passed /= parts
@@ -94,7 +98,7 @@ EFFECT = Effect(
                   logarithmic=True),
         Parameter('inertia_fraction', '-', 0.01, 0.9, starts=(0.18, 0.35)),
         # Of the constant friction, and of what load adds: the two need not sit on one side.
-        Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.1, 0.4, 0.7)),
+        Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.0, 0.4, 0.7)),
         Parameter('loaded_friction_fraction', '-', 0.0, 1.0, starts=(0.3,)),
     ),
     stages={'shift': _shift, 'torque': _torque},

@@ -39,6 +39,7 @@ then as the stages pass; each is right from its stage on:
     INERTIA          of the model                                                  [kg·m²]
     VISCOUS          viscous friction of the model                                 [N·m·s/rad]
     COULOMB          Coulomb friction of the model, without what load adds         [N·m]
+    SATURATION       speed of the model from which on dry friction is full         [rad/s]
     SHIFT            of the load side against the motor (behind the stage shift)   [rad]
     LOAD             load torque, positive against a positive effort               [N·m]
     LOAD_GAIN        how much friction grows with load                             [N·m/N·m]
@@ -61,14 +62,14 @@ from engb_core.physics.compiled import EffectFunction
 
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
            'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'NUMBER_OFF', 'PAD_TEMPERATURE', 'POSITION',
-           'REFERENCE', 'SAMPLE_SIZE', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME', 'TIME_STEP',
-           'TORQUE', 'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Scene']
+           'REFERENCE', 'SAMPLE_SIZE', 'SATURATION', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME',
+           'TIME_STEP', 'TORQUE', 'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Scene']
 
 # Places in a sample, the array that every effect function receives.
 (TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED, DISC_ANGLE, PAD_TEMPERATURE,
  SHIFT, LOAD, LEVEL, DIRECTION, EFFORT, INERTIA, VISCOUS, COULOMB, LOAD_GAIN,
- TORQUE, REFERENCE) = range(19)
-SAMPLE_SIZE = 19
+ TORQUE, REFERENCE, SATURATION) = range(20)
+SAMPLE_SIZE = 20
 STATE_SIZE = 72
 # How the statement begins of an effect that is no missing physics.
 NUMBER_OFF = 'A number is off, which is no missing physics: '

@@ -13,6 +13,7 @@ from engb_core.effects.base import (
     LEVEL,
     LOAD,
     Parameter,
+    SATURATION,
     TIME,
     TIME_STEP,
     VELOCITY,
@@ -60,10 +61,11 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     friction = parameters[3] * sample[LEVEL]
     load = parameters[6] * sample[LOAD]
     acceleration = sample[ACCELERATION]
-    motor = sample[VELOCITY]
+    motor, saturation = sample[VELOCITY], sample[SATURATION]
     step = sample[TIME_STEP]
     if sample[TIME] <= 0.0:
-        state[0] = -(acceleration + load / inertia) / locked ** 2
+        held = load + friction * sample[DIRECTION]
+        state[0] = -(acceleration + held / inertia) / locked ** 2
         state[1] = 0.0
     else:
         parts = int(math.ceil(step * locked / 0.1))
@@ -82,7 +84,7 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
             drive += (state[4] + share * (load - state[4])) * lightness
             twist += 0.5 * short * rate
             rate = left * (rate * kept - short * (drive + stiffness * _sprung(parameters, twist)))
-            rate = slowed_rate(rate, speed, most)
+            rate = slowed_rate(rate, speed, most, saturation)
             twist += 0.5 * short * rate
         state[0], state[1] = twist, rate
     state[2] = acceleration
@@ -122,7 +124,7 @@ EFFECT = Effect(
     ),
     stages={'shift': _shift, 'torque': _torque},
     equation='(1 − ρ)J dω/dt + ρJ (dω/dt + ë) = …, ë + 2ζω_a ė + ω_a² g(e) = −dω/dt − '
-             '(μC/ρJ) sgn(ω + ė) − λ T_L(θ + e)/ρJ, ω_a = ω_r √(1 − ρ); g = e, '
+             '(μC/ρJ) sat(ω + ė) − λ T_L(θ + e)/ρJ, ω_a = ω_r √(1 − ρ); g = e, '
              'e + c (e − e_s atan(e/e_s)) (hardens), or e − c e_s tanh(e/e_s) (soft centre)',
     reference='Ellis and Lorenz, IEEE IAS (2000): resonant load control; Taghirad and Bélanger, '
               'ASME J. Dyn. Syst. 120 (1998): stiffness of harmonic drives',

@@ -3,9 +3,9 @@
 
 import math
 
-from engb_core.effects.base import DIRECTION, Effect, Parameter, TIME_STEP, VELOCITY
+from engb_core.effects.base import DIRECTION, Effect, Parameter, TIME, TIME_STEP, VELOCITY
 from engb_core.physics.compiled import effect_function, Numbers
-from engb_core.physics.stop_elements import moved_elements
+from engb_core.physics.stop_elements import moved_elements, start_elements
 
 # 1 − z runs from 2 (just reversed) to 0; after 63 % of the way it is 2/e.
 _FULL = 2.0
@@ -16,6 +16,10 @@ _REST = 2.0 * math.exp(-1.0)
 def _direction(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[0] <= 0.0:
         return sample[DIRECTION]
+    if sample[TIME] <= 0.0:
+        # What is in motion already has slid before.
+        start_elements(state, 1, sample[DIRECTION])
+        state[0] = sample[DIRECTION]
     if parameters[2] > 0.5:
         return moved_elements(state, 1, sample[VELOCITY] * sample[TIME_STEP], parameters[0],
                               parameters[1])

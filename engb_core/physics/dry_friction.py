@@ -13,17 +13,19 @@ friction_gain = compiled(load_friction_gain)
 
 
 @compiled
-def slowed_rate(rate: float, speed: float, most: float) -> float:
-    """Return a mass' rate against a support after friction has acted on their sum.
+def slowed_rate(rate: float, speed: float, most: float, saturation: float) -> float:
+    """Return a mass' rate against a support after friction, which is proportional to the sum of
+    both below the speed of saturation, has acted on that for a step; solved for the step's end.
 
     Args:
         rate: of the mass against its support [rad/s].
         speed: of the support [rad/s].
         most: what friction can take away within the step [rad/s].
+        saturation: speed from which on friction is full [rad/s].
     """
     beyond = speed + rate
-    if beyond > most:
+    if beyond > most + saturation:
         return rate - most
-    if beyond < -most:
+    if beyond < -most - saturation:
         return rate + most
-    return -speed
+    return beyond * saturation / (most + saturation) - speed

@@ -29,6 +29,7 @@ from engb_core.effects.base import (
     LOAD_GAIN,
     POSITION,
     SAMPLE_SIZE,
+    SATURATION,
     SHIFT,
     STAGES,
     STATE_SIZE,
@@ -334,6 +335,7 @@ def set_numbers(nominal: Numbers, sample: Numbers) -> None:
     sample[INERTIA] = nominal[N_INERTIA]
     sample[VISCOUS] = nominal[N_VISCOUS]
     sample[COULOMB] = nominal[N_COULOMB]
+    sample[SATURATION] = nominal[N_SATURATION]
 
 
 @compiled

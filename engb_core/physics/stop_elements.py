@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from engb_core.physics.compiled import compiled, Numbers
 
-__all__ = ['ELEMENTS', 'moved_elements']
+__all__ = ['ELEMENTS', 'moved_elements', 'start_elements']
 
 ELEMENTS = 8
 _BUILT_UP = 0.632
@@ -35,6 +35,14 @@ def _widest(shape: float) -> float:
         else:
             high = middle
     return low
+
+
+@compiled
+def start_elements(state: Numbers, first: int, part: float) -> None:
+    """Let the elements at state[first…first + ELEMENTS] have gone a part of the way, −1 to 1, to
+    where they slip."""
+    for index in range(ELEMENTS):
+        state[first + index] = part
 
 
 @compiled

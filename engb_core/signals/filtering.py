@@ -33,6 +33,10 @@ ABOVE_BAND = 1.25
 # A linear law of motion is told by so many values of its impulse response on either side, an
 # eighth of a period of that corner apart, from so many independent values for each.
 LAW_REACH, LAW_STEP, LEAST_VALUES = 5, 0.125, 3
+# How long [s], and what part of the recording at most, nothing is judged of a shaft that was under
+# way when the recording began: how its drivetrain was twisted nobody knows, and what that does
+# dies out within a period or two of the slowest.
+UNDER_WAY, UNDER_WAY_PART = 0.5, 0.05
 # Part of the highest speed from which the shaft moves, and differences that tell a level.
 MOVES, LEAST_DIFFERENCES = 0.05, 50
 
@@ -114,8 +118,9 @@ def slowest_speed(motions: Sequence[Motion], saturation_velocity: float, speed: 
 
 def judgeable(motion: Motion, slowest: float, before_stop: float = 0.0) -> NDArray[np.bool_]:
     """Return where a model of motion can be held against the samples (n,): not at standstill,
-    below `slowest` [rad/s], nor `before_stop` [s] earlier, nor in gaps."""
-    standing = np.abs(motion.velocity) < slowest
+    below `slowest` [rad/s], nor `before_stop` [s] earlier, nor in gaps, nor where a recording has
+    just begun in the midst of a motion."""
+    standing = (np.abs(motion.velocity) < slowest) | _under_way(motion)
     # The smoothing of position reaches a few milliseconds into the motion beside a stop.
     margin = 2 * int(round(0.004 / motion.step)) + 1
     bad: NDArray[np.bool_] = maximum_filter1d(standing | ~motion.known, margin)
@@ -127,6 +132,15 @@ def judgeable(motion: Motion, slowest: float, before_stop: float = 0.0) -> NDArr
     turns = np.diff(np.sign(motion.velocity), append=0.0) != 0.0
     turns &= _ahead(bad, half)
     return ~_ahead(maximum_filter1d(bad | turns, margin), half)
+
+
+def _under_way(motion: Motion) -> NDArray[np.bool_]:
+    """Return which samples (n,) come so soon after the begin of a recording in which the shaft
+    moves already that what it remembers of before still acts."""
+    moves = abs(motion.velocity[0]) > MOVES * motion.speed
+    found: NDArray[np.bool_] = moves & (
+        motion.time < min(UNDER_WAY, UNDER_WAY_PART * motion.time[-1]))
+    return found
 
 
 def _ahead(bad: NDArray[np.bool_], half: int) -> NDArray[np.bool_]:
@@ -318,7 +332,7 @@ def low_passed_noise(motion: Motion, comparison: Comparison, stride: int,
         rests: (n,) where the shaft is known to rest or to creep one way; None: wherever it may.
             Where it turns back, its friction does as well.
     """
-    standing = (comparison.weight == 0.0) & motion.known
+    standing = (comparison.weight == 0.0) & motion.known & ~_under_way(motion)
     if rests is not None:
         standing &= rests
     standing = minimum_filter1d(standing, _seen(comparison, stride))
