@@ -63,6 +63,7 @@ from engb_core.diagnose.parallel_map import parallel_map, processors
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.resonance.wide_band import (
     judged_wide,
+    of_shafts_that_ring,
     RESONANCE,
     Resonance,
     resonance_beside,
@@ -125,8 +126,8 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     resonance = resonance_beside(outcome.judged_on(problem), outcome.corrected, threads)
     if resonance is not None:
         tell('judging what is left beside the resonance')
-        beyond = with_resonance(problem, resonance.setting, threads)
-        beside = _judged(decimated(beyond, threads), tell, threads, outcome.fitter)
+        beyond = decimated(with_resonance(problem, resonance.setting, threads), threads)
+        beside = _judged(beyond, tell, threads, outcome.fitter, outcome.selection.chosen)
         if _explains_as_much(beside, outcome):
             outcome = _beside(resonance, _with_law(beside, tell))
         else:
@@ -279,12 +280,13 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
             fitter, nominal, selection = free, free.nominal(), select(again)
     if not selection.consistent:
         tell('asking whether an effect begins within the recordings')
-        selection = with_effort_scale(fitter, with_onset(fitter, selection))
+        selection = with_effort_scale(fitter, with_onset(fitter, selection, found))
     tell('refining')
     chosen = selection.chosen
     if is_multimodal(chosen):
         chosen = middle_of_basin(fitter, search_around(fitter, fitter.refine(chosen)))
-    chosen = fitter.finish(without_idle_orders(fitter, fitter.refine(chosen)))
+    chosen = of_shafts_that_ring(
+        fitter, fitter.finish(without_idle_orders(fitter, fitter.refine(chosen))))
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
     timing = timing_of(fitter, explanation.fit)

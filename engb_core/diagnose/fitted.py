@@ -41,12 +41,15 @@ class StartColumns:
     """How an effect at one start changes the filtered effort, per unit of its size, or, where it
     is not `scalable`, all that it changes.
 
-    `columns` (m, 1), or (m, 2) where a phase is free: at phase 0 and a quarter turn on.
+    `columns` (m, 1), or (m, 2) where a phase is free: at phase 0 and a quarter turn on. Where the
+    numbers hold no friction that the effect could change, they are what it does together with
+    some (m, 1), and `begins_at` is the size of the effect then; else None.
     """
 
     setting: dict[str, float]
     columns: Array
     scalable: bool = True
+    begins_at: float | None = None
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from engb_core.diagnose.constants import CLEAN_EXCESS, LARGER_PART, REPEATS
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, something_known
-from engb_core.diagnose.nominal import nominal_numbers, SHAPE_NUMBERS
+from engb_core.diagnose.nominal import Knots, nominal_numbers, SHAPE_NUMBERS
 from engb_core.diagnose.numbers.held_load_curve import (
     BY_ONE_NUMBER,
     load_held,
@@ -29,8 +29,12 @@ from engb_core.diagnose.numbers.held_load_curve import (
 from engb_core.diagnose.numbers.wrong_numbers import NumberFinding
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.probability import part_left
-from engb_core.diagnose.score.ranking import price
-from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
+from engb_core.diagnose.score.ranking import price, worth_having
+from engb_core.diagnose.score.reduced_chi_square import (
+    excess,
+    reduced_chi_square,
+    unseen_rows,
+)
 from engb_core.diagnose.search.every_effect import Search
 from engb_core.diagnose.search.more_orders import (
     amplitudes_of,
@@ -38,13 +42,17 @@ from engb_core.diagnose.search.more_orders import (
     with_orders_only,
 )
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
-from engb_core.effects.base import Effect
-from engb_core.effects.load_curve_shape import EFFECT
+from engb_core.effects.base import Effect, POSITION, SAMPLE_SIZE, STATE_SIZE
+from engb_core.effects.load_curve_shape import EFFECT, KNOTS
+from engb_core.physics.compiled import PARAMETER_SIZE
 
 __all__ = ['LOAD_SHAPE', 'load_shape_finding', 'mostly_repeats', 'moved_as_a_whole',
-           'nameless_curve', 'with_free_load_curve']
+           'nameless_curve', 'with_free_load_curve', 'with_table']
 
 LOAD_SHAPE = EFFECT.id
+# Places along the stroke about which knots are laid, within which parts of it, and what part of
+# them: half of the knots have to tell the rest of the curve.
+PLACES, WIDTHS, DENSE = 24, (0.1, 0.04, 0.015), 0.5
 
 
 def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
@@ -84,12 +92,14 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
     scene = fitter.problem.scene
     if fitter.load_shape or EFFECT.applies is None or not EFFECT.applies(scene):
         return None
-    free = Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter, load_shape=True)
     chosen, after, whole = selection.chosen, selection.excess_after, selection.excess_before
     instead = _may_be_the_curve(fitter, chosen)
     # By the one measure of noise for both.
+    fewer = _without_slow_waves(fitter, chosen, instead)
+    if not instead and after <= CLEAN_EXCESS:
+        return None
+    free = with_table(fitter, fewer)
     if instead:
-        fewer = _without_slow_waves(fitter, chosen, instead)
         left = reduced_chi_square(_freed(free, fewer), fitter) - 1.0
         if not worth_a_further_effect(left, after, whole):
             return free
@@ -98,6 +108,58 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
     beside = reduced_chi_square(_freed(free, chosen), fitter) - 1.0
     left = reduced_chi_square(chosen, fitter) - 1.0
     return free if worth_a_further_effect(left, beside, whole) else None
+
+
+def with_table(fitter: Fitter, fit: Fit) -> Fitter:
+    """Return what fits with a table beside the file's load curve, its knots about the place where
+    the curve bends: if it does so at one place beside the effects of a fit and without them, since
+    what is missing, or wrong in its stead, may bend what is left anywhere."""
+    knots, alone = _best_knots(fitter, fit), Knots()
+    if knots.part > 0.0:
+        alone = _best_knots(fitter, fitter.base()) if fit.hypothesis.variants else knots
+    bends = alone.part > 0.0 and abs(knots.at - alone.at) <= max(knots.width, alone.width)
+    return Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter,
+                  load_shape=knots if bends else Knots())
+
+
+def _best_knots(fitter: Fitter, fit: Fit) -> Knots:
+    """Return the knots with which a table takes away most of what a fit leaves of what no fit has
+    seen, by linear least squares; evenly spaced ones, unless others are worth three numbers more.
+    """
+    columns = fitter.columns(fit, range(fit.hypothesis.size))
+    positions = np.concatenate([run.comparison(run.motion.position)
+                                for run in fitter.problem.runs])
+    low, high = fitter.problem.scene.position_range
+    seen, unseen = fitter.fitted, unseen_rows(fitter)
+    weight = 1.0 / fitter.spread
+
+    def left(knots: Knots) -> float:
+        design = np.concatenate([columns, _table_columns(positions, (low, high), knots)], axis=1)
+        design *= weight[:, None]
+        target = fit.residual * weight
+        gram = design[seen].T @ design[seen]
+        # What hardly any value tells must not run away.
+        gram += np.diag(1e-8 * np.diag(gram) + 1e-300)
+        solution = np.linalg.solve(gram, design[seen].T @ target[seen])
+        return float(np.sum((target[unseen] - design[unseen] @ solution) ** 2))
+
+    tried = [Knots(at, part * (high - low), DENSE)
+             for at in np.linspace(low, high, PLACES + 2)[1:-1].tolist() for part in WIDTHS]
+    best = min(tried, key=left)
+    return best if worth_having(left(best), left(Knots()), 3) else Knots()
+
+
+def _table_columns(positions: np.ndarray, stroke: tuple[float, float], knots: Knots) -> np.ndarray:
+    """Return what each knot of a table adds to the load at positions (m,), (m, KNOTS)."""
+    samples = np.zeros((positions.size, SAMPLE_SIZE))
+    samples[:, POSITION] = positions
+    found = []
+    for knot in range(KNOTS):
+        parameters = np.zeros(PARAMETER_SIZE)
+        parameters[knot] = 1.0
+        parameters[KNOTS:KNOTS + 5] = *stroke, knots.at, knots.width, knots.part
+        found.append(EFFECT.stages['load'].values(parameters, np.zeros(STATE_SIZE), samples))
+    return np.stack(found, axis=1)
 
 
 def moved_as_a_whole(result: Search, selection: Selection) -> Selection | None:

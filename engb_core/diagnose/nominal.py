@@ -23,8 +23,9 @@ from engb_core.physics.nominal_torque import (
     N_VISCOUS,
 )
 
-__all__ = ['BELIEVED', 'CURVATURE', 'DELAY', 'LOAD_NUMBERS', 'NominalNumber', 'SHAPE_NUMBERS',
-           'nominal_numbers', 'with_load_shape', 'with_numbers', 'with_reference_load']
+__all__ = ['BELIEVED', 'CURVATURE', 'DELAY', 'Knots', 'LOAD_NUMBERS', 'NominalNumber',
+           'SHAPE_NUMBERS', 'nominal_numbers', 'with_load_shape', 'with_numbers',
+           'with_reference_load']
 
 # Effort and position may be sampled up to a sample apart; fitted along, never claimed.
 DELAY = 'sampling_delay'
@@ -126,14 +127,26 @@ def _shape_numbers(model: Model, scene: Scene, torque: str) -> list[NominalNumbe
                           effect=LOAD_SHAPE.id) for place, name in enumerate(SHAPE_NUMBERS)]
 
 
-def with_load_shape(model: Model, scene: Scene) -> Model:
+@dataclass(frozen=True)
+class Knots:
+    """Where the knots of a table beside the load curve lie: evenly along the stroke, but a part
+    of them about one place, within some width of it [rad]."""
+
+    at: float = 0.0
+    width: float = 1.0
+    part: float = 0.0
+
+
+def with_load_shape(model: Model, scene: Scene, knots: Knots) -> Model:
     """Return the model with a table beside its load curve that is zero yet, along the stroke that
     was recorded."""
     if any(entry.effect == LOAD_SHAPE.id for entry in model.effects):
         return model
     low, high = scene.position_range
     setting = EffectSetting(LOAD_SHAPE.id, {**dict.fromkeys(SHAPE_NUMBERS, 0.0),
-                                            'from': float(low), 'to': float(high)})
+                                            'from': float(low), 'to': float(high),
+                                            'dense_at': knots.at, 'dense_width': knots.width,
+                                            'dense_part': knots.part})
     # First of all, so that whatever else acts on the load finds the whole curve.
     return replace(model, effects=(setting, *model.effects))
 

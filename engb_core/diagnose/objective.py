@@ -15,6 +15,7 @@ from engb_core.diagnose.fit_steps import derivative_step
 from engb_core.diagnose.fitted import Fit
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.nominal import (
+    Knots,
     nominal_numbers,
     NominalNumber,
     with_load_shape,
@@ -39,11 +40,13 @@ class Objective:
         spread: (m,) what weighs the values in the cost [N·m].
         fitted: (m,) where a fit may look.
         judged: (m,) where a law is judged: everywhere, if the motion is resolved (laws).
-        load_shape: whether a table beside the file's load curve is among the numbers.
+        load_shape: the knots of a table beside the file's load curve that is among the numbers;
+            None where there is none.
         numbers: the nominal numbers that every hypothesis refits.
     """
 
-    def __init__(self, problem: Problem, threads: int = 1, load_shape: bool = False) -> None:
+    def __init__(self, problem: Problem, threads: int = 1,
+                 load_shape: Knots | None = None) -> None:
         self.problem = problem
         self.load_shape = load_shape
         self.threads = threads
@@ -53,8 +56,8 @@ class Objective:
         self.fitted = problem.fitted
         self.judged = np.ones(self.measured.size, dtype=np.bool_)
         self._model = with_reference_load(problem.model, problem.scene)
-        if load_shape:
-            self._model = with_load_shape(self._model, problem.scene)
+        if load_shape is not None:
+            self._model = with_load_shape(self._model, problem.scene, load_shape)
         self.numbers = nominal_numbers(self._model, problem.scene)
 
     @property

@@ -31,27 +31,38 @@ from engb_core.diagnose.search.every_effect import physics_effects, variants_and
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
-from engb_core.physics.nominal_torque import N_COULOMB
+from engb_core.physics.nominal_torque import N_COULOMB, N_INERTIA, N_VISCOUS
 
 __all__ = ['with_onset']
 
 Array = NDArray[np.float64]
 
-# Numbers that may change at one moment, though a refit covers them throughout: of the load curve,
-# and what rubs whatever the load.
+# Numbers that may change at one moment, though a refit covers them throughout: of the load curve;
+# and what a payload, a seal or a lubricant changes, with its place among the nominal numbers.
 _SUDDEN_NUMBERS = ('contact_shift', 'load_stiffness_error')
-_SUDDEN_FRICTION = 'coulomb_friction_error'
+_SUDDEN_VALUES = {'coulomb_friction_error': N_COULOMB, 'viscous_friction_error': N_VISCOUS,
+                  'inertia_error': N_INERTIA}
 # Effects that are fitted with an onset, the most promising ones, and how often it is found anew.
 FITTED, ROUNDS, AGAIN = 4, 6, 3
 # Weight with which a number is held that stands at its bound.
 HELD = 1e9
 
 
-def with_onset(fitter: Fitter, selection: Selection) -> Selection:
+def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -> Selection:
     """Return the selection, or one in which an effect begins within the recordings, where that is
-    worth as much as a further effect would have to be."""
+    worth as much as a further effect would have to be.
+
+    Args:
+        fitter: of the problem.
+        selection: in which all effects act throughout.
+        asked: what was chosen when this was asked before, in nearly the same problem: where the
+            same effects were, and none of them began, nothing new is to be expected.
+    """
     chosen = selection.chosen
     if excess(chosen, fitter) <= CLEAN_EXCESS and _complexity(chosen) < 2:
+        return selection
+    if asked is not None and not asked.hypothesis.onsets \
+            and set(asked.hypothesis.ids) == set(chosen.hypothesis.ids):
         return selection
     starts = [fitter.base()]
     if chosen.hypothesis.variants:
@@ -188,7 +199,7 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
     """Return fits of what promises to lower the cost of all values below `least`, one effect with
     an onset more than `start`."""
     effects = [*(effect for effect in physics_effects(fitter) if not effect.unnamed),
-               *map(get_effect, _SUDDEN_NUMBERS), *_sudden_friction(start)]
+               *map(get_effect, _SUDDEN_NUMBERS), *_sudden_values(start)]
     columns = fitter.columns(start, range(start.hypothesis.size))
 
     def screened(effect: Effect) -> list[_Candidate]:
@@ -210,15 +221,17 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
     return list(parallel_map(fitted, hopeful, fitter.threads))
 
 
-def _sudden_friction(start: Fit) -> list[Effect]:
-    """Return the Coulomb friction as an effect that begins: from what a fit has before."""
-    before = float(start.hypothesis.physics(start.vector, 0).nominal[N_COULOMB])
-    if before <= 0.0:
-        return []
-    effect = get_effect(_SUDDEN_FRICTION)
-    (coulomb,) = effect.parameters
-    return [replace(effect, parameters=(replace(
-        coulomb, none=before, starts=(1.1 * before,)),))]
+def _sudden_values(start: Fit) -> list[Effect]:
+    """Return the nominal numbers as effects that begin: each from what a fit has before."""
+    nominal = start.hypothesis.physics(start.vector, 0).nominal
+    found = []
+    for name, place in _SUDDEN_VALUES.items():
+        before, effect = float(nominal[place]), get_effect(name)
+        (value,) = effect.parameters
+        if before > value.low:
+            found.append(replace(effect, parameters=(
+                replace(value, none=before, starts=(1.1 * before,)),)))
+    return found
 
 
 def _screened(fitter: Fitter, start: Fit, columns: Array, effect: Effect) -> list[_Candidate]:

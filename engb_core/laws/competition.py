@@ -20,6 +20,7 @@ from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, something_known, sure_part
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
+from engb_core.diagnose.load_shape import with_table
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.numbers.held_load_curve import MOVE_THE_LOAD
 from engb_core.diagnose.optimise.fit import Fit, Fitter
@@ -130,6 +131,8 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
         return None
     nearest, roughly = None, []
     for own, base in _bases(fitter, plain, named if likely else None):
+        if likely and named.hypothesis.variants and not _may_be_unsaid(fitter, named, own, base):
+            continue
         law = find_law(own, base, tell, approximately=not likely and left > CLEAN_EXCESS)
         if isinstance(law, Nearest):
             nearest = law if nearest is None or law.explained > nearest.explained else nearest
@@ -209,11 +212,10 @@ def _bases(fitter: Fitter, plain: Fitter, likely: Fit | None) -> Iterator[tuple[
         return
     base = _refitted_numbers(plain)
     yield plain, base
-    scene = fitter.problem.scene
     if fitter.load_shape:
         free = fitter
-    elif LOAD_CURVE_SHAPE.applies is not None and LOAD_CURVE_SHAPE.applies(scene):
-        free = Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter, load_shape=True)
+    elif LOAD_CURVE_SHAPE.applies is not None and LOAD_CURVE_SHAPE.applies(fitter.problem.scene):
+        free = with_table(fitter, base)
     else:
         return
     freed = free.refine(free.base())
@@ -250,6 +252,24 @@ def _named(fitter: Fitter, fit: Fit) -> Fit:
     return fitter.finished_without(fit, gone) if gone else fitter.finish(fit)
 
 
+def _may_be_unsaid(fitter: Fitter, named: Fit, own: Fitter, base: Fit) -> bool:
+    """Whether likely names leave so much of what shows on blocks left out without them, `base`,
+    that a law which leaves nothing would have to be told instead of them (`_beats`). A law that
+    speaks of other things, and beside which they add nothing, is found beside them as well."""
+    left = _on_blocks(own, _as_found_by(own, fitter, named))
+    return something_known(min(1.0, left / max(_on_blocks(own, base), 1e-12))) < LARGER_PART
+
+
+def _as_found_by(own: Fitter, fitter: Fitter, named: Fit) -> Fit:
+    """Return the names that one fitter found as another one, of a law, finds them."""
+    if own.load_shape and not fitter.load_shape:
+        # What was said may have its load curve free as well.
+        return _on(own, named)
+    if own.problem is not fitter.problem:
+        return own.finish(own.refine(own.evaluate(named.hypothesis, named.vector)))
+    return named
+
+
 def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
     """Whether a law without names predicts blocks left out clearly better than what was said, or
     about as well with fewer numbers where that was a free load curve and no likely name.
@@ -258,12 +278,7 @@ def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
     explain too small a part of what the law explains; or the law must speak of other things than
     they do, and they must add nothing beside it.
     """
-    if law.fitter.load_shape and not fitter.load_shape:
-        # What was said may have its load curve free as well.
-        named = _on(law.fitter, named)
-    elif law.fitter.problem is not fitter.problem:
-        named = law.fitter.finish(law.fitter.refine(
-            law.fitter.evaluate(named.hypothesis, named.vector)))
+    named = _as_found_by(law.fitter, fitter, named)
     left = _on_blocks(law.fitter, named)
     plainer = not likely and not named.hypothesis.variants \
         and law.candidate.fit.hypothesis.size < named.hypothesis.size

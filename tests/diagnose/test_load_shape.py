@@ -14,14 +14,17 @@ from engb_core.diagnose.load_shape import (
     load_shape_finding,
     nameless_curve,
     with_free_load_curve,
+    with_table,
 )
+from engb_core.diagnose.nominal import Knots
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search.every_effect import physics_effects, search
 from engb_core.diagnose.selection import select
 from engb_core.effects.base import LOAD
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_CURVE_SHAPE
-from engb_core.effects.load_curve_shape import KNOTS
+from engb_core.effects.load_curve_shape import knot_of, KNOTS
 from engb_core.model import EffectSetting, LoadTorque, Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import physics_of
@@ -73,6 +76,32 @@ def test_the_form_of_the_load_curve_is_told_and_held_in_the_corrected_model(shap
     assert LOAD_SHAPE in [entry.effect for entry in found.model.effects]
     effort = next(entry for entry in found.held_out if entry.quantity == 'effort')
     assert effort.rms_after < 0.3 * effort.rms_before
+
+
+def preloaded(place: float, preload: float) -> EffectSetting:
+    """A spring that pulls back to one place from both sides: all of its preload within 0.3 rad."""
+    angle = np.linspace(0.0, STROKE, 2001)
+    knots = {'from': 0.0, 'to': STROKE, 'dense_at': place, 'dense_width': 0.3, 'dense_part': 0.7}
+    lies = [float(np.interp(knot, [knot_of([*[0.0] * KNOTS, *knots.values()], at) for at in angle],
+                            angle)) for knot in range(KNOTS)]
+    return EffectSetting(LOAD_SHAPE, {**knots, **{
+        f'value_{knot:02d}': float(preload * np.tanh((lies[knot] - place) / 0.1))
+        for knot in range(KNOTS)}})
+
+
+def test_knots_lie_where_the_curve_bends():
+    """Evenly laid ones ring beside a step; where nothing bends they are even."""
+    sprung = lively(replace(NOMINAL, effects=(preloaded(8.0, 0.03),)))
+    fitter = Fitter(problem_of([sprung], NOMINAL))
+    table = with_table(fitter, fitter.base())
+    assert table.load_shape.at == pytest.approx(8.0, abs=1.0)
+    assert table.load_shape.part > 0.0
+    even = Fitter(fitter.problem, load_shape=Knots())
+    left, beside = (reduced_chi_square(made.refine(made.base()), fitter) - 1.0
+                    for made in (table, even))
+    assert left < 0.5 * beside
+    smooth = Fitter(problem_of([lively(NOMINAL)], NOMINAL))
+    assert with_table(smooth, smooth.base()).load_shape == Knots()
 
 
 def test_a_form_that_does_not_carry_over_explains_nothing(shaped, monkeypatch):
@@ -140,7 +169,7 @@ def test_no_free_curve_where_the_file_s_form_serves():
 def test_a_load_curve_that_the_chosen_fit_holds_is_no_finding(shaped):
     """Of several causes one may be chosen with the file's load curve as it stands; that a refit
     with other numbers, which may end in another minimum, is worse says nothing of the form."""
-    free = Fitter(problem_of([shaped], NOMINAL), load_shape=True)
+    free = Fitter(problem_of([shaped], NOMINAL), load_shape=Knots())
     better = replace(free.nominal(), residual=np.zeros_like(free.measured))
     assert load_shape_finding(free, better) is None
 
@@ -153,7 +182,7 @@ def test_a_table_for_the_load_curve_says_on_what_it_depends():
     assert nameless_curve([replace(curve, effect='backlash')]) is None
 
 
-def test_the_load_curve_s_last_slope_goes_on_for_one_knot():
+def test_the_load_curve_s_last_slope_goes_on_for_oneknot_of():
     """A stiffness does not end where a recording did; far beyond nothing is known."""
     values = {f'value_{index:02d}': 1e-3 * index for index in range(KNOTS)}
     setting = EffectSetting('load_curve_shape', {**values, 'from': 0.0, 'to': 11.0})

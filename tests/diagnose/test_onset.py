@@ -150,6 +150,21 @@ def test_coulomb_friction_that_jumps_is_told_as_such(clean):
     assert first.parameters['coulomb'].value == pytest.approx(0.032, abs=0.003)
 
 
+@pytest.mark.parametrize(('effect', 'name', 'more'), [
+    ('inertia_error', 'inertia', 1.0), ('viscous_friction_error', 'viscous_friction', 1.5)])
+def test_an_inertia_and_a_drag_that_jump_are_told_as_such(clean, effect, name, more):
+    """A payload that is picked up, a lubricant that is gone."""
+    nominal = getattr(NOMINAL.motor, name)
+    over = np.gradient(clean.velocity, clean.time) if name == 'inertia' else clean.velocity
+    jumped = with_effort(clean, clean.effort + np.where(
+        clean.time >= BEGINS, more * nominal * over, 0.0))
+    first = diagnose([jumped], NOMINAL).effects[0]
+    assert first.effect == effect
+    assert first.probability > 0.5
+    assert first.onset[1] == pytest.approx(BEGINS, abs=0.3)
+    assert first.parameters[name].value == pytest.approx((1.0 + more) * nominal, rel=0.1)
+
+
 def stepped(begin: int, count: int = 400, size: float = 0.5):
     """Return times, a number's column, an effect's column, and an effort in which the effect
     begins at one value."""

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from engb_core.diagnose.nominal import Knots
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.laws import judgement
@@ -14,7 +15,7 @@ from tests.diagnose.simulated_brake import lively, NOMINAL
 
 
 def test_the_load_curve_stays_free(monkeypatch):
-    free = Fitter(problem_of([lively(NOMINAL)], NOMINAL), 1, load_shape=True)
+    free = Fitter(problem_of([lively(NOMINAL)], NOMINAL), 1, load_shape=Knots())
     search = SimpleNamespace(fitter=free, base=free.finish(free.base()))
     # Which law was chosen matters by its delay alone.
     monkeypatch.setattr(judgement, '_delays', lambda fitter, law: np.array([0.02]))

@@ -281,7 +281,7 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
 def _load_curve_is_told(fitter: Fitter, explained: Fit) -> bool:
     """Whether it is the load curve that a refit seems to have held, and what is wrong with it is
     told, one number of it or its form: a file that stands but for that looks alike."""
-    return fitter.held == (LOAD,) and (fitter.load_shape or any(
+    return fitter.held == (LOAD,) and (fitter.load_shape is not None or any(
         variant.effect.id in BY_ONE_NUMBER for variant in explained.hypothesis.variants))
 
 

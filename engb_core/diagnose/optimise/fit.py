@@ -9,7 +9,7 @@ the last steps before an answer is given (`Fitter.refine`) compute them anew.
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 import math
 
 import numpy as np
@@ -18,10 +18,16 @@ from numpy.typing import NDArray
 from engb_core.diagnose.fitted import Fit, Screened, StartColumns, without_effects
 from engb_core.diagnose.held_parameters import held_odds, likeliest
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
-from engb_core.diagnose.nominal import DELAY, NominalNumber
+from engb_core.diagnose.nominal import DELAY, Knots, NominalNumber
 from engb_core.diagnose.objective import Objective
 from engb_core.diagnose.optimise.descent import descended
-from engb_core.diagnose.optimise.linear_start import screened, start_columns, start_vector
+from engb_core.diagnose.optimise.linear_start import (
+    columns_with_friction,
+    frictionless,
+    screened,
+    start_columns,
+    start_vector,
+)
 from engb_core.diagnose.optimise.multistart import best_promised, Promise, promises
 from engb_core.diagnose.problem import Problem
 from engb_core.signals.spread import robust_deviation
@@ -44,12 +50,13 @@ class Fitter(Objective):
     """Fits hypotheses to one problem, independent ones by so many threads.
 
     `earlier` fitted the file itself, before anything was settled: it knows how the file was made.
-    With `load_shape` a table beside the file's load curve is among the nominal numbers.
+    With `load_shape` a table beside the file's load curve is among the nominal numbers, with
+    these knots.
     `file_residual` (m,) [N·m] is what the file leaves, nothing fitted.
     """
 
     def __init__(self, problem: Problem, threads: int = 1, earlier: Fitter | None = None,
-                 load_shape: bool = False) -> None:
+                 load_shape: Knots | None = None) -> None:
         super().__init__(problem, threads, load_shape)
         self.earlier = earlier
         self._shared: dict[tuple[NominalNumber, ...], Array] = {}
@@ -112,11 +119,22 @@ class Fitter(Objective):
         if key not in self._starts:
             base = self.base()
             hypothesis = self.hypothesis((variant,))
-            self._starts[key] = [
-                StartColumns(setting, start_columns(self, hypothesis, base, setting),
-                             variant.scalable)
-                for setting in (variant.starts() if settings is None else settings)]
+            settings = variant.starts() if settings is None else settings
+            rubs = frictionless(self, base) and not {'level', 'direction'}.isdisjoint(
+                variant.effect.stages) and not variant.effect.of_kind('phase')
+            begun = partial(self._with_friction if rubs else self._alone, variant, hypothesis)
+            self._starts[key] = [begun(setting) for setting in settings]
         return self._starts[key]
+
+    def _alone(self, variant: Variant, hypothesis: Hypothesis, setting: dict[str, float],
+               ) -> StartColumns:
+        return StartColumns(setting, start_columns(self, hypothesis, self.base(), setting),
+                            variant.scalable)
+
+    def _with_friction(self, variant: Variant, hypothesis: Hypothesis,
+                       setting: dict[str, float]) -> StartColumns:
+        columns, size = columns_with_friction(self, hypothesis, self.base(), setting)
+        return StartColumns(setting, columns, variant.scalable, size)
 
     def screen(self, fit: Fit, starts: list[StartColumns]) -> list[Screened]:
         """Return what each start promises when it is added to `fit` by linear least squares.

@@ -12,11 +12,13 @@ from engb_core.diagnose.hypothesis import Hypothesis
 from engb_core.diagnose.objective import Objective
 from engb_core.diagnose.optimise.normal_equations import normal_equations
 
-__all__ = ['added', 'screened', 'start_columns', 'start_vector']
+__all__ = ['added', 'columns_with_friction', 'frictionless', 'screened', 'start_columns',
+           'start_vector']
 
 Array = NDArray[np.float64]
 # Weight, where 1 is that of all data, with which a number is held.
 HELD = 1e9
+COULOMB = 'coulomb'
 
 
 def start_vector(hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
@@ -69,6 +71,30 @@ def start_columns(objective: Objective, hypothesis: Hypothesis, base: Fit,
     return np.stack(columns, axis=1)
 
 
+def frictionless(objective: Objective, base: Fit) -> bool:
+    """Whether a fit's numbers hold no friction of the motor itself above the noise, as where a
+    refit has put that of an effect into others."""
+    names = [number.name for number in base.hypothesis.numbers]
+    return COULOMB in names \
+        and base.vector[names.index(COULOMB)] <= objective.problem.noise_floor
+
+
+def columns_with_friction(objective: Objective, hypothesis: Hypothesis, base: Fit,
+                          setting: dict[str, float]) -> tuple[Array, float]:
+    """Return how the last effect at `setting`, as large as it starts, changes the filtered effort
+    together with a Coulomb friction that `base` lacks (m, 1), and that size of it."""
+    sizing = hypothesis.variants[-1].sizing
+    vector = start_vector(hypothesis, base, setting, None)
+    place = [number.name for number in hypothesis.numbers].index(COULOMB)
+    vector[place] = float(np.std(objective.measured))
+    size = 1.0
+    if hypothesis.variants[-1].scalable:
+        assert sizing.none is not None, 'what is scalable has a size at which it vanishes'
+        size = sizing.starts[0] - sizing.none
+        vector[base.vector.size] = sizing.starts[0]
+    return (objective.predict(hypothesis, vector) - base.predicted)[:, None], size
+
+
 def screened(objective: Objective, base: Fit, shared: Array, start: StartColumns) -> Screened:
     """Return what a start promises when it is added to a fit, whose numbers have the derivatives
     `shared` (m, n).
@@ -80,6 +106,9 @@ def screened(objective: Objective, base: Fit, shared: Array, start: StartColumns
     design = np.concatenate([shared, start.columns], axis=1)
     solution, cost, curvature = added(objective, base, design)
     size = float(solution[count])
+    if start.begins_at is not None:
+        cost += curvature * min(size, 0.0) ** 2
+        return Screened(cost, cost, np.array([start.begins_at]))
     if start.scalable:
         return Screened(cost, cost, solution[count:])
     promised = min(max(size, 0.0), 1.0)

@@ -43,7 +43,8 @@ from engb_core.model import EffectSetting, Model
 from engb_core.signals.motion import MOST_OF_RATE, MOTION_BANDWIDTH
 from engb_core.signals.motion_band import outweighed_from, position_variance
 
-__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'resonance_beside', 'rings']
+__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'of_shafts_that_ring',
+           'resonance_beside', 'rings']
 
 RESONANCE = 'drivetrain_resonance'
 RIVAL = 'backlash'
@@ -266,34 +267,44 @@ def _values(fit: Fit) -> dict[str, float]:
     return fit.hypothesis.named(fit.vector, 0)
 
 
-def _damping(values: Mapping[str, float]) -> float:
-    """Return the damping ratio as a part of its bound."""
-    return values['damping_ratio'] / next(
-        parameter.high for parameter in get_effect(RESONANCE).parameters
-        if parameter.name == 'damping_ratio')
-
-
-def _found(values: Mapping[str, float]) -> bool:
-    return _damping(values) < EDGE
+def _part_of_bound(values: Mapping[str, float], name: str) -> float:
+    """Return a parameter as a part of its upper bound."""
+    return values[name] / next(parameter.high for parameter in get_effect(RESONANCE).parameters
+                               if parameter.name == name)
 
 
 def rings(values: Mapping[str, float], bandwidth: float) -> bool:
     """Whether a shaft of these parameters is one that rings, and none that only smooths noise and
     timing within the comparison's `bandwidth` [Hz]."""
-    return (LEAST_FRACTION <= values['inertia_fraction'] <= MOST_FRACTION
-            and (_found(values) or values['frequency'] < DAMPED_BELOW * bandwidth))
+    within = values['frequency'] < DAMPED_BELOW * bandwidth
+    # What smooths does it by its damping.
+    smooths = not within or _part_of_bound(values, 'damping_ratio') > LARGER_PART
+    fraction = values['inertia_fraction']
+    return (fraction >= LEAST_FRACTION
+            and (fraction <= MOST_FRACTION
+                 or not smooths and _part_of_bound(values, 'inertia_fraction') < EDGE)
+            and (within or _part_of_bound(values, 'damping_ratio') < EDGE))
 
 
-def _rings(fit: Fit, fitter: Fitter) -> bool:
-    """Whether a finished fit of a shaft is one that rings, and not a stiff one: far above the band
-    only a flank is seen, which goes by compliance, 1/frequency²."""
-    if not rings(_values(fit), fitter.problem.bandwidth):
+def _rings(fit: Fit, fitter: Fitter, index: int = 0) -> bool:
+    """Whether the shaft that is one of a finished fit's effects is one that rings, and not a stiff
+    one: far above the band only a flank is seen, which goes by compliance, 1/frequency²."""
+    hypothesis = fit.hypothesis
+    if not rings(hypothesis.named(fit.vector, index), fitter.problem.bandwidth):
         # Where next to nothing is beyond the shaft, its twist has no derivatives.
         return False
-    names = [parameter.name for parameter in get_effect(RESONANCE).parameters]
-    place = len(fit.hypothesis.numbers) + names.index('frequency')
+    place = len(hypothesis.numbers) + next(
+        entry for entry, (owner, _, _) in enumerate(hypothesis.places)
+        if owner == index and hypothesis.parameter(entry).name == 'frequency')
     deviation = vector_deviations(fit, fitter, by_noise_alone=True)[place]
     return bool(2.0 * STANDS_OUT * deviation < 1.0)
+
+
+def of_shafts_that_ring(fitter: Fitter, fit: Fit) -> Fit:
+    """Return a finished fit without such shafts as do not ring once all is fitted together."""
+    silent = {index for index, effect in enumerate(fit.hypothesis.ids)
+              if effect == RESONANCE and not _rings(fit, fitter, index)}
+    return fitter.finished_without(fit, silent) if silent else fit
 
 
 def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float,

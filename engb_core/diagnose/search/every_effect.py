@@ -12,6 +12,7 @@ from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.optimise.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.optimise.multistart import is_multimodal, search_around
 from engb_core.diagnose.parallel_map import parallel_map
+from engb_core.diagnose.score.ranking import worth_having
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search.more_orders import with_more_orders
 from engb_core.diagnose.search.starts import settings_from_residual
@@ -223,7 +224,8 @@ def _companions(result: Search, firsts: Sequence[Fit], effects: list[Effect],
 
     An effect whose cost has many narrow minima takes in alone what it can of its companion, and
     derivatives need not lead back. So a set that such an effect leads to may also be reached by
-    adding it last.
+    adding it last; and so may a set that promises to come to clearly less from here than it came
+    to before, where one of its effects may have been fitted in another form.
     """
     def screened(case: tuple[Fit, Effect]) -> list[_Companion]:
         return _screened(result.fitter, *case)
@@ -237,8 +239,9 @@ def _companions(result: Search, firsts: Sequence[Fit], effects: list[Effect],
     for first, most in zip(firsts, companions, strict=False):
         best: list[_Companion] = []
         for entry in sorted((entry for entry in found
-                             if entry.first is first and (entry.key not in taken or (
-                                 taken[entry.key] and entry.variant.effect.multimodal))),
+                             if entry.first is first and (
+                                 entry.key not in taken or _came_to_more(result, entry) or (
+                                     taken[entry.key] and entry.variant.effect.multimodal))),
                             key=lambda entry: entry.cost):
             alike = sum(other.key == entry.key for other in best)
             if alike < ALIKE and len(best) < most:
@@ -246,6 +249,12 @@ def _companions(result: Search, firsts: Sequence[Fit], effects: list[Effect],
         taken |= dict.fromkeys((entry.key for entry in best), is_multimodal(first))
         chosen += best
     return chosen
+
+
+def _came_to_more(result: Search, entry: _Companion) -> bool:
+    """Whether a set that was fitted came to clearly more than it promises from here."""
+    fit = result.fits.get(entry.key)
+    return fit is not None and worth_having(entry.cost, fit.cost)
 
 
 def _goes_with(effect: Effect, first: Fit) -> bool:
