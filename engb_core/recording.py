@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -164,7 +165,7 @@ class Recording:
         """Whether there is an effort: not where a drive logs neither torque nor current."""
         return not bool(np.isnan(self.effort).all())
 
-    @property
+    @cached_property
     def interval(self) -> float:
         """The usual time between two samples [s], and that between their stamps unless samples
         left a queue in bursts."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ __all__ = ['HEARD', 'Blocks', 'Score', 'derivatives_of', 'kinds_of_motion', 'noi
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
+Sums = tuple[Array, Array, Array]
 
 # Parts of the recordings that are left out in turn.
 PARTS = 6
@@ -69,29 +71,36 @@ class Blocks:
         self._count, self._heard = len(numbers), heard
         columns = derivatives_of(fit)[:, entries]
         weight = fitter.weight
-        self._rows = [np.flatnonzero((labels == label) & (weight > 0.0))
-                      for label in np.unique(labels)]
-        self._rows = [rows for rows in self._rows if rows.size]
-        self._weight = weight
+        rows = [np.flatnonzero((labels == label) & (weight > 0.0)) for label in np.unique(labels)]
+        rows = [of_block for of_block in rows if of_block.size]
+        # Values in the order of their blocks, each of them a stretch; a column's values side by
+        # side, so that sums over them run through memory once.
+        self._order = np.concatenate(rows) if rows else np.zeros(0, np.int64)
+        ends = np.cumsum([0, *(of_block.size for of_block in rows)])
+        self._blocks = [slice(begin, end) for begin, end in itertools.pairwise(ends)]
+        self._weight = weight[self._order]
         self._noise = float(np.sum((fitter.sigma * weight) ** 2))
-        norm = np.sqrt(np.sum((columns * weight[:, None]) ** 2, axis=0))
+        columns = np.ascontiguousarray(columns[self._order].T) * self._weight
+        norm = np.sqrt(np.sum(columns ** 2, axis=1))
         norm[norm == 0.0] = 1.0
-        columns = columns * weight[:, None] / norm
+        columns /= norm[:, None]
         self._norm = norm[:self._count]
-        self._nuisance, self._sizes = np.split(columns, [self._count], axis=1)
-        self._target = fit.residual * weight
+        self._nuisance, self._sizes = np.split(columns, [self._count])
+        self._target = fit.residual[self._order] * self._weight
         spread = fit.hypothesis.prior[1][entries]
         ridge = 1.0 / (spread * norm) ** 2 + _RELATIVE_RIDGE
         self._ridge, self._ridge_of_sizes = ridge[:self._count], ridge[self._count:]
-        self._gram = [self._nuisance[rows].T @ self._nuisance[rows] for rows in self._rows]
-        self._right = [self._nuisance[rows].T @ self._target[rows] for rows in self._rows]
-        self._squares = [float(self._target[rows] @ self._target[rows]) for rows in self._rows]
+        parts = [(self._nuisance[:, block], self._target[block]) for block in self._blocks]
+        self._gram = [part @ part.T for part, _ in parts]
+        self._right = [part @ target for part, target in parts]
+        self._squares = [float(target @ target) for _, target in parts]
         self._whole = np.sum(self._gram, axis=0)
         self._whole_right = np.sum(self._right, axis=0)
 
     def without(self) -> Score:
         """Return the score of the free numbers and sizes alone."""
-        errors, _, _ = self._left_out(self._sizes[:, None, :], self._ridge_of_sizes)
+        sums = self._products(self._sizes[None])
+        errors, _, _ = self._left_out(sums, self._ridge_of_sizes)
         return Score(errors[:, 0] / self._noise, np.zeros(0))
 
     def scores(self, columns: list[Array]) -> list[Score]:
@@ -101,39 +110,52 @@ class Blocks:
         found: dict[int, Score] = {}
         for width in {column.shape[1] for column in columns}:
             places = [place for place, column in enumerate(columns) if column.shape[1] == width]
-            made = self._scored(np.stack([columns[place] for place in places], axis=1))
-            found.update(zip(places, made, strict=True))
+            columns_of_width = np.stack([columns[place].T[:, self._order] for place in places])
+            found.update(zip(places, self._scored(columns_of_width), strict=True))
         return [found[place] for place in range(len(columns))]
 
     def _scored(self, columns: Array) -> list[Score]:
-        """Columns (m, k, q) of k candidates."""
-        columns = columns * self._weight[:, None, None]
-        norm = np.sqrt(np.sum(columns ** 2, axis=(0, 2)))
+        """Columns (k, q, m) of k candidates, which are overwritten."""
+        columns *= self._weight
+        sums = self._products(columns)
+        norm = np.sqrt(np.sum([np.trace(own, axis1=1, axis2=2) for _, own, _ in sums], axis=0))
         good = np.isfinite(norm) & (norm > 0.0)
-        columns = np.where(good[:, None], columns, 0.0) / np.where(good, norm, 1.0)[:, None]
-        errors, sizes, moved = self._left_out(columns, np.full(columns.shape[2], _LEAST))
+        part = np.where(good, 1.0 / np.where(good, norm, 1.0), 0.0)
+        sums = [(np.where(good[:, None], cross, 0.0) * part[:, None],
+                 np.where(good[:, None, None], own, 0.0) * part[:, None, None] ** 2,
+                 np.where(good[:, None], right, 0.0) * part[:, None])
+                for cross, own, right in sums]
+        errors, sizes, moved = self._left_out(sums, np.full(columns.shape[1], _LEAST))
         return [Score(errors[:, place] / self._noise if good[place]
-                      else np.full(len(self._rows), np.inf),
+                      else np.full(len(self._blocks), np.inf),
                       sizes[place] / (norm[place] or 1.0), moved[:, place] / self._norm)
                 for place in range(good.size)]
 
-    def _left_out(self, columns: Array, ridge: Array) -> tuple[Array, Array, Array]:
-        """Return the squared errors (blocks, k) of k candidates (m, k, q), weighted; their sizes
-        (k, q), and the numbers (count, k) beside each, where nothing is left out."""
-        _, count, width = columns.shape
-        flat = columns.reshape(columns.shape[0], -1)
+    def _products(self, columns: Array) -> list[Sums]:
+        """Return of every block what weighted candidates (k, q, m) are multiplied by the free
+        numbers (count, k, q), by themselves (k, q, q) and by what is to be explained (k, q)."""
+        count, width, values = columns.shape
+        flat = columns.reshape(count * width, values)
         sums = []
-        for rows in self._rows:
-            part = flat[rows]
-            cross = (self._nuisance[rows].T @ part).reshape(self._count, count, width)
-            own = np.einsum('mkp,mkq->kpq', columns[rows], columns[rows])
-            right = (self._target[rows] @ part).reshape(count, width)
-            sums.append((cross, own, right))
+        for block in self._blocks:
+            part = flat[:, block]
+            cross = (self._nuisance[:, block] @ part.T).reshape(self._count, count, width)
+            own = np.empty((count, width, width))
+            for one, other in itertools.combinations_with_replacement(range(width), 2):
+                own[:, one, other] = own[:, other, one] = np.einsum(
+                    'km,km->k', columns[:, one, block], columns[:, other, block])
+            sums.append((cross, own, (part @ self._target[block]).reshape(count, width)))
+        return sums
+
+    def _left_out(self, sums: list[Sums], ridge: Array) -> tuple[Array, Array, Array]:
+        """Return the squared errors (blocks, k) of k candidates, weighted, by what `_products`
+        says of them; their sizes (k, q), and the numbers (count, k) beside each, where nothing is
+        left out."""
         cross, own, right = (np.sum([entry[place] for entry in sums], axis=0)
                              for place in range(3))
         own = own + np.diag(ridge)
         whole = self._whole + np.diag(self._ridge)
-        errors = np.empty((len(self._rows), count))
+        errors = np.empty((len(self._blocks), own.shape[0]))
         for place, (cross_out, own_out, right_out) in enumerate(sums):
             gram_out, number_right = self._gram[place], self._right[place]
             sizes, numbers = _solved(whole - gram_out, self._whole_right - number_right,

@@ -99,7 +99,7 @@ class Columns:
         """Return how the filtered effort changes per unit of the form's amplitude, (m, 1), or
         (m, 2) where a phase is free: at the phase it starts at and a quarter turn on."""
         shifts = (0.0, _QUARTER) if any(atom.phase for atom in form.factors) else (0.0,)
-        return np.stack([self._filtered(form, shift) for shift in shifts], axis=1)
+        return np.stack([self._filtered(form, shift) for shift in shifts]).T
 
     def _filtered(self, form: Form, shift: float) -> Array:
         parts = []

@@ -59,7 +59,8 @@ FIRST_ROUNDS = 2
 PROMISING = 0.5
 # Part of its size at which a form begins that is worse than none at all of it.
 NEARER = 0.3
-CHUNK = 400
+# Forms whose columns are held at once, by each thread.
+CHUNK = 100
 # Mean square on blocks left out (noise = 1) from which downwards nothing more is looked for: that
 # would be found by chance.
 NOTHING_LEFT = 1.05
@@ -200,13 +201,16 @@ class _Searching:
         found: list[Screened] = []
         forms = list(forms)
         self._forms += len(forms)
-        for begin in range(0, len(forms), CHUNK):
-            chunk = forms[begin:begin + CHUNK]
-            columns = [self._columns.of(form) for form in chunk]
-            for form, score in zip(chunk, self._blocks.scores(columns), strict=True):
-                found.append(Screened(_sized(form, score.sizes), score))
+        chunks = [forms[begin:begin + CHUNK] for begin in range(0, len(forms), CHUNK)]
+        for scored in parallel_map(self._scored, chunks, self._fitter.threads):
+            found += scored
         return sorted((entry for entry in found if np.isfinite(entry.score.level)),
                       key=lambda entry: entry.score.level)
+
+    def _scored(self, forms: list[Form]) -> list[Screened]:
+        scores = self._blocks.scores([self._columns.of(form) for form in forms])
+        return [Screened(_sized(form, score.sizes), score)
+                for form, score in zip(forms, scores, strict=True)]
 
     def _polish(self, screened: list[Screened], most: int | None = None) -> None:
         """Fit forms with all their parameters; of many only the best so many to the end."""
