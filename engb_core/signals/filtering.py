@@ -35,8 +35,9 @@ ABOVE_BAND = 1.25
 LAW_REACH, LAW_STEP, LEAST_VALUES = 5, 0.125, 3
 # How long [s], and what part of the recording at most, nothing is judged of a shaft that was under
 # way when the recording began: how its drivetrain was twisted nobody knows, and what that does
-# dies out within a period or two of the slowest.
-UNDER_WAY, UNDER_WAY_PART = 0.5, 0.05
+# dies out within a period or two of the slowest. A shaft that starts with the first sample has up
+# to a tenth of its speed there, by smoothing.
+UNDER_WAY, UNDER_WAY_PART, UNDER_WAY_SPEED = 0.5, 0.05, 0.1
 # Part of the highest speed from which the shaft moves, and differences that tell a level.
 MOVES, LEAST_DIFFERENCES = 0.05, 50
 
@@ -137,7 +138,7 @@ def judgeable(motion: Motion, slowest: float, before_stop: float = 0.0) -> NDArr
 def _under_way(motion: Motion) -> NDArray[np.bool_]:
     """Return which samples (n,) come so soon after the begin of a recording in which the shaft
     moves already that what it remembers of before still acts."""
-    moves = abs(motion.velocity[0]) > MOVES * motion.speed
+    moves = abs(motion.velocity[0]) > UNDER_WAY_SPEED * motion.speed
     found: NDArray[np.bool_] = moves & (
         motion.time < min(UNDER_WAY, UNDER_WAY_PART * motion.time[-1]))
     return found
