@@ -2,6 +2,7 @@
 """What the search by derivatives below 20 Hz can't see: resonances, gaps, and refitted files."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.resonance import wide_band
 from engb_core.diagnose.resonance.wide_band import RESONANCE, resonance_beside
 from engb_core.diagnose.score.reduced_chi_square import excess
-from engb_core.diagnose.search.every_effect import search
+from engb_core.diagnose.search.every_effect import _came_to_more, search
 from engb_core.diagnose.selection import select, worth_a_further_effect
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import HARDENS, LINEAR, SOFT_CENTRE
@@ -95,6 +96,27 @@ def test_a_shaft_with_nothing_beyond_it_does_not_ring(clean):
     fit = fitter.evaluate(hypothesis, np.concatenate([vector, own]))
     nowhere = np.full((fit.predicted.size, fit.vector.size), np.nan)
     assert not wide_band._rings(replace(fit, jacobian=nowhere), fitter)
+
+
+def test_a_shaft_that_does_not_ring_once_all_is_fitted_is_no_effect(clean):
+    """Alone it may have rung; what it comes to beside the others is what would be told."""
+    fitter = Fitter(problem_of([clean], NOMINAL))
+    (variant, *_) = variants_of(get_effect(RESONANCE), fitter.problem.scene)
+    (offset,) = variants_of(get_effect('torque_offset'), fitter.problem.scene)
+    hypothesis = fitter.hypothesis((variant, offset))
+    silent = fitter.finish(fitter.evaluate(hypothesis, np.concatenate([
+        hypothesis.start_of_numbers(), [0.05, np.log(64.0), np.log(0.25), 0.5], [0.001]])))
+    assert wide_band.of_shafts_that_ring(fitter, silent).hypothesis.ids == ('torque_offset',)
+    offset_alone = fitter.finish(fitter.base())
+    assert wide_band.of_shafts_that_ring(fitter, offset_alone) is offset_alone
+
+
+@pytest.mark.parametrize(('came_to', 'again'), [(100.0, True), (55.0, False), (None, False)])
+def test_a_set_is_fitted_again_where_it_promises_clearly_less_than_it_came_to(came_to, again):
+    """It may have been fitted with one of its effects in a form that led nowhere."""
+    fits = {} if came_to is None else {('one', 'other'): SimpleNamespace(cost=came_to)}
+    entry = SimpleNamespace(key=('one', 'other'), cost=50.0)
+    assert _came_to_more(SimpleNamespace(fits=fits), entry) is again
 
 
 def test_nothing_rings_on_a_clean_recording(clean):
