@@ -28,6 +28,7 @@ from engb_core.diagnose.numbers.held_load_curve import (
 )
 from engb_core.diagnose.numbers.wrong_numbers import NumberFinding
 from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.optimise.normal_equations import normal_equations
 from engb_core.diagnose.score.probability import part_left
 from engb_core.diagnose.score.ranking import price, worth_having
 from engb_core.diagnose.score.reduced_chi_square import (
@@ -94,11 +95,11 @@ def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
         return None
     chosen, after, whole = selection.chosen, selection.excess_after, selection.excess_before
     instead = _may_be_the_curve(fitter, chosen)
-    # By the one measure of noise for both.
-    fewer = _without_slow_waves(fitter, chosen, instead)
     if not instead and after <= CLEAN_EXCESS:
         return None
+    fewer = _without_slow_waves(fitter, chosen, instead)
     free = with_table(fitter, fewer)
+    # By the one measure of noise for both.
     if instead:
         left = reduced_chi_square(_freed(free, fewer), fitter) - 1.0
         if not worth_a_further_effect(left, after, whole):
@@ -114,12 +115,12 @@ def with_table(fitter: Fitter, fit: Fit) -> Fitter:
     """Return what fits with a table beside the file's load curve, its knots about the place where
     the curve bends: if it does so at one place beside the effects of a fit and without them, since
     what is missing, or wrong in its stead, may bend what is left anywhere."""
-    knots, alone = _best_knots(fitter, fit), Knots()
-    if knots.part > 0.0:
-        alone = _best_knots(fitter, fitter.base()) if fit.hypothesis.variants else knots
-    bends = alone.part > 0.0 and abs(knots.at - alone.at) <= max(knots.width, alone.width)
-    return Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter,
-                  load_shape=knots if bends else Knots())
+    knots = _best_knots(fitter, fit)
+    if knots != Knots() and fit.hypothesis.variants:
+        alone = _best_knots(fitter, fitter.base())
+        if alone == Knots() or abs(knots.at - alone.at) > max(knots.width, alone.width):
+            knots = Knots()
+    return Fitter(fitter.problem, fitter.threads, fitter.earlier or fitter, load_shape=knots)
 
 
 def _best_knots(fitter: Fitter, fit: Fit) -> Knots:
@@ -130,23 +131,20 @@ def _best_knots(fitter: Fitter, fit: Fit) -> Knots:
     positions = np.concatenate([run.comparison(run.motion.position)
                                 for run in fitter.problem.runs])
     low, high = fitter.problem.scene.position_range
-    seen, unseen = fitter.fitted, unseen_rows(fitter)
-    weight = 1.0 / fitter.spread
+    unseen = unseen_rows(fitter)
 
     def left(knots: Knots) -> float:
         design = np.concatenate([columns, _table_columns(positions, (low, high), knots)], axis=1)
-        design *= weight[:, None]
-        target = fit.residual * weight
-        gram = design[seen].T @ design[seen]
+        gram, right = normal_equations(design, fit.residual, fitter.weight)
         # What hardly any value tells must not run away.
         gram += np.diag(1e-8 * np.diag(gram) + 1e-300)
-        solution = np.linalg.solve(gram, design[seen].T @ target[seen])
-        return float(np.sum((target[unseen] - design[unseen] @ solution) ** 2))
+        rest = fit.residual - design @ np.linalg.solve(gram, right)
+        return float(np.sum((rest / fitter.spread)[unseen] ** 2))
 
     tried = [Knots(at, part * (high - low), DENSE)
              for at in np.linspace(low, high, PLACES + 2)[1:-1].tolist() for part in WIDTHS]
-    best = min(tried, key=left)
-    return best if worth_having(left(best), left(Knots()), 3) else Knots()
+    least, best = min(((left(knots), knots) for knots in tried), key=lambda entry: entry[0])
+    return best if worth_having(least, left(Knots()), 3) else Knots()
 
 
 def _table_columns(positions: np.ndarray, stroke: tuple[float, float], knots: Knots) -> np.ndarray:

@@ -13,7 +13,7 @@ from engb_core.effects.base import (
     VELOCITY,
 )
 from engb_core.physics.compiled import compiled, effect_function, Numbers
-from engb_core.physics.stop_elements import ELEMENTS, moved_elements
+from engb_core.physics.stop_elements import moved_elements, start_elements
 
 # Places in the parameters, and of the first slipping element in the state.
 _RATIO, _DISTANCE, _EXPONENT, _SHARPNESS, _PEAK, _SENSE, _REACH, _ELEMENTS, _POWER = range(9)
@@ -40,8 +40,7 @@ def _moved(parameters: Numbers, state: Numbers, distances: float) -> float:
 
 @compiled
 def _forget(state: Numbers) -> None:
-    for index in range(ELEMENTS):
-        state[_FIRST + index] = 0.0
+    start_elements(state, _FIRST, 0.0)
     state[0] = 0.0
 
 

@@ -182,7 +182,7 @@ def test_a_table_for_the_load_curve_says_on_what_it_depends():
     assert nameless_curve([replace(curve, effect='backlash')]) is None
 
 
-def test_the_load_curve_s_last_slope_goes_on_for_oneknot_of():
+def test_the_load_curve_s_last_slope_goes_on_for_one_knot():
     """A stiffness does not end where a recording did; far beyond nothing is known."""
     values = {f'value_{index:02d}': 1e-3 * index for index in range(KNOTS)}
     setting = EffectSetting('load_curve_shape', {**values, 'from': 0.0, 'to': 11.0})

@@ -9,7 +9,7 @@ the last steps before an answer is given (`Fitter.refine`) compute them anew.
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from functools import cached_property
 import math
 
 import numpy as np
@@ -122,19 +122,14 @@ class Fitter(Objective):
             settings = variant.starts() if settings is None else settings
             rubs = frictionless(self, base) and not {'level', 'direction'}.isdisjoint(
                 variant.effect.stages) and not variant.effect.of_kind('phase')
-            begun = partial(self._with_friction if rubs else self._alone, variant, hypothesis)
+
+            def begun(setting: dict[str, float]) -> StartColumns:
+                columns, size = columns_with_friction(self, hypothesis, base, setting) if rubs \
+                    else (start_columns(self, hypothesis, base, setting), None)
+                return StartColumns(setting, columns, variant.scalable, size)
+
             self._starts[key] = [begun(setting) for setting in settings]
         return self._starts[key]
-
-    def _alone(self, variant: Variant, hypothesis: Hypothesis, setting: dict[str, float],
-               ) -> StartColumns:
-        return StartColumns(setting, start_columns(self, hypothesis, self.base(), setting),
-                            variant.scalable)
-
-    def _with_friction(self, variant: Variant, hypothesis: Hypothesis,
-                       setting: dict[str, float]) -> StartColumns:
-        columns, size = columns_with_friction(self, hypothesis, self.base(), setting)
-        return StartColumns(setting, columns, variant.scalable, size)
 
     def screen(self, fit: Fit, starts: list[StartColumns]) -> list[Screened]:
         """Return what each start promises when it is added to `fit` by linear least squares.

@@ -18,7 +18,6 @@ __all__ = ['added', 'columns_with_friction', 'frictionless', 'screened', 'start_
 Array = NDArray[np.float64]
 # Weight, where 1 is that of all data, with which a number is held.
 HELD = 1e9
-COULOMB = 'coulomb'
 
 
 def start_vector(hypothesis: Hypothesis, start: Fit, setting: dict[str, float],
@@ -74,9 +73,13 @@ def start_columns(objective: Objective, hypothesis: Hypothesis, base: Fit,
 def frictionless(objective: Objective, base: Fit) -> bool:
     """Whether a fit's numbers hold no friction of the motor itself above the noise, as where a
     refit has put that of an effect into others."""
-    names = [number.name for number in base.hypothesis.numbers]
-    return COULOMB in names \
-        and base.vector[names.index(COULOMB)] <= objective.problem.noise_floor
+    place = _place_of_coulomb(base.hypothesis)
+    return place is not None and bool(base.vector[place] <= objective.problem.noise_floor)
+
+
+def _place_of_coulomb(hypothesis: Hypothesis) -> int | None:
+    return next((place for place, number in enumerate(hypothesis.numbers)
+                 if number.name == 'coulomb'), None)
 
 
 def columns_with_friction(objective: Objective, hypothesis: Hypothesis, base: Fit,
@@ -85,7 +88,8 @@ def columns_with_friction(objective: Objective, hypothesis: Hypothesis, base: Fi
     together with a Coulomb friction that `base` lacks (m, 1), and that size of it."""
     sizing = hypothesis.variants[-1].sizing
     vector = start_vector(hypothesis, base, setting, None)
-    place = [number.name for number in hypothesis.numbers].index(COULOMB)
+    place = _place_of_coulomb(hypothesis)
+    assert place is not None, 'only what is free can be lacking'
     vector[place] = float(np.std(objective.measured))
     size = 1.0
     if hypothesis.variants[-1].scalable:

@@ -277,13 +277,13 @@ def rings(values: Mapping[str, float], bandwidth: float) -> bool:
     """Whether a shaft of these parameters is one that rings, and none that only smooths noise and
     timing within the comparison's `bandwidth` [Hz]."""
     within = values['frequency'] < DAMPED_BELOW * bandwidth
+    fraction, damping = values['inertia_fraction'], _part_of_bound(values, 'damping_ratio')
     # What smooths does it by its damping.
-    smooths = not within or _part_of_bound(values, 'damping_ratio') > LARGER_PART
-    fraction = values['inertia_fraction']
+    smooths = not within or damping > LARGER_PART
     return (fraction >= LEAST_FRACTION
             and (fraction <= MOST_FRACTION
                  or not smooths and _part_of_bound(values, 'inertia_fraction') < EDGE)
-            and (within or _part_of_bound(values, 'damping_ratio') < EDGE))
+            and (within or damping < EDGE))
 
 
 def _rings(fit: Fit, fitter: Fitter, index: int = 0) -> bool:
