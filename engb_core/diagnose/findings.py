@@ -14,7 +14,7 @@ from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.load_shape import is_line, LOAD_SHAPE, mostly_repeats
+from engb_core.diagnose.load_shape import LOAD_SHAPE
 from engb_core.diagnose.numbers.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.numbers.wrong_numbers import (
     file_stands,
@@ -37,6 +37,7 @@ from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, reported_deviations, stands_out
 from engb_core.diagnose.unknown.flexible import form_left
 from engb_core.diagnose.unknown.openset import Explanation
+from engb_core.diagnose.waves import is_line, wave_known
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 
@@ -155,9 +156,8 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         believed = surely * (variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not stands_out(chosen, fitter, index):
             believed = 0.0
-        elif not mostly_repeats(fitter, variant.effect, values):
-            # Whatever form stands in some places once is a sum of a few slow waves.
-            believed *= LARGER_PART
+        else:
+            believed *= wave_known(fitter, chosen, index)
         rivals = [fit for fit in selection.rivals
                   if _differs_by(fit, chosen, variant.effect.id)]
         weights = rival_weights(chosen, rivals, fitter, to_explain)

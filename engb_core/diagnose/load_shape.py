@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, LARGER_PART, REPEATS
+from engb_core.diagnose.constants import CLEAN_EXCESS, LARGER_PART, SURE
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, something_known
@@ -38,52 +38,22 @@ from engb_core.diagnose.score.reduced_chi_square import (
 )
 from engb_core.diagnose.search.every_effect import Search
 from engb_core.diagnose.search.more_orders import (
-    amplitudes_of,
     orders_of,
     with_orders_only,
 )
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
-from engb_core.effects.base import Effect, POSITION, SAMPLE_SIZE, STATE_SIZE
+from engb_core.diagnose.waves import comes_often, wave_known
+from engb_core.effects.base import POSITION, SAMPLE_SIZE, STATE_SIZE
 from engb_core.effects.load_curve_shape import EFFECT, KNOTS
 from engb_core.physics.compiled import PARAMETER_SIZE
 
-__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'mostly_repeats', 'moved_as_a_whole',
-           'nameless_curve', 'with_free_load_curve', 'with_table']
+__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'moved_as_a_whole', 'nameless_curve',
+            'with_free_load_curve', 'with_table']
 
 LOAD_SHAPE = EFFECT.id
 # Places along the stroke about which knots are laid, within which parts of it, and what part of
 # them: half of the knots have to tell the rest of the curve.
 PLACES, WIDTHS, DENSE = 24, (0.1, 0.04, 0.015), 0.5
-
-
-def repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
-    """Return whether a wave over the motor angle, if that is what the effect is, comes often
-    enough to be told from the form of the load curve; one without an order comes once a turn."""
-    order = effect.of_kind('order')
-    return effect.reveals != 'motor_angle' or _repeats(
-        fitter, 1.0 if order is None else values[order.name])
-
-
-def mostly_repeats(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
-    """Return whether of several waves over the motor angle those that come often enough are the
-    larger part (of their mean square); as `repeats` for one, or anything else."""
-    if effect.reveals != 'motor_angle' or 'order_2' not in values:
-        return repeats(fitter, effect, values)
-    orders, sizes = orders_of(values), amplitudes_of(values)
-    quick = sum(sizes[number] ** 2 for number in orders if _repeats(fitter, orders[number]))
-    return quick > LARGER_PART * sum(size ** 2 for size in sizes.values())
-
-
-def is_line(fitter: Fitter, effect: Effect, values: dict[str, float]) -> bool:
-    """Return whether an effect is a wave over the motor angle that comes often enough to be a line
-    among the orders."""
-    return effect.reveals == 'motor_angle' and effect.of_kind('order') is not None and repeats(
-        fitter, effect, values)
-
-
-def _repeats(fitter: Fitter, order: float) -> bool:
-    low, high = fitter.problem.scene.position_range
-    return order * (high - low) >= 2.0 * np.pi * REPEATS
 
 
 def with_free_load_curve(fitter: Fitter, selection: Selection) -> Fitter | None:
@@ -198,7 +168,7 @@ def _without_slow_waves(fitter: Fitter, fit: Fit, instead: set[int]) -> Fit:
     for index in sorted(instead):
         values = fit.hypothesis.named(fit.vector, index)
         quick = [number for number, order in orders_of(values).items()
-                 if _repeats(fitter, order)] if 'order' in values else []
+                 if comes_often(fitter, order)] if 'order' in values else []
         if quick:
             fit = with_orders_only(fitter, fit, index, quick)
             instead = instead - {index}
@@ -214,7 +184,7 @@ def _may_be_the_curve(fitter: Fitter, fit: Fit) -> set[int]:
         effect, values = variant.effect, fit.hypothesis.named(fit.vector, index)
         at_a_place = effect.unnamed and effect.reveals == 'position' \
             and not values.get('by_direction', 0.0)
-        if at_a_place or not repeats(fitter, effect, values):
+        if at_a_place or wave_known(fitter, fit, index) < SURE:
             found.add(index)
     return found
 

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import CLEAN_EXCESS, NAMELESS_PRICE
+from engb_core.diagnose.constants import CLEAN_EXCESS, EDGE, NAMELESS_PRICE
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.onset import cost_by_onset, Onset
 from engb_core.diagnose.optimise.fit import Fit, Fitter, StartColumns
@@ -80,11 +80,14 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
     throughout = _refined(fitter, _throughout(fitter, best))
     if not _begins(fitter, best, throughout, whole):
         return selection
-    rivals = sorted((fit for fit in (*found, chosen)
-                     if set(fit.hypothesis.ids) != set(best.hypothesis.ids)
-                     and len(fit.hypothesis.variants) == len(best.hypothesis.variants)),
-                    key=lambda fit: fit.cost)
-    return Selection(best, tuple(rivals), selection.nominal_excess, whole, excess(best, fitter))
+    rivals: dict[frozenset[str], Fit] = {}
+    for fit in sorted((*found, chosen), key=lambda fit: fit.cost):
+        if len(fit.hypothesis.variants) == len(best.hypothesis.variants):
+            # The same effects in another form are no further rival.
+            rivals.setdefault(frozenset(fit.hypothesis.ids), fit)
+    rivals.pop(frozenset(best.hypothesis.ids), None)
+    return Selection(best, tuple(rivals.values()), selection.nominal_excess, whole,
+                     excess(best, fitter))
 
 
 def _cost_of_all(fitter: Fitter, fit: Fit) -> float:
@@ -101,10 +104,20 @@ def _bar(fitter: Fitter, fit: Fit) -> float:
 
 def _complexity(fit: Fit) -> int:
     """Return how many things a fit claims. A description without a name claims that there is
-    physics which nobody wrote down: no less than that a known effect has a beginning."""
+    physics which nobody wrote down: no less than that a known effect has a beginning; and so does
+    an effect that grows over the recording as suddenly as it can."""
     hypothesis = fit.hypothesis
     return len(hypothesis.variants) + len(hypothesis.onsets) + sum(
-        variant.effect.unnamed for variant in hypothesis.variants)
+        variant.effect.unnamed or _grows_at_once(fit, index)
+        for index, variant in enumerate(hypothesis.variants))
+
+
+def _grows_at_once(fit: Fit, index: int) -> bool:
+    """Whether what says how an effect grows over the recording is driven to the end of its range:
+    it stands for a change at one moment."""
+    effect, named = fit.hypothesis.variants[index].effect, fit.hypothesis.named(fit.vector, index)
+    return any(named[entry.name] > EDGE * entry.high
+               for entry in effect.parameters if entry.name in effect.at_once)
 
 
 def _preferred(fit: Fit, chosen: Fit, fitter: Fitter, whole: float) -> bool:

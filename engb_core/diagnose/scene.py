@@ -61,6 +61,7 @@ def scene_of(recordings: Sequence[Recording], motions: Sequence[Motion], model: 
         middle_speed=_middle_speed(np.concatenate([_moving_speed(motion) for motion in motions])),
         load_slope=_load_slope(motions, nominal, load),
         load_power=_load_power(nominal, low, high),
+        load_span=float(np.ptp(along)),
         loaded_share=_loaded_share(loads, model),
         reference_load=_reference_load(loads),
         effective_load=float(np.sum(loads ** 3) / max(np.sum(loads ** 2), 1e-30)),

@@ -135,6 +135,7 @@ class Scene:
         load_slope: root mean square of the load's slope in contact [N·m/rad], while the disc
             turns where there is one.
         load_power: the load goes roughly with travel^load_power [-].
+        load_span: from the smallest to the largest load [N·m].
         loaded_share: the part of the dry friction that goes with load [-], on average while the
             shaft moves.
         reference_load: where friction that is curved over the load crosses the straight line of
@@ -156,6 +157,7 @@ class Scene:
     middle_speed: float = 10.0
     load_slope: float = 0.02
     load_power: float = 2.0
+    load_span: float = 0.0
     loaded_share: float = 0.5
     reference_load: float = 0.2
     effective_load: float = 0.2

@@ -38,6 +38,10 @@ def _sprung(parameters: Numbers, twist: float) -> float:
     return twist
 
 
+# Below that [Hz] hardly any drivetrain resonates: loads swing from hooks and slosh in tanks.
+_SWINGS = 2.0
+
+
 @effect_function
 def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # Where the load is by now, if it goes on as it did in the last step.
@@ -96,6 +100,10 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 
 
 def _statement(p: Mapping[str, float]) -> str:
+    if p['frequency'] < _SWINGS:
+        return (f"A part of the load swings at {p['frequency']:.2g} Hz, with "
+                f"{p['inertia_fraction'] * 100:.0f} % of the inertia: it hangs or sloshes, or its "
+                'drivetrain is very soft.')
     text = (f"A compliant drivetrain resonates at {p['frequency']:.1f} Hz with "
             f"{p['inertia_fraction'] * 100:.0f} % of the inertia beyond it")
     if p['spring'] == HARDENS:
@@ -116,7 +124,8 @@ EFFECT = Effect(
     parameters=(
         Parameter('inertia_fraction', '-', 0.0, 0.9, none=0.0, starts=(0.25,),
                   default=0.25),
-        Parameter('frequency', 'Hz', 2.0, 100.0,
+        # From a load that swings from a hook to a stiff shaft.
+        Parameter('frequency', 'Hz', 0.2, 100.0,
                   starts=(8.0, 12.0, 17.0, 24.0, 33.0, 46.0, 64.0, 90.0), logarithmic=True,
                   kind='natural_frequency'),
         Parameter('damping_ratio', '-', 0.002, 0.3, starts=(0.03, 0.15), logarithmic=True),

@@ -47,4 +47,5 @@ EFFECT = Effect(
     defaults={'duration': 60.0},
     set_constants=lambda scene: {'duration': scene.duration},
     at_once={'settling': 1e-3, 'shape': 1.0},
+    contains=('coulomb_friction_error',),
 )

@@ -13,11 +13,14 @@ from engb_core.effects.base import (
     VELOCITY,
 )
 from engb_core.physics.compiled import compiled, effect_function, Numbers
-from engb_core.physics.stop_elements import moved_elements, start_elements
+from engb_core.physics.stop_elements import ELEMENTS, moved_elements, start_elements
 
 # Places in the parameters, and of the first slipping element in the state.
-_RATIO, _DISTANCE, _EXPONENT, _SHARPNESS, _PEAK, _SENSE, _REACH, _ELEMENTS, _POWER = range(9)
+(_RATIO, _DISTANCE, _EXPONENT, _SHARPNESS, _PEAK, _SENSE, _REACH, _ELEMENTS, _POWER, _OVER_LOAD,
+ _SPAN) = range(11)
 _FIRST = 2
+# Where the state holds the load of the sample before, and whether there is one.
+_BEFORE, _BEGUN = _FIRST + 2 * ELEMENTS, _FIRST + 2 * ELEMENTS + 1
 # Steps of the slow loop that tells how wide the loop opens.
 _STEPS = 120
 
@@ -46,10 +49,16 @@ def _forget(state: Numbers) -> None:
 
 @compiled
 def _widest(parameters: Numbers, state: Numbers) -> float:
-    """Return half the widest opening of the slow loop from rest to the top and back, over what the
-    whole memory does at the top; the load goes with travel^load_power. Leaves no memory."""
-    power = parameters[_POWER]
+    """Return half the widest opening of the slow loop to the top and back, over what the whole
+    memory does at the top; from rest, if there is no load at the bottom. The load goes with
+    travel^load_power. Leaves no memory."""
+    power = 1.0 if parameters[_OVER_LOAD] > 0.5 else parameters[_POWER]
     way = parameters[_REACH] / parameters[_DISTANCE] / _STEPS
+    if parameters[_OVER_LOAD] > 0.5 and abs(parameters[_SPAN] - parameters[_PEAK]) \
+            > 1e-3 * parameters[_PEAK]:
+        # A load that is not none at its smallest finds the memory as the last loop left it.
+        for step in range(2 * _STEPS):
+            _moved(parameters, state, way if step < _STEPS else -way)
     applying = np.empty(_STEPS)
     for step in range(_STEPS):
         applying[step] = _moved(parameters, state, way)
@@ -96,6 +105,8 @@ def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     load = sample[LOAD]
     if parameters[_SENSE] < 0.0:
         return load
+    if parameters[_OVER_LOAD] > 0.5:
+        return load + _over_load(parameters, state, load)
     if load <= 0.0:
         # Out of contact the pad has no memory.
         _forget(state)
@@ -104,6 +115,21 @@ def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     weight: float = (min(load, peak) / peak) ** parameters[_EXPONENT]
     return load + peak * weight * _remembered(
         parameters, state, sample[VELOCITY] * sample[TIME_STEP] / parameters[_DISTANCE])
+
+
+@compiled
+def _over_load(parameters: Numbers, state: Numbers, load: float) -> float:
+    """Return what the memory adds to a load of either sign, by the way that the load has gone."""
+    before = load if state[_BEGUN] == 0.0 else state[_BEFORE]
+    state[_BEFORE], state[_BEGUN] = load, 1.0
+    if load == 0.0:
+        # Out of contact the pad has no memory.
+        _forget(state)
+        return 0.0
+    peak = parameters[_PEAK]
+    weight: float = (min(abs(load), peak) / peak) ** parameters[_EXPONENT]
+    distances = (load - before) / parameters[_SPAN] * parameters[_REACH] / parameters[_DISTANCE]
+    return peak * weight * _remembered(parameters, state, distances)
 
 
 EFFECT = Effect(
@@ -131,17 +157,21 @@ EFFECT = Effect(
     confused='load-dependent friction, which turns at once with direction',
     measure='full and partial strokes at one slow speed',
     constants=(('peak_load', 'N·m'), ('sense', '-'), ('reach', 'rad'),
-               ('elements', '-'), ('load_power', '-')),
-    defaults={'peak_load': 0.35, 'sense': 1.0, 'reach': 30.0, 'elements': 0.0, 'load_power': 2.0},
+               ('elements', '-'), ('load_power', '-'), ('over_load', '-'), ('load_span', 'N·m')),
+    defaults={'peak_load': 0.35, 'sense': 1.0, 'reach': 30.0, 'elements': 0.0, 'load_power': 2.0,
+              'over_load': 0.0, 'load_span': 0.35},
     set_constants=lambda scene: {
         'peak_load': max(scene.largest_load, 1e-9),
         'reach': max(scene.position_range[1] - scene.position_range[0], 1e-9),
-        'load_power': scene.load_power},
+        'load_power': scene.load_power,
+        'load_span': max(scene.load_span, 1e-9)},
     applies=lambda scene: scene.largest_load > 0,
     # A caliper's friction makes applying the harder way; play in the load path the easier one.
-    # The memory forgets, or consists of elements that each keep their turning point.
-    variants=tuple({'sense': sense, 'elements': elements}
-                   for sense in (1.0, -1.0) for elements in (0.0, 1.0)),
+    # The memory forgets, or consists of elements that each keep their turning point; it goes with
+    # the angle, or with the load itself, as of a spring that rubs in its guide.
+    variants=(*({'sense': sense, 'elements': elements, 'over_load': 0.0}
+                for sense in (1.0, -1.0) for elements in (0.0, 1.0)),
+              {'sense': 1.0, 'elements': 1.0, 'over_load': 1.0}),
     # A loop of the second sense gives energy; a friction that ages at rest can look like it.
     credence=lambda p: 1.0 if p['sense'] > 0 else 0.95,
 )

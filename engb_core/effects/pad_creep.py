@@ -20,11 +20,12 @@ def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
             state[3 + element] = 1.0 - math.exp(-sample[TIME_STEP] / time)
     for element in range(3):
         if sample[TIME] <= 0.0:
-            state[element] = 0.0
+            # How long the load had been held before the recording, it does not show.
+            state[element] = parameters[3] * load
         state[element] += state[3 + element] * (load - state[element])
         relaxed += state[element] / 3.0
     left = load - parameters[0] * relaxed
-    if parameters[3] > 0.0 and left < 0.0:
+    if parameters[4] > 0.0 and left < 0.0:
         # The pad leaves the disc rather than pull.
         left = min(0.0, load)
     return left
@@ -38,10 +39,11 @@ EFFECT = Effect(
         Parameter('time_constant', 's', 0.1, 60.0, starts=(0.3, 1.0, 3.0),
                   logarithmic=True),
         Parameter('spread', '-', 1.0, 8.0, starts=(1.5,), default=1.0),
+        Parameter('settled', '-', 0.0, 1.0, starts=(0.5,), default=0.0),
     ),
     stages={'load': _load},
-    equation='T_L = T_L(θ) − fraction·(q₁ + q₂ + q₃)/3, τ sⁱ⁻² dqᵢ/dt = T_L(θ) − qᵢ; T_L ≥ 0 '
-             'where the pad can leave the disc',
+    equation='T_L = T_L(θ) − fraction·(q₁ + q₂ + q₃)/3, τ sⁱ⁻² dqᵢ/dt = T_L(θ) − qᵢ, '
+             'qᵢ = settled·T_L at the start; T_L ≥ 0 where the pad can leave the disc',
     reference='standard linear solid; Ferry, Viscoelastic Properties of Polymers (1980)',
     statement=lambda p: (
         f"Held at one angle the load relaxes by {p['relaxed_fraction'] * 100:.1f} % with a "

@@ -21,6 +21,7 @@ from engb_core.recording import Recording, Signal
 from engb_core.signals.count_edges import quantum_of
 from engb_core.signals.filtering import mostly_white
 from engb_core.signals.held_effort import effort_as_taken, EFFORT_TAKEN, time_between_polls
+from engb_core.signals.mains_hum import mains_hum
 from engb_core.signals.motion import CUT_OFF
 from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
 from engb_core.signals.spread import robust_deviation
@@ -65,6 +66,9 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
     recording = timed if repeated else effort_as_taken(timed)
     held = EFFORT_TAKEN in recording.signals
     faults += _held(recording) if held else []
+    if not (held or repeated):
+        recording, hum = _without_hum(recording, model)
+        faults += hum
     # Among values that stand for several samples each, neighbours tell no spike and no limit.
     effort_bad = np.zeros(recording.effort.size, bool) if held else _spikes(recording.effort)
     most = float(np.max(np.abs(recording.effort[~effort_bad]), initial=0.0))
@@ -101,6 +105,17 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
         recording, time=recording.time[keep], position=recording.position[keep],
         effort=recording.effort[keep],
         velocity=None if recording.velocity is None else recording.velocity[keep]), faults
+
+
+def _without_hum(recording: Recording, model: Model) -> tuple[Recording, list[DataFault]]:
+    hum = mains_hum(recording, model.motor.inertia)
+    if hum is None:
+        return recording, []
+    return replace(recording, effort=recording.effort - hum.values), [DataFault(
+        'mains_hum', recording.name, 0.0, recording.duration,
+        f'Effort holds a hum of ±{hum.amplitude:.3g} at {hum.frequency:.4g} Hz, the mains, which '
+        'the shaft does not follow: it is measured, no torque, and taken out. Look at the ground '
+        'and the shield of the current sensor.')]
 
 
 def _away_and_back(values: Array, count: int, when: Array | None = None) -> tuple[Array, Array]:

@@ -385,8 +385,10 @@ def test_formulations_of_a_shaft_that_explain_as_well_say_how_sure_its_numbers_a
 
 
 @pytest.mark.parametrize(('fraction', 'damping', 'frequency', 'rings'), [
-    (0.4, 0.05, 50.0, True), (0.01, 0.05, 50.0, False), (0.9, 0.05, 50.0, False),
+    (0.4, 0.05, 50.0, True), (0.9, 0.05, 50.0, False),
     (0.4, 1.0, 30.0, True), (0.4, 1.0, 90.0, False),
+    # However little is beyond it rings if it is lightly damped and within the band, only then.
+    (0.05, 0.05, 50.0, True), (0.05, 0.6, 50.0, False), (0.05, 0.05, 90.0, False),
     # Much inertia beyond it smooths noise, unless it is lightly damped and within the band.
     (0.75, 0.1, 30.0, True), (0.75, 0.6, 30.0, False), (0.75, 0.1, 90.0, False)])
 def test_a_shaft_rings_by_its_inertia_and_damping(fraction, damping, frequency, rings):

@@ -7,9 +7,9 @@ import pytest
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.findings import in_order
-from engb_core.diagnose.load_shape import repeats
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.waves import repeats
 from engb_core.effects.catalogue import get_effect
 from engb_core.recording import Recording
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engb_core.diagnose.load_shape import is_line
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.search.starts import settings_from_residual
 from engb_core.diagnose.timing import lateness
+from engb_core.diagnose.waves import is_line
 from engb_core.effects.base import Effect, Parameter
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import EffectSetting

@@ -36,6 +36,7 @@ from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.problem import Problem, problem_of, Run
 from engb_core.diagnose.score.probability import part_left
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
+from engb_core.diagnose.search.starts import strongest_frequency
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
@@ -66,8 +67,10 @@ FOLLOWED, FIRST_MOVES = 4, 60
 SETTLED, FURTHER_MOVES, ROUNDS = 2, 150, 12
 # It must promise to take away a tenth of the cost.
 HOPE = 0.1
-# Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed.
+# Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed; a
+# light one, and what is known of a load that swings.
 FRACTION, PROMISED = 0.3, 3
+LIGHT, HANGING = 0.1, {'damping_ratio': LIGHTLY, 'friction_fraction': 0.0}
 
 
 @dataclass(frozen=True)
@@ -171,8 +174,14 @@ def _linear(fitter: Fitter) -> Fit:
 def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
     """Return fits begun where a resonance of some size promises most: half its size does not do
     half of what it does, so that linear least squares may mistake the frequency."""
-    promised = promises(fitter, fitter.base(), fitter.hypothesis((variant,)), [
-        {**start, 'inertia_fraction': FRACTION} for start in variant.starts()])
+    settings = [{**start, 'inertia_fraction': FRACTION} for start in variant.starts()]
+    line = strongest_frequency(fitter, fitter.base())
+    if line is not None:
+        # What rings long does so in a narrower band than lies between two starts; and a load that
+        # swings from a hook is light and does not rub.
+        settings += [{**HANGING, 'frequency': line, 'inertia_fraction': fraction}
+                     for fraction in (FRACTION, LIGHT)]
+    promised = promises(fitter, fitter.base(), fitter.hypothesis((variant,)), settings)
     return followed(fitter, promised[:PROMISED], 8, fitter.iterate)
 
 
@@ -278,12 +287,10 @@ def rings(values: Mapping[str, float], bandwidth: float) -> bool:
     timing within the comparison's `bandwidth` [Hz]."""
     within = values['frequency'] < DAMPED_BELOW * bandwidth
     fraction, damping = values['inertia_fraction'], _part_of_bound(values, 'damping_ratio')
-    # What smooths does it by its damping.
-    smooths = not within or damping > LARGER_PART
-    return (fraction >= LEAST_FRACTION
-            and (fraction <= MOST_FRACTION
-                 or not smooths and _part_of_bound(values, 'inertia_fraction') < EDGE)
-            and (within or damping < EDGE))
+    if within and damping <= LARGER_PART:
+        # What smooths does it by its damping: this one rings, however little is beyond it.
+        return _part_of_bound(values, 'inertia_fraction') < EDGE
+    return LEAST_FRACTION <= fraction <= MOST_FRACTION and (within or damping < EDGE)
 
 
 def _rings(fit: Fit, fitter: Fitter, index: int = 0) -> bool:
@@ -293,11 +300,12 @@ def _rings(fit: Fit, fitter: Fitter, index: int = 0) -> bool:
     if not rings(hypothesis.named(fit.vector, index), fitter.problem.bandwidth):
         # Where next to nothing is beyond the shaft, its twist has no derivatives.
         return False
-    place = len(hypothesis.numbers) + next(
-        entry for entry, (owner, _, _) in enumerate(hypothesis.places)
-        if owner == index and hypothesis.parameter(entry).name == 'frequency')
-    deviation = vector_deviations(fit, fitter, by_noise_alone=True)[place]
-    return bool(2.0 * STANDS_OUT * deviation < 1.0)
+    deviations = vector_deviations(fit, fitter, by_noise_alone=True)
+    places = {hypothesis.parameter(entry).name: len(hypothesis.numbers) + entry
+              for entry, (owner, _, _) in enumerate(hypothesis.places) if owner == index}
+    fraction = places['inertia_fraction']
+    return bool(2.0 * STANDS_OUT * deviations[places['frequency']] < 1.0
+                and fit.vector[fraction] > STANDS_OUT * deviations[fraction])
 
 
 def of_shafts_that_ring(fitter: Fitter, fit: Fit) -> Fit:

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 
 from engb_core.diagnose.constants import FORMULA_ERROR
-from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.hypothesis import Hypothesis, Variant, variants_of
 from engb_core.diagnose.optimise.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.optimise.multistart import is_multimodal, search_around
 from engb_core.diagnose.parallel_map import parallel_map
@@ -17,7 +17,7 @@ from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search.more_orders import with_more_orders
 from engb_core.diagnose.search.starts import settings_from_residual
 from engb_core.effects.base import Effect
-from engb_core.effects.catalogue import catalogue
+from engb_core.effects.catalogue import catalogue, get_effect
 
 __all__ = ['Search', 'extend', 'physics_effects', 'search', 'variants_and_starts',
            'with_variant']
@@ -40,6 +40,8 @@ AHEAD = 2
 # lower the leading single's cost to this part of it.
 OTHER_WAY_ROUND = 4
 ASTRAY = 0.8
+# Rounds after which the forms of an effect are compared.
+IN_OTHER_FORM = 5
 
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
 # is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
@@ -124,6 +126,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None,
         result.add(fit)
     for fit in parallel_map(_other_way_round(result), _led_astray(result), fitter.threads):
         result.add(fit)
+    _add_other_form(result, result.of_size(2))
     if found is not None and found.hypothesis.variants and not found.hypothesis.onsets:
         result.add(fitter.refit(found, fitter.numbers))
     _refine(result, 2)
@@ -143,12 +146,18 @@ def extend(result: Search, fits: Sequence[Fit], most: int = COMPANIONS[0]) -> No
     fitter = result.fitter
     further = _companions(result, fits, physics_effects(fitter), [most] * len(fits))
     found = list(_with_companions(fitter, further))
-    for entry in parallel_map(fitter.refine, found, fitter.threads):
+    fitted = list(parallel_map(fitter.refine, found, fitter.threads))
+    for entry in fitted:
         result.add(entry)
+    _add_other_form(result, sorted(fitted, key=lambda fit: fit.cost))
 
 
 def _refine(result: Search, size: int) -> None:
     leading = result.of_size(size)[:REFINED]
+    if size == 1:
+        # In which form an effect is there may show at the end of a fit only.
+        leading += [fit for fit in result.alike(leading[:len(COMPANIONS)])
+                    if all(fit is not other for other in leading)]
     hopeful = [fit for fit in leading if fit.cost < HOPELESS * leading[0].cost]
     for fit in parallel_map(result.fitter.refine, hopeful, result.fitter.threads):
         result.add(fit)
@@ -195,6 +204,35 @@ def _other_way_round(result: Search) -> Callable[[Fit], Fit]:
         return with_variant(result.fitter, alone, last)
 
     return fitted
+
+
+def _add_other_form(result: Search, fits: Sequence[Fit]) -> None:
+    """Add the first of the fits without what has no name, if it leaves more than noise, with one
+    of its effects in another form: beside others an effect may need another one than it had when
+    they were added."""
+    fitter = result.fitter
+    fit = next((fit for fit in fits if not fit.hypothesis.has_unnamed), None)
+    if fit is None or reduced_chi_square(fit, fitter) < 1.0 + FORMULA_ERROR:
+        return
+
+    def begun(form: Hypothesis) -> Fit:
+        return fitter.iterate(fitter.evaluate(form, fit.vector), IN_OTHER_FORM)
+
+    others = parallel_map(begun, list(_other_forms(fit.hypothesis, fitter)), fitter.threads)
+    best = min(others, key=lambda other: other.cost, default=fit)
+    if best.cost < fit.cost:
+        result.add(fitter.refine(best))
+
+
+def _other_forms(hypothesis: Hypothesis, fitter: Fitter) -> Iterator[Hypothesis]:
+    """Yield a hypothesis with one of its effects in each other of its forms that has the same
+    parameters."""
+    for index, variant in enumerate(hypothesis.variants):
+        for form in variants_of(get_effect(variant.effect.id), fitter.problem.scene):
+            if form.constants != variant.constants and form.effect.names == variant.effect.names:
+                variants = list(hypothesis.variants)
+                variants[index] = replace(variant, constants=form.constants)
+                yield fitter.hypothesis(tuple(variants), hypothesis.numbers)
 
 
 def with_variant(fitter: Fitter, fit: Fit, variant: Variant) -> Fit:

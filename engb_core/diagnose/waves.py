@@ -1,0 +1,86 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""Is a wave over the motor angle a wave, or the form of the load curve?
+
+Whatever form stands in some places once is a sum of a few slow waves. What tells a wave is that it
+comes often along the stroke; or that it comes a whole number of times in a revolution, as what
+poles, slots and teeth make does, and as a form does by chance only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from engb_core.diagnose.constants import LARGER_PART, REPEATS, STANDS_OUT
+from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.search.more_orders import amplitudes_of, orders_of
+from engb_core.diagnose.uncertainty import reported_deviations
+from engb_core.effects.base import Effect
+
+__all__ = ['comes_often', 'is_line', 'repeats', 'wave_known']
+
+
+def repeats(fitter: Fitter, effect: Effect, values: Mapping[str, float]) -> bool:
+    """Return whether a wave over the motor angle, if that is what the effect is, comes often
+    enough to be told from the form of the load curve; one without an order comes once a turn."""
+    order = effect.of_kind('order')
+    return effect.reveals != 'motor_angle' or comes_often(
+        fitter, 1.0 if order is None else values[order.name])
+
+
+def is_line(fitter: Fitter, effect: Effect, values: Mapping[str, float]) -> bool:
+    """Return whether an effect is a wave over the motor angle that comes often enough to be a line
+    among the orders."""
+    return effect.reveals == 'motor_angle' and effect.of_kind('order') is not None and repeats(
+        fitter, effect, values)
+
+
+def comes_often(fitter: Fitter, order: float) -> bool:
+    """Return whether a wave of so many cycles per revolution repeats along the stroke."""
+    low, high = fitter.problem.scene.position_range
+    return order * (high - low) >= 2.0 * np.pi * REPEATS
+
+
+def wave_known(fitter: Fitter, fit: Fit, index: int) -> float:
+    """Return the probability that an effect of a fit is what it says and not the form of the load
+    curve, if it is a wave over the motor angle: sure where those of its orders that come often are
+    the larger part (of their mean square); else as likely as not, or as much likelier as it would
+    be rare for its order to lie by chance so near to a whole number."""
+    effect, values = fit.hypothesis.variants[index].effect, fit.hypothesis.named(fit.vector, index)
+    if _mostly_comes_often(fitter, effect, values):
+        return 1.0
+    order = effect.of_kind('order')
+    odds = LARGER_PART / (1.0 - LARGER_PART)
+    if order is not None and fitter.problem.model.joint.type == 'revolute':
+        odds *= _beside_chance(values[order.name], _deviation(fitter, fit, index, order.name))
+    return odds / (1.0 + odds)
+
+
+def _mostly_comes_often(fitter: Fitter, effect: Effect, values: Mapping[str, float]) -> bool:
+    """Whether of several waves those that come often are the larger part (of their mean square);
+    whether one does, or it is no wave."""
+    if effect.reveals != 'motor_angle' or 'order_2' not in values:
+        return repeats(fitter, effect, values)
+    orders, sizes = orders_of(values), amplitudes_of(values)
+    quick = sum(sizes[number] ** 2 for number in orders if comes_often(fitter, orders[number]))
+    return quick > LARGER_PART * sum(size ** 2 for size in sizes.values())
+
+
+def _deviation(fitter: Fitter, fit: Fit, index: int, name: str) -> float:
+    """Return the standard deviation of an effect's order [cycles per revolution]."""
+    finished = fitter.finish(fit)
+    entry = next(entry for entry, (owner, _, _) in enumerate(fit.hypothesis.places)
+                 if owner == index and fit.hypothesis.parameter(entry).name == name)
+    deviation = float(reported_deviations(finished, fitter)[len(fit.hypothesis.numbers) + entry])
+    value = fit.hypothesis.named(fit.vector, index)[name]
+    return deviation * value if fit.hypothesis.parameter(entry).logarithmic else deviation
+
+
+def _beside_chance(order: float, deviation: float) -> float:
+    """Return how many times likelier a whole order makes what is found, as near to a whole number
+    as its deviation allows, than any order: 1 where it is not so near."""
+    near = STANDS_OUT * deviation
+    if abs(order - max(1.0, round(order))) > near:
+        return 1.0
+    return max(1.0, 0.5 / max(near, np.finfo(float).eps))
