@@ -50,9 +50,11 @@ def wave_known(fitter: Fitter, fit: Fit, index: int) -> float:
     effect, values = fit.hypothesis.variants[index].effect, fit.hypothesis.named(fit.vector, index)
     if _mostly_comes_often(fitter, effect, values):
         return 1.0
-    order = effect.of_kind('order')
+    order, model = effect.of_kind('order'), fitter.problem.model
     odds = LARGER_PART / (1.0 - LARGER_PART)
-    if order is not None and fitter.problem.model.joint.type == 'revolute':
+    # A slider has no revolutions; and of a pendulum whatever goes with its load has whole orders.
+    if order is not None and model.joint.type == 'revolute' \
+            and model.load_torque.form != 'sinusoid':
         odds *= _beside_chance(values[order.name], _deviation(fitter, fit, index, order.name))
     return odds / (1.0 + odds)
 
