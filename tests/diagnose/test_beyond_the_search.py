@@ -86,13 +86,14 @@ def test_late_torque_is_no_resonance():
     assert found.effects[0].probability > 0.5
 
 
-def test_a_shaft_with_nothing_beyond_it_does_not_ring(clean):
+@pytest.mark.parametrize(('frequency', 'damping'), [(64.0, 0.15), (9.0, 0.03)])
+def test_a_shaft_with_nothing_beyond_it_does_not_ring(clean, frequency, damping):
     """Its twist has no derivatives there: a whole diagnosis had ended in an error."""
     fitter = Fitter(problem_of([clean], NOMINAL))
     (variant, *_) = variants_of(get_effect(RESONANCE), fitter.problem.scene)
     hypothesis = fitter.hypothesis((variant,))
     vector = hypothesis.start_of_numbers()
-    own = [0.0, np.log(64.0), np.log(0.15), 0.15]
+    own = [0.0, np.log(frequency), np.log(damping), 0.15]
     fit = fitter.evaluate(hypothesis, np.concatenate([vector, own]))
     nowhere = np.full((fit.predicted.size, fit.vector.size), np.nan)
     assert not wide_band._rings(replace(fit, jacobian=nowhere), fitter)

@@ -297,7 +297,9 @@ def _rings(fit: Fit, fitter: Fitter, index: int = 0) -> bool:
     """Whether the shaft that is one of a finished fit's effects is one that rings, and not a stiff
     one: far above the band only a flank is seen, which goes by compliance, 1/frequency²."""
     hypothesis = fit.hypothesis
-    if not rings(hypothesis.named(fit.vector, index), fitter.problem.bandwidth):
+    assert fit.jacobian is not None, 'the fit is finished'
+    if not rings(hypothesis.named(fit.vector, index), fitter.problem.bandwidth) \
+            or not np.isfinite(fit.jacobian).all():
         # Where next to nothing is beyond the shaft, its twist has no derivatives.
         return False
     deviations = vector_deviations(fit, fitter, by_noise_alone=True)
