@@ -116,3 +116,14 @@ def test_a_rival_weighs_by_how_surely_it_leaves_less(monkeypatch):
     once = Rival(np.where(np.arange(400) < 20, np.sqrt(42.0), np.sqrt(2.0)))
     odds = [closer_odds(rival, chosen, fitter, 0.1) for rival in (chosen, once, everywhere)]
     assert odds[0] == 1.0 and 0.03 < odds[1] < 0.4 and odds[2] < 1e-3
+
+
+def test_noise_is_no_more_than_what_the_better_fit_leaves(monkeypatch):
+    """Held against a noise that is thought twice too large, all fits had left none, and a rival
+    that leaves half as much again weighed as much as the chosen one."""
+    monkeypatch.setattr(probability, 'stretches', lambda _: np.repeat(np.arange(20), 20))
+    chosen = Rival(np.linspace(0.9, 1.1, 400))
+    rival = Rival(np.sqrt(1.5) * np.linspace(1.1, 0.9, 400))
+    told, true = (closer_odds(rival, chosen, SimpleNamespace(
+        sigma=size * np.ones(400), spread=np.ones(400)), 0.1) for size in (2.0, 1.0))
+    assert true < 0.01 and told < 0.01

@@ -16,6 +16,7 @@ import numpy as np
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     CONTAINING,
+    FORMULA_ERROR,
     PHYSICS_FOR_NUMBER,
     UNNAMED,
 )
@@ -56,15 +57,19 @@ def closer_odds(rival: Fit, chosen: Fit, fitter: Fitter, floor: float) -> float:
     Args:
         rival, chosen: fits of like size.
         fitter: of the problem.
-        floor: excess that even the right formulas leave.
+        floor: excess that even the right formulas leave, in units of the noise as it is thought
+            to be.
     """
     weight = 1.0 / fitter.spread ** 2
     noise = weight * fitter.sigma ** 2
     stretch = stretches(fitter)
     share = np.bincount(stretch, noise) / noise.sum()
-    first, second = (np.bincount(stretch, weight * fit.residual ** 2) / noise.sum() - share
+    first, second = (np.bincount(stretch, weight * fit.residual ** 2) / noise.sum()
                      for fit in (rival, chosen))
-    return odds_of_less(first, second, share, floor)
+    # Noise is no more than what the better one leaves, whatever it was thought to be.
+    level = min(1.0, float(first.sum()), float(second.sum()))
+    return odds_of_less(first - level * share, second - level * share, share,
+                        floor - FORMULA_ERROR * (1.0 - level))
 
 
 def _prior(fit: Fit, chosen: Fit) -> float:
