@@ -90,9 +90,10 @@ MEASURED = 0.01
 # How often a wave must repeat along the stroke to be told from what stands in some places once,
 # the form of the load curve (load_shape.py). Prior.
 REPEATS = 5.0
-# Parts [-] of the inertia that a shaft which rings has beyond it: less is no shaft's resonance,
-# more only smooths what the motor's acceleration holds of noise and timing; and part of the band
-# from which on one at the bound of its damping smooths noise (wide_band.py). Priors.
+# Parts [-] of the inertia that a shaft which rings has beyond it, unless it is lightly damped and
+# within the band: less is no shaft's resonance, more only smooths what the motor's acceleration
+# holds of noise and timing; and part of the band from which on one at the bound of its damping
+# smooths noise (wide_band.py). Priors.
 LEAST_FRACTION, MOST_FRACTION, DAMPED_BELOW = 0.15, 0.7, 0.6
 
 # -- where? ---------------------------------------------------------------------------------------

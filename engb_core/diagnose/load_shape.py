@@ -48,7 +48,7 @@ from engb_core.effects.load_curve_shape import EFFECT, KNOTS
 from engb_core.physics.compiled import PARAMETER_SIZE
 
 __all__ = ['LOAD_SHAPE', 'load_shape_finding', 'moved_as_a_whole', 'nameless_curve',
-            'with_free_load_curve', 'with_table']
+           'with_free_load_curve', 'with_table']
 
 LOAD_SHAPE = EFFECT.id
 # Places along the stroke about which knots are laid, within which parts of it, and what part of

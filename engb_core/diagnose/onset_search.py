@@ -113,11 +113,11 @@ def _complexity(fit: Fit) -> int:
 
 
 def _grows_at_once(fit: Fit, index: int) -> bool:
-    """Whether what says how an effect grows over the recording is driven to the end of its range:
-    it stands for a change at one moment."""
+    """Whether the exponent by which an effect grows over the recording is driven to the end of its
+    range: it stands for a change at one moment."""
     effect, named = fit.hypothesis.variants[index].effect, fit.hypothesis.named(fit.vector, index)
-    return any(named[entry.name] > EDGE * entry.high
-               for entry in effect.parameters if entry.name in effect.at_once)
+    return any(named[entry.name] > EDGE * entry.high for entry in effect.parameters
+               if entry.name in effect.at_once and entry.kind == 'exponent')
 
 
 def _preferred(fit: Fit, chosen: Fit, fitter: Fitter, whole: float) -> bool:

@@ -18,7 +18,7 @@ from engb_core.diagnose.full_bandwidth import CorrectedModels, explained_problem
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nameless import without_what_passes_once
 from engb_core.diagnose.onset import cost_by_onset, LEAST_VALUES, Onset, onsets_tried
-from engb_core.diagnose.onset_search import with_onset
+from engb_core.diagnose.onset_search import _complexity, with_onset
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.score.reduced_chi_square import excess
@@ -136,6 +136,18 @@ def test_friction_that_jumps_has_jumped_from_the_first_sample_on_in_the_correcte
     assert begun.onset is not None
     assert [entry.name for entry in begun.effect.parameters] == ['friction_ratio']
     assert found.chosen.vector[-1] == pytest.approx(1.5, abs=0.1)
+
+
+@pytest.mark.parametrize(('settling', 'shape', 'sudden'), [
+    (0.5, 5.0, True), (0.5, 1.0, False), (20.0, 1.0, False)])
+def test_a_drift_as_steep_as_it_can_be_is_a_change_at_one_moment(clean, settling, shape, sudden):
+    """It claims as much as an effect with an onset; one that never settles is a slow one."""
+    fitter = Fitter(problem_of([clean], NOMINAL))
+    base = fitter.base()
+    (variant,) = variants_of(get_effect('friction_drift'), fitter.problem.scene)
+    drifts = fitter.evaluate(fitter.hypothesis((variant,), base.hypothesis.numbers), np.array(
+        [*base.vector, 1.5, np.log(settling), np.log(shape)]))
+    assert _complexity(drifts) == (2 if sudden else 1)
 
 
 def test_coulomb_friction_that_jumps_is_told_as_such(clean):
