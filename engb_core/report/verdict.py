@@ -12,6 +12,7 @@ from engb_core.report.wording import (
     coordinate,
     effect_name,
     headline,
+    largest_change,
     percent,
     probability,
     quantities,
@@ -62,8 +63,11 @@ def _lead(diagnosis: Diagnosis) -> list[str]:
             said += f' With that in it, it misses by {quantity(fit.rms_after, fit.unit)} rms.'
         return [text, said]
     if diagnosis.verdict == 'explained' and not diagnosis.effects:
-        text = ('Other numbers in the model take the mismatch away, and none of them stands out '
-                'as the one that is off. The corrected model holds them.')
+        most = largest_change(diagnosis)
+        which = (', and none of them stands out as the one that is off' if most is None else
+                 f', most of all: {most}')
+        text = (f'Other numbers in the model take the mismatch away{which}. The corrected model '
+                'holds them.')
         return [text, gain] if gain else [text]
     if diagnosis.verdict == 'unexplained' or not diagnosis.effects:
         text = ('The mismatch is real, but no effect in the catalogue describes it well enough '

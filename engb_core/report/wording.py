@@ -6,12 +6,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 import math
 
+from engb_core.diagnose.constants import STANDS_OUT
 from engb_core.diagnose.diagnosis import Diagnosis, ParameterEstimate, Zone
 from engb_core.report.text import shorten
 
 __all__ = ['capital', 'coordinate', 'effect_name', 'effect_names', 'enumerate_words', 'estimate',
-           'headline', 'number', 'parameter_name', 'percent', 'probability', 'quantities',
-           'quantity', 'scaled', 'zone_range']
+           'headline', 'largest_change', 'number', 'parameter_name', 'percent', 'probability',
+           'quantities', 'quantity', 'scaled', 'zone_range']
 
 NARROW = '\u202f'   # no line break between a number and its unit
 MINUS = '\N{MINUS SIGN}'
@@ -208,6 +209,19 @@ def headline(diagnosis: Diagnosis) -> str:
     if share > 0.995:
         return f'{start} {verb} most of the mismatch; something else remains'
     return f'{start} {verb} {percent(share)} of the mismatch; the rest has another cause'
+
+
+def largest_change(diagnosis: Diagnosis) -> str | None:
+    """Return the nominal number that the refit has changed by the largest factor, and from what to
+    what, of those that the data tell from what they were; None where there is none."""
+    told = [entry for entry in diagnosis.evidence.nominal
+            if entry.std is not None and min(entry.before, entry.after) > 0.0
+            and abs(entry.after - entry.before) > STANDS_OUT * entry.std]
+    if not told:
+        return None
+    most = max(told, key=lambda entry: abs(math.log(entry.after / entry.before)))
+    before, after = quantities((most.before, most.after), most.unit)
+    return f'{parameter_name(most.name)}, {before} → {after}'
 
 
 def _dependence(diagnosis: Diagnosis) -> str:

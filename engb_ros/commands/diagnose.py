@@ -87,8 +87,8 @@ VERDICTS = {
 }
 BUT_TIMING = ('consistent: nothing above the noise floor but that effort and position are part of '
               'a sample apart; model.yaml holds it')
-BY_NUMBERS = ('explained: other numbers in the model take the mismatch away, and none of them '
-              'stands out; model.yaml holds them')
+BY_NUMBERS = ('explained: other numbers in the model take the mismatch away{most}; model.yaml '
+              'holds them')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -211,8 +211,11 @@ def write_experiment(path: Path, proposal: NextExperiment) -> None:
 def summary(diagnosis: Diagnosis, said: Sequence[str] = ()) -> str:
     """Return the diagnosis in a few lines of text, without notes that were `said` before."""
     from engb_core.report.alike import alike_together
+    from engb_core.report.wording import largest_change
     by_numbers = diagnosis.verdict == 'explained' and not diagnosis.effects
-    verdict = (BY_NUMBERS if by_numbers else
+    most = largest_change(diagnosis)
+    verdict = (BY_NUMBERS.format(most='' if most is None else f', most of all: {most}')
+               if by_numbers else
                BUT_TIMING if diagnosis.verdict == 'consistent' and diagnosis.corrects else
                VERDICTS.get(diagnosis.verdict, diagnosis.verdict))
     lines = [verdict + _of_the_floor(diagnosis)]

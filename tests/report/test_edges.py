@@ -11,6 +11,7 @@ from engb_core.diagnose.diagnosis import (
     Candidate,
     Interval,
     LawFinding,
+    NominalChange,
     ParameterEstimate,
     ResidualOver,
     Zone,
@@ -43,6 +44,18 @@ def test_numbers_that_explain_without_a_name_are_told_as_that():
     assert 'none of them stands out as the one that is off' in told
     assert 'Other numbers in the model explain the mismatch' in told
     assert 'no effect in the catalogue' not in told and 'know what this is' not in told
+
+
+def test_of_numbers_that_explain_the_one_that_has_changed_most_is_told():
+    changes = (NominalChange('inertia', 8.0e-5, 8.1e-5, 1e-7, 'kg·m²'),
+               NominalChange('saturation_velocity', 0.8, 0.13, 0.01, 'rad/s'),
+               NominalChange('load_gain', 0.1, 0.01, 0.2, '-'),
+               NominalChange('coulomb', 0.01, 0.001, None, 'N·m'))
+    diagnosis = empty()
+    told = page(replace(diagnosis, effects=(), evidence=replace(diagnosis.evidence,
+                                                                nominal=changes)))
+    assert 'most of all: Saturation velocity, 0.80' in told
+    assert 'none of them stands out' not in told
 
 
 def test_what_is_left_without_words_and_coordinates_still_tells_its_share():
