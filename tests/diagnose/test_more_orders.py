@@ -10,7 +10,7 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.search.every_effect import with_variant
+from engb_core.diagnose.search.every_effect import _other_forms, with_variant
 from engb_core.diagnose.search.more_orders import with_more_orders, without_idle_orders
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.cogging_torque import with_orders
@@ -53,6 +53,15 @@ def test_each_order_is_found_with_its_size():
              for end in ('', '_2', '_3')}
     assert found == {order: pytest.approx(size, rel=0.05) for size, order, _ in WAVES}
     assert 'amplitude_4' in values and values['amplitude_4'] == 0.0
+
+
+def test_a_wave_of_several_orders_has_no_other_form():
+    """Its further orders are constants of the plain wave: a whole diagnosis had ended in an error.
+    """
+    fitter, fit = cogging(recording(*WAVES))
+    more = with_more_orders(fitter, fit)
+    assert 'order_2' in [entry.name for entry in more.hypothesis.variants[0].effect.parameters]
+    assert not list(_other_forms(more.hypothesis, fitter))
 
 
 def test_an_order_that_does_not_stand_out_leaves_the_list():

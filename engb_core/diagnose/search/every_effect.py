@@ -229,7 +229,9 @@ def _other_forms(hypothesis: Hypothesis, fitter: Fitter) -> Iterator[Hypothesis]
     parameters."""
     for index, variant in enumerate(hypothesis.variants):
         for form in variants_of(get_effect(variant.effect.id), fitter.problem.scene):
-            if form.constants != variant.constants and form.effect.names == variant.effect.names:
+            # One whose constants are fitted (further orders of a wave) has no other form.
+            if form.constants != variant.constants \
+                    and len(form.constants) == len(variant.constants):
                 variants = list(hypothesis.variants)
                 variants[index] = replace(variant, constants=form.constants)
                 yield fitter.hypothesis(tuple(variants), hypothesis.numbers)
