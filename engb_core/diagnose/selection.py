@@ -37,7 +37,7 @@ from engb_core.diagnose.score.probability import part_left
 from engb_core.diagnose.score.ranking import little_more, price, simplest
 from engb_core.diagnose.score.recording_folds import better_on_others
 from engb_core.diagnose.score.reduced_chi_square import excess
-from engb_core.diagnose.search.every_effect import extend, Search
+from engb_core.diagnose.search.every_effect import extend, in_other_form, Search
 
 __all__ = ['Selection', 'select', 'worth_a_further_effect']
 
@@ -239,7 +239,9 @@ def _begun_again(result: Search, chosen: Fit, larger: Fit) -> Fit:
              for index in range(len(larger.hypothesis.variants))]
     for fit in begun:
         result.add(fit)
-    fits = [chosen, *(fit for fit in begun if _harmless(fit, chosen, fitter))]
+    # Without the companion an effect may have another form.
+    others = [fit for fit in (in_other_form(result, [fit]) for fit in begun) if fit is not None]
+    fits = [chosen, *(fit for fit in (*begun, *others) if _harmless(fit, chosen, fitter))]
     return min(fits, key=lambda fit: price(fit, fitter))
 
 

@@ -19,7 +19,7 @@ from engb_core.diagnose.search.starts import settings_from_residual
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import catalogue, get_effect
 
-__all__ = ['Search', 'extend', 'physics_effects', 'search', 'variants_and_starts',
+__all__ = ['Search', 'extend', 'in_other_form', 'physics_effects', 'search', 'variants_and_starts',
            'with_variant']
 
 # Companions that are fitted for the best singles, best first: of two effects the greater one
@@ -126,7 +126,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None,
         result.add(fit)
     for fit in parallel_map(_other_way_round(result), _led_astray(result), fitter.threads):
         result.add(fit)
-    _add_other_form(result, result.of_size(2))
+    in_other_form(result, result.of_size(2))
     if found is not None and found.hypothesis.variants and not found.hypothesis.onsets:
         result.add(fitter.refit(found, fitter.numbers))
     _refine(result, 2)
@@ -149,7 +149,7 @@ def extend(result: Search, fits: Sequence[Fit], most: int = COMPANIONS[0]) -> No
     fitted = list(parallel_map(fitter.refine, found, fitter.threads))
     for entry in fitted:
         result.add(entry)
-    _add_other_form(result, sorted(fitted, key=lambda fit: fit.cost))
+    in_other_form(result, sorted(fitted, key=lambda fit: fit.cost))
 
 
 def _refine(result: Search, size: int) -> None:
@@ -206,22 +206,26 @@ def _other_way_round(result: Search) -> Callable[[Fit], Fit]:
     return fitted
 
 
-def _add_other_form(result: Search, fits: Sequence[Fit]) -> None:
-    """Add the first of the fits without what has no name, if it leaves more than noise, with one
-    of its effects in another form: beside others an effect may need another one than it had when
-    they were added."""
+def in_other_form(result: Search, fits: Sequence[Fit]) -> Fit | None:
+    """Return and keep the first of the fits without what has no name with one of its effects in
+    another form, if that is better and the fit leaves more than noise; else None. Beside others an
+    effect may need another form than it had when they were added.
+    """
     fitter = result.fitter
     fit = next((fit for fit in fits if not fit.hypothesis.has_unnamed), None)
     if fit is None or reduced_chi_square(fit, fitter) < 1.0 + FORMULA_ERROR:
-        return
+        return None
 
     def begun(form: Hypothesis) -> Fit:
         return fitter.iterate(fitter.evaluate(form, fit.vector), IN_OTHER_FORM)
 
     others = parallel_map(begun, list(_other_forms(fit.hypothesis, fitter)), fitter.threads)
     best = min(others, key=lambda other: other.cost, default=fit)
-    if best.cost < fit.cost:
-        result.add(fitter.refine(best))
+    if best.cost >= fit.cost:
+        return None
+    refined = fitter.refine(best)
+    result.add(refined)
+    return refined
 
 
 def _other_forms(hypothesis: Hypothesis, fitter: Fitter) -> Iterator[Hypothesis]:
