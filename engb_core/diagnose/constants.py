@@ -88,7 +88,7 @@ SURE = 2.0 / 3.0
 # Relative deviation [-] of numbers that come from masses and lengths, at best. Prior.
 MEASURED = 0.01
 # How often a wave must repeat along the stroke to be told from what stands in some places once,
-# the form of the load curve (load_shape.py). Prior.
+# the form of the load curve (waves.py). Prior.
 REPEATS = 5.0
 # Parts [-] of the inertia that a shaft which rings has beyond it, unless it is lightly damped and
 # within the band: less is no shaft's resonance, more only smooths what the motor's acceleration

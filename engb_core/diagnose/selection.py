@@ -240,8 +240,8 @@ def _begun_again(result: Search, chosen: Fit, larger: Fit) -> Fit:
     for fit in begun:
         result.add(fit)
     # Without the companion an effect may have another form.
-    others = [fit for fit in (in_other_form(result, [fit]) for fit in begun) if fit is not None]
-    fits = [chosen, *(fit for fit in (*begun, *others) if _harmless(fit, chosen, fitter))]
+    begun += filter(None, [in_other_form(result, [fit]) for fit in begun])
+    fits = [chosen, *(fit for fit in begun if _harmless(fit, chosen, fitter))]
     return min(fits, key=lambda fit: price(fit, fitter))
 
 

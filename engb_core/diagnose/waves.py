@@ -15,7 +15,7 @@ import numpy as np
 from engb_core.diagnose.constants import LARGER_PART, REPEATS, STANDS_OUT
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.search.more_orders import amplitudes_of, orders_of
-from engb_core.diagnose.uncertainty import reported_deviations
+from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.base import Effect
 
 __all__ = ['comes_often', 'is_line', 'repeats', 'wave_known']
@@ -55,7 +55,8 @@ def wave_known(fitter: Fitter, fit: Fit, index: int) -> float:
     # A slider has no revolutions; and of a pendulum whatever goes with its load has whole orders.
     if order is not None and model.joint.type == 'revolute' \
             and model.load_torque.form != 'sinusoid':
-        odds *= _beside_chance(values[order.name], _deviation(fitter, fit, index, order.name))
+        told = estimates(fitter.finished(fit), fitter, index)[order.name]
+        odds *= _beside_chance(told.value, np.inf if told.std is None else told.std)
     return odds / (1.0 + odds)
 
 
@@ -67,16 +68,6 @@ def _mostly_comes_often(fitter: Fitter, effect: Effect, values: Mapping[str, flo
     orders, sizes = orders_of(values), amplitudes_of(values)
     quick = sum(sizes[number] ** 2 for number in orders if comes_often(fitter, orders[number]))
     return quick > LARGER_PART * sum(size ** 2 for size in sizes.values())
-
-
-def _deviation(fitter: Fitter, fit: Fit, index: int, name: str) -> float:
-    """Return the standard deviation of an effect's order [cycles per revolution]."""
-    finished = fitter.finish(fit)
-    entry = next(entry for entry, (owner, _, _) in enumerate(fit.hypothesis.places)
-                 if owner == index and fit.hypothesis.parameter(entry).name == name)
-    deviation = float(reported_deviations(finished, fitter)[len(fit.hypothesis.numbers) + entry])
-    value = fit.hypothesis.named(fit.vector, index)[name]
-    return deviation * value if fit.hypothesis.parameter(entry).logarithmic else deviation
 
 
 def _beside_chance(order: float, deviation: float) -> float:

@@ -106,30 +106,22 @@ def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     if parameters[_SENSE] < 0.0:
         return load
     if parameters[_OVER_LOAD] > 0.5:
-        return load + _over_load(parameters, state, load)
-    if load <= 0.0:
+        # The way that the load has gone, of either sign.
+        before = load if state[_BEGUN] == 0.0 else state[_BEFORE]
+        state[_BEFORE], state[_BEGUN] = load, 1.0
+        distances = ((load - before) / parameters[_SPAN] * parameters[_REACH]
+                     / parameters[_DISTANCE])
+        contact = load != 0.0
+    else:
+        distances = sample[VELOCITY] * sample[TIME_STEP] / parameters[_DISTANCE]
+        contact = load > 0.0
+    if not contact:
         # Out of contact the pad has no memory.
         _forget(state)
         return load
     peak = parameters[_PEAK]
-    weight: float = (min(load, peak) / peak) ** parameters[_EXPONENT]
-    return load + peak * weight * _remembered(
-        parameters, state, sample[VELOCITY] * sample[TIME_STEP] / parameters[_DISTANCE])
-
-
-@compiled
-def _over_load(parameters: Numbers, state: Numbers, load: float) -> float:
-    """Return what the memory adds to a load of either sign, by the way that the load has gone."""
-    before = load if state[_BEGUN] == 0.0 else state[_BEFORE]
-    state[_BEFORE], state[_BEGUN] = load, 1.0
-    if load == 0.0:
-        # Out of contact the pad has no memory.
-        _forget(state)
-        return 0.0
-    peak = parameters[_PEAK]
     weight: float = (min(abs(load), peak) / peak) ** parameters[_EXPONENT]
-    distances = (load - before) / parameters[_SPAN] * parameters[_REACH] / parameters[_DISTANCE]
-    return peak * weight * _remembered(parameters, state, distances)
+    return load + peak * weight * _remembered(parameters, state, distances)
 
 
 EFFECT = Effect(

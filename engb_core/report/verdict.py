@@ -63,11 +63,8 @@ def _lead(diagnosis: Diagnosis) -> list[str]:
             said += f' With that in it, it misses by {quantity(fit.rms_after, fit.unit)} rms.'
         return [text, said]
     if diagnosis.verdict == 'explained' and not diagnosis.effects:
-        most = largest_change(diagnosis)
-        which = (', and none of them stands out as the one that is off' if most is None else
-                 f', most of all: {most}')
-        text = (f'Other numbers in the model take the mismatch away{which}. The corrected model '
-                'holds them.')
+        text = (f'Other numbers in the model take the mismatch away{largest_change(diagnosis)}. '
+                'The corrected model holds them.')
         return [text, gain] if gain else [text]
     if diagnosis.verdict == 'unexplained' or not diagnosis.effects:
         text = ('The mismatch is real, but no effect in the catalogue describes it well enough '

@@ -211,17 +211,17 @@ def headline(diagnosis: Diagnosis) -> str:
     return f'{start} {verb} {percent(share)} of the mismatch; the rest has another cause'
 
 
-def largest_change(diagnosis: Diagnosis) -> str | None:
-    """Return the nominal number that the refit has changed by the largest factor, and from what to
-    what, of those that the data tell from what they were; None where there is none."""
+def largest_change(diagnosis: Diagnosis) -> str:
+    """Return which nominal number the refit has changed by the largest factor, and from what to
+    what, of those that the data tell from what they were; or that none is: the end of a clause."""
     told = [entry for entry in diagnosis.evidence.nominal
             if entry.std is not None and min(entry.before, entry.after) > 0.0
             and abs(entry.after - entry.before) > STANDS_OUT * entry.std]
     if not told:
-        return None
+        return ', and none of them stands out as the one that is off'
     most = max(told, key=lambda entry: abs(math.log(entry.after / entry.before)))
     before, after = quantities((most.before, most.after), most.unit)
-    return f'{parameter_name(most.name)}, {before} → {after}'
+    return f', most of all: {parameter_name(most.name)}, {before} → {after}'
 
 
 def _dependence(diagnosis: Diagnosis) -> str:

@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
-from scipy.ndimage import convolve1d
+from scipy.signal import oaconvolve
 
 from engb_core.recording import Recording
 
@@ -59,13 +59,15 @@ def mains_hum(recording: Recording, inertia: float) -> Hum | None:
     """
     interval = recording.interval
     count = round(float(recording.time[-1] - recording.time[0]) / interval) + 1
+    seen = [mains for mains in MAINS if (1.0 + WANDERS) * mains <= 0.5 / interval
+            and count * interval * mains >= LEAST_PERIODS]
+    if not seen:
+        return None
     grid = recording.time[0] + interval * np.arange(count)
     effort, position = (_spectrum(np.interp(grid, recording.time, values))
                         for values in (recording.effort, recording.position))
     resolution = 1.0 / (interval * next_fast_len(count, real=True))
-    for mains in MAINS:
-        if (1.0 + WANDERS) * mains > 0.5 / interval or count * interval * mains < LEAST_PERIODS:
-            continue
+    for mains in seen:
         line = _line(effort, mains / resolution, WANDERS * mains / resolution)
         if line is None:
             continue
@@ -120,10 +122,8 @@ def _demodulated(recording: Recording, effort: Array, frequency: float) -> Array
     half = max(1, round(HALF_WINDOW / recording.interval))
     window = np.hanning(2 * half + 1)
     # What the motion needs is slow, and would leak where the window meets the ends.
-    fast = effort - convolve1d(effort, window / window.sum(), mode='nearest')
-    weight = convolve1d(np.ones_like(effort), window, mode='constant')
-    mixed = fast * np.conj(turn)
-    slow = (convolve1d(mixed.real, window, mode='constant')
-            + 1j * convolve1d(mixed.imag, window, mode='constant')) / weight
-    found: Array = 2.0 * (slow * turn).real
+    smooth = oaconvolve(np.pad(effort, half, mode='edge'), window / window.sum(), mode='valid')
+    slow, weight = (oaconvolve(values, window, mode='same')
+                    for values in ((effort - smooth) * np.conj(turn), np.ones_like(effort)))
+    found: Array = 2.0 * (slow / weight * turn).real
     return found

@@ -87,7 +87,7 @@ VERDICTS = {
 }
 BUT_TIMING = ('consistent: nothing above the noise floor but that effort and position are part of '
               'a sample apart; model.yaml holds it')
-BY_NUMBERS = ('explained: other numbers in the model take the mismatch away{most}; model.yaml '
+BY_NUMBERS = ('explained: other numbers in the model take the mismatch away{which}; model.yaml '
               'holds them')
 
 
@@ -213,9 +213,7 @@ def summary(diagnosis: Diagnosis, said: Sequence[str] = ()) -> str:
     from engb_core.report.alike import alike_together
     from engb_core.report.wording import largest_change
     by_numbers = diagnosis.verdict == 'explained' and not diagnosis.effects
-    most = largest_change(diagnosis)
-    verdict = (BY_NUMBERS.format(most='' if most is None else f', most of all: {most}')
-               if by_numbers else
+    verdict = (BY_NUMBERS.format(which=largest_change(diagnosis)) if by_numbers else
                BUT_TIMING if diagnosis.verdict == 'consistent' and diagnosis.corrects else
                VERDICTS.get(diagnosis.verdict, diagnosis.verdict))
     lines = [verdict + _of_the_floor(diagnosis)]

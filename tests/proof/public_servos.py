@@ -41,8 +41,8 @@ from engb_core.signals.data_faults import cleaned
 from .nominal import low_pass
 from .real_sets import sets_in
 
-__all__ = ['main', 'nominal_model', 'Pendulum', 'Run', 'runs_in', 'Servo', 'slow_strokes',
-           'Transfer', 'transferred', 'with_what_was_found']
+__all__ = ['main', 'nominal_model', 'Pendulum', 'Regression', 'regression', 'Run', 'runs_in',
+           'Servo', 'slow_strokes', 'Transfer', 'transferred', 'with_what_was_found', 'write_set']
 
 _GRAVITY, _BUS = 9.81, 12.0     # m/s²; V, as the recordings say (the files' `vin` is 15)
 _RATE = 100.0                   # Hz, of the resampled motion that the nominal model is fitted to
@@ -71,7 +71,7 @@ SERVOS = (Servo('sts3215', 'STS_3215_12V_20250317', 0.164890901, 0.0266),
 
 @dataclass(frozen=True)
 class Pendulum:
-    """A point mass [kg] at the end of an arm [m]."""
+    """A point mass [kg] at the end of an arm [m] that has a mass of its own."""
 
     mass: float
     length: float
@@ -128,8 +128,8 @@ def _run(path: Path, servo: Servo) -> Run:
                content['trajectory'], time, position, goal, _BUS * duty)
 
 
-class SlowStrokes(NamedTuple):
-    """What slow strokes tell: torque per volt [N·m/V], Coulomb friction [N·m], and friction per
+class Regression(NamedTuple):
+    """What a regression tells: torque per volt [N·m/V], Coulomb friction [N·m], and friction per
     load [-]."""
 
     torque_per_volt: float
@@ -137,20 +137,27 @@ class SlowStrokes(NamedTuple):
     load_gain: float
 
 
-def slow_strokes(runs: Sequence[Run]) -> SlowStrokes:
-    """Regression on the slow strokes: the weight is known exactly, and friction has another sign
-    up than down."""
+def slow_strokes(runs: Sequence[Run]) -> Regression:
+    """Regression on the slow strokes, where inertia needs nothing."""
+    return regression([run for run in runs if run.trajectory == 'up_and_down'], fastest=_SLOW)
+
+
+def regression(runs: Sequence[Run], armature: float | None = None, fastest: float = math.inf,
+               ) -> Regression:
+    """Regression on what moves no faster [rad/s]: the weight is known exactly, with an armature
+    [kg·m²] the inertia, too, and friction has another sign up than down."""
     rows, volts = [], []
     for run in runs:
-        if run.trajectory == 'up_and_down':
-            position, velocity, _, asked = run.motion()
-            moves = (np.abs(velocity) > _MOVES) & (np.abs(velocity) < _SLOW)
-            load = run.pendulum.load * np.sin(position)
-            sense = np.tanh(velocity / _MOVES)
-            rows.append(np.stack([load, sense, np.abs(load) * sense, velocity], axis=1)[moves])
-            volts.append(asked[moves])
+        position, velocity, acceleration, asked = run.motion()
+        moves = (np.abs(velocity) > _MOVES) & (np.abs(velocity) < fastest)
+        load = run.pendulum.load * np.sin(position)
+        needed = load if armature is None else load + (
+            run.pendulum.inertia + armature) * acceleration
+        sense = np.tanh(velocity / _MOVES)
+        rows.append(np.stack([needed, sense, np.abs(load) * sense, velocity], axis=1)[moves])
+        volts.append(asked[moves])
     terms = np.linalg.lstsq(np.concatenate(rows), np.concatenate(volts), rcond=None)[0]
-    return SlowStrokes(*(float(term / terms[0]) for term in (1.0, *terms[1:3])))
+    return Regression(*(float(term / terms[0]) for term in (1.0, *terms[1:3])))
 
 
 def nominal_model(runs: Sequence[Run], servo: Servo, torque_per_volt: float) -> dict:
@@ -189,8 +196,9 @@ def _chosen(runs: Sequence[Run]) -> list[tuple[str, Run]]:
     return found
 
 
-def _write(home: Path, runs: Sequence[Run], servo: Servo, torque_per_volt: float) -> None:
-    chosen = _chosen(runs)
+def write_set(home: Path, chosen: Sequence[tuple[str, Run]], servo: Servo,
+              torque_per_volt: float) -> None:
+    """Write a set of the chosen (name in the set, run)."""
     home.mkdir(parents=True, exist_ok=True)
     for name, run in chosen:
         if (home / name).exists():
@@ -296,8 +304,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             home = given.out / (f'{servo.name}_{1e3 * pendulum.mass:.0f}g_'
                                 f'{1e3 * pendulum.length:.0f}mm')
             if not (home / 'nominal.yaml').exists():
-                _write(home, [run for run in runs if run.pendulum == pendulum], servo,
-                       slow.torque_per_volt)
+                write_set(home, _chosen([run for run in runs if run.pendulum == pendulum]), servo,
+                          slow.torque_per_volt)
             homes.append(home)
             print(_line(home.name, _diagnosed(home)), flush=True)
         if len(homes) > 1:

@@ -17,44 +17,28 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
 import json
 from pathlib import Path
 
 import numpy as np
-import yaml
 
-from engb_core.io.bags.write import JointTable, write_bag
-
-from .public_servos import nominal_model, Run, Servo
+from .public_servos import Pendulum, regression, Run, Servo, write_set
 
 __all__ = ['main', 'PointMass', 'runs_in', 'torque_per_volt']
 
-_GRAVITY = 9.81         # m/s²
 # Counts of the whole duty cycle, and from which on they are negative.
 _FULL, _SIGN = 885.0, 32768
 _ARMATURE = 0.0018      # kg·m², of the recorders' simplest model
 _FOLDER = Path('bam') / 'data.bak' / 'raw'
 _HELD_OUT = 200         # the P gain of what is held out
-_MOVES = 0.05           # rad/s
 
 
-@dataclass(frozen=True)
-class PointMass:
-    """A point mass [kg] at a distance [m] from the servo's axis."""
-
-    mass: float
-    length: float
+class PointMass(Pendulum):
+    """A point mass [kg] at a distance [m] from the servo's axis: its arm is part of it."""
 
     @property
-    def load(self) -> float:
-        """The largest torque of its weight [N·m]."""
-        return _GRAVITY * self.length * self.mass
-
-    @property
-    def inertia(self) -> float:
-        """[kg·m²] about the servo's axis."""
-        return self.length ** 2 * self.mass
+    def _arm(self) -> float:
+        return 0.0
 
 
 def runs_in(folder: Path) -> list[Run]:
@@ -74,18 +58,9 @@ def _run(path: Path) -> Run:
 
 
 def torque_per_volt(runs: Sequence[Run]) -> tuple[float, float]:
-    """Return torque per volt [N·m/V] and friction per load [-] by regression on all motion: what
-    weight and inertia need is known, and friction has another sign up than down."""
-    rows, volts = [], []
-    for run in runs:
-        position, velocity, acceleration, asked = run.motion()
-        moves = np.abs(velocity) > _MOVES
-        load, sense = run.pendulum.load * np.sin(position), np.tanh(velocity / _MOVES)
-        needed = load + (run.pendulum.inertia + _ARMATURE) * acceleration
-        rows.append(np.stack([needed, sense, np.abs(load) * sense, velocity], axis=1)[moves])
-        volts.append(asked[moves])
-    terms = np.linalg.lstsq(np.concatenate(rows), np.concatenate(volts), rcond=None)[0]
-    return float(1.0 / terms[0]), float(terms[2] / terms[0])
+    """Return torque per volt [N·m/V] and friction per load [-] by regression on all motion."""
+    found = regression(runs, _ARMATURE)
+    return found.torque_per_volt, found.load_gain
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -99,20 +74,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error(f'{given.clone / _FOLDER}: no recordings; check out commit af22604')
     per_volt, per_load = torque_per_volt(runs)
     print(f'regression: {per_volt:.4f} N·m/V, friction per load {per_load:.3f}')
-    home = given.out / 'xl330'
-    home.mkdir(parents=True, exist_ok=True)
-    fitted = [run for run in runs if run.gain != _HELD_OUT]
-    for run in runs:
-        part = 'train' if run in fitted else 'holdout'
-        bag = home / f'{part}_kp{run.gain}_{run.trajectory}'
-        if not bag.exists():    # of a start that was broken off; each bag is whole or not there
-            write_bag(bag, {
-                '/servo/joint_states': JointTable(run.time, run.position, None,
-                                                  per_volt * run.volts, 'servo'),
-                '/servo/reference': JointTable(run.time, run.goal, None, None, 'servo')})
-    model = nominal_model(fitted, Servo('xl330', str(_FOLDER), 0.0, _ARMATURE), per_volt)
-    # Written last: it makes the folder a set.
-    (home / 'nominal.yaml').write_text(yaml.safe_dump(model, sort_keys=False), 'utf8')
+    write_set(given.out / 'xl330', [
+        (f"{'holdout' if run.gain == _HELD_OUT else 'train'}_kp{run.gain}_{run.trajectory}", run)
+        for run in runs], Servo('xl330', str(_FOLDER), 0.0, _ARMATURE), per_volt)
 
 
 if __name__ == '__main__':
