@@ -25,6 +25,7 @@ from engb_core.signals.mains_hum import mains_hum
 from engb_core.signals.motion import CUT_OFF
 from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
 from engb_core.signals.spread import robust_deviation
+from engb_core.signals.stale_samples import stale_samples
 from engb_core.signals.stamps import evenly_timed, stamps_vary, VARY
 
 __all__ = ['DataFault', 'cleaned']
@@ -59,10 +60,11 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
     """Return the recording without samples that cannot be true, at the times at which they were
     taken, and what is wrong with it."""
     repeated = _repeated(recording)
+    recording, faults = (recording, []) if repeated else _without_stale(recording)
     # What is repeated has the stamps of the log, not of its source.
     timed = recording if repeated else evenly_timed(recording)
     noise = sampling_noise(timed)
-    faults: list[DataFault] = [] if repeated else _jitter(recording, timed, noise)
+    faults += [] if repeated else _jitter(recording, timed, noise)
     recording = timed if repeated else effort_as_taken(timed)
     held = EFFORT_TAKEN in recording.signals
     faults += _held(recording) if held else []
@@ -99,12 +101,28 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
         faults += repeated
         keep &= np.append(True, (np.diff(recording.position) != 0.0)
                           | (np.diff(recording.effort) != 0.0))
+    return _kept(recording, keep), faults
+
+
+def _kept(recording: Recording, keep: NDArray[np.bool_]) -> Recording:
     if keep.all():
-        return recording, faults
+        return recording
     return replace(
         recording, time=recording.time[keep], position=recording.position[keep],
         effort=recording.effort[keep],
-        velocity=None if recording.velocity is None else recording.velocity[keep]), faults
+        velocity=None if recording.velocity is None else recording.velocity[keep])
+
+
+def _without_stale(recording: Recording) -> tuple[Recording, list[DataFault]]:
+    stale = stale_samples(recording)
+    if not stale.any():
+        return recording, []
+    times = recording.time[stale]
+    return _kept(recording, ~stale), [DataFault(
+        'stale_samples', recording.name, float(times[0]), float(times[-1]),
+        f'{int(stale.sum())} of {stale.size} samples tell all values of the one before once more, '
+        'while the shaft moves on; they are left out. Stamp each message once, as it comes, or '
+        'poll no faster than the drive answers.')]
 
 
 def _without_hum(recording: Recording, model: Model) -> tuple[Recording, list[DataFault]]:

@@ -11,6 +11,7 @@ from engb_core.model import Controller, Friction, LoadTorque, Model
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording, Reference
 from engb_core.signals.data_faults import cleaned
+from engb_core.signals.stale_samples import stale_samples
 
 from .bench import Bench, strokes
 
@@ -86,6 +87,28 @@ def test_a_log_that_repeats_each_value(healthy):
     clean, faults = cleaned(log, MODEL)
     assert 'repeated_values' in [entry.fault for entry in faults]
     assert clean.interval == pytest.approx(times * healthy.interval)
+
+
+def test_samples_that_a_bus_tells_twice(healthy):
+    """One in five stands for the one before: the shaft does not stand still that often."""
+    fresh = np.random.default_rng(3).random(healthy.time.size) > 0.2
+    fresh[0] = True
+    rows = np.maximum.accumulate(np.where(fresh, np.arange(fresh.size), 0))
+    log = replace(healthy, position=healthy.position[rows], effort=healthy.effort[rows],
+                  velocity=None)
+    clean, faults = cleaned(log, MODEL)
+    assert 'stale_samples' in [entry.fault for entry in faults]
+    assert not {'jittering_stamps', 'position_glitch'} & {entry.fault for entry in faults}
+    np.testing.assert_array_equal(clean.time, healthy.time[fresh])
+
+
+def test_a_shaft_at_rest_is_not_told_twice(healthy):
+    """Position and effort of a shaft that a brake holds do not change, and are told anew."""
+    rows = np.concatenate([np.arange(1000), np.full(500, 1000), np.arange(1000, 2000)])
+    step = np.diff(healthy.time[:2])[0]
+    rests = Recording('run', step * np.arange(rows.size), healthy.position[rows],
+                      healthy.effort[rows])
+    assert not stale_samples(rests).any()
 
 
 def test_a_sensor_at_its_limit(healthy):
