@@ -31,7 +31,7 @@ from engb_core.diagnose.formula import (
 )
 from engb_core.diagnose.numbers.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.optimise.fit import Fit, Fitter
-from engb_core.diagnose.resonance.wide_band import RESONANCE, rings
+from engb_core.diagnose.resonance.wide_band import of_shafts_that_ring, RESONANCE, rings
 from engb_core.diagnose.score.noise_like import is_noise
 from engb_core.diagnose.score.probability import part_left
 from engb_core.diagnose.score.ranking import little_more, price, simplest
@@ -80,7 +80,19 @@ class Selection:
 
 
 def select(result: Search) -> Selection:
-    """Choose the effects, one after another, each with all that is chosen fitted anew."""
+    """Choose the effects, one after another, each with all that is chosen fitted anew. A shaft
+    that does not ring once all is fitted together is not told: the others are chosen without."""
+    selection = _select(result)
+    fitter, chosen = result.fitter, selection.chosen
+    if RESONANCE not in chosen.hypothesis.ids:
+        return selection
+    refined = fitter.finish(fitter.refine(chosen))
+    if of_shafts_that_ring(fitter, refined) is refined:
+        return selection
+    return _select(result.without(RESONANCE))
+
+
+def _select(result: Search) -> Selection:
     fitter = result.fitter
     before = excess(result.base, fitter)
     nominal = excess(fitter.nominal(), fitter)
