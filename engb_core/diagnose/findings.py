@@ -72,7 +72,7 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
         total = sum(matters for _, matters in (*physics, *changed))
         findings = [replace(finding, share=max(1.0 - left, 0.0) * matters / total)
                     for finding, matters in (*physics, *changed)]
-    findings = in_order(findings, stands=file_stands(fitter, judged))
+    findings = in_order(_beyond_lost_motion(findings), stands=file_stands(fitter, judged))
     if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):
         return findings, nominal.residual
     hypothesis, vector = without_effects(chosen, set(range(len(chosen.hypothesis.variants))))
@@ -83,6 +83,15 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
         place = number_place(hypothesis.numbers, finding.effect)
         vector[place] = hypothesis.start_of_numbers()[place]
     return findings, chosen.predicted - fitter.predict(hypothesis, vector)
+
+
+def _beyond_lost_motion(findings: list[EffectFinding]) -> list[EffectFinding]:
+    """Return the findings without a contact that is off by no more than a gap: which of the flanks
+    the load lay at, or where between them, is not in the file."""
+    gap = max((finding.parameters['gap'].value for finding in findings
+               if 'gap' in finding.parameters), default=0.0)
+    return [finding for finding in findings if finding.effect != 'contact_shift'
+            or abs(finding.parameters['shift'].value) > gap]
 
 
 def in_order(findings: list[EffectFinding], stands: bool = False) -> list[EffectFinding]:

@@ -2,6 +2,9 @@
 """Lost motion between motor and load: the gap is crossed where the transmitted torque
 changes sign, with the load decoupled meanwhile."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+import itertools
 import math
 
 from engb_core.effects.base import (
@@ -23,8 +26,7 @@ from engb_core.physics.dry_friction import slowed_rate
 
 # Flanks as stiff as sampled motion can tell, without a bounce: the impact itself is over within a
 # sample or two.
-FLANK_FREQUENCY = 80.0   # Hz
-FLANK_DAMPING = 1.0
+_RIGID = {'flank_frequency': 80.0, 'flank_damping': 1.0, 'gives': 0.0}
 
 
 @effect_function
@@ -48,23 +50,27 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     acceleration = sample[ACCELERATION]
     motor, saturation = sample[VELOCITY], sample[SATURATION]
     step = sample[TIME_STEP]
+    # Flanks: springs and dampers, in steps that are short against their period.
+    locked = 2.0 * math.pi * parameters[4]
+    stiffness = inertia * locked ** 2
+    damping = 2.0 * parameters[5] * inertia * locked
+    gives = parameters[6] != 0.0
     if sample[TIME] <= 0.0 or gap <= 0.0:
         # A load that has to be held back lies at the far flank.
         held = inertia * acceleration + load + friction * sample[DIRECTION]
         state[0] = gap if held < 0.0 else 0.0
+        if gives:
+            state[0] -= held / stiffness
         state[2] = motor
         return 0.0
-    # Flanks: springs and dampers, in steps that are short against their period.
-    stiffness = inertia * (2.0 * math.pi * FLANK_FREQUENCY) ** 2
-    damping = 2.0 * FLANK_DAMPING * inertia * 2.0 * math.pi * FLANK_FREQUENCY
-    parts = int(math.ceil(step * 2.0 * math.pi * FLANK_FREQUENCY / 0.25))
+    parts = int(math.ceil(step * locked / 0.25))
     short = step / parts
     # Divisions take longer than all else here.
     lightness = 1.0 / inertia
     passed = 0.0
     drive = (motor - state[2]) / step
-    # What moves the load with the motor; the flank gives it at once, not after some give.
-    together = inertia * drive + load + friction * sample[DIRECTION]
+    # What moves the load with the motor; a rigid flank gives it at once, not after some give.
+    together = 0.0 if gives else inertia * drive + load + friction * sample[DIRECTION]
     most = short * friction * lightness
     ahead, rate = state[0], state[1]
     for part in range(1, parts + 1):
@@ -75,7 +81,7 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
         elif ahead >= gap:
             contact = min(together - stiffness * (ahead - gap) - damping * rate, 0.0)
         rate += short * ((contact - load) * lightness - drive)
-        if contact != 0.0:
+        if contact != 0.0 and not gives:
             # It goes with the motor, and so does its friction, which fades at low speed.
             rate -= most * sample[DIRECTION]
         else:
@@ -88,7 +94,27 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return passed - inertia * acceleration - load - friction * sample[DIRECTION]
 
 
-EFFECT = Effect(
+def _statement(p: Mapping[str, float]) -> str:
+    text = (f"There are {p['gap']:.3g} rad of lost motion between motor and load; the gap is "
+            'crossed where the transmitted torque changes sign')
+    if not p['gives']:
+        return f'{text}.'
+    return (f"{text}, and the flanks give: against a motor that is held the load rings at "
+            f"{p['flank_frequency']:.3g} Hz.")
+
+
+def _elastic_starts(p: Mapping[str, float]) -> list[dict[str, float]]:
+    """Return where elastic flanks may begin: part of what a rigid gap takes for lost motion is how
+    far they give."""
+    rigid = {name: p[name] for name in ('inertia_fraction', 'friction_fraction',
+                                        'loaded_friction_fraction')}
+    return [{**rigid, 'gap': part * p['gap'], 'flank_frequency': frequency,
+             'flank_damping': damping}
+            for part, frequency, damping in itertools.product(
+                (0.5, 0.8, 1.0), (12.0, 18.0, 27.0, 40.0, 60.0), (0.1, 0.5))]
+
+
+_RIGID_GAP = Effect(
     id='backlash',
     title='Backlash',
     parameters=(
@@ -104,9 +130,7 @@ EFFECT = Effect(
     stages={'shift': _shift, 'torque': _torque},
     equation='load free while |θ_load − θ| < gap/2; coupled again when the gap is crossed',
     reference='Nordin and Gutman, Automatica 38 (2002) 1633',
-    statement=lambda p: (
-        f"There are {p['gap']:.3g} rad of lost motion between motor and load; the gap is "
-        'crossed where the transmitted torque changes sign.'),
+    statement=_statement,
     reveals='since_reversal',
     picture='backlash',
     seen='Behind a reversal the load is gone for a moment and comes back with a knock.',
@@ -115,4 +139,18 @@ EFFECT = Effect(
     # What the flanks do at the edge of the band is a resonance's, too.
     apart=('drivetrain_resonance',),
     multimodal=True,
+    constants=(('flank_frequency', 'Hz'), ('flank_damping', '-'), ('gives', '-')),
+    defaults=_RIGID,
+    set_constants=lambda scene: _RIGID,
 )
+# A shaft that twists under load before its gap is crossed, and rings against its flank.
+_ELASTIC = replace(
+    _RIGID_GAP,
+    parameters=(
+        *_RIGID_GAP.parameters,
+        Parameter('flank_frequency', 'Hz', 2.0, 80.0, logarithmic=True, starts=(24.0,)),
+        Parameter('flank_damping', '-', 0.005, 1.0, logarithmic=True, starts=(0.1,))),
+    constants=(('gives', '-'),), set_constants=lambda scene: {'gives': 1.0},
+    begins=_elastic_starts)
+
+EFFECT = replace(_RIGID_GAP, richer=(_ELASTIC,))

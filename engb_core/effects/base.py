@@ -218,6 +218,9 @@ class Effect:
             (a law's formula).
         written: (values) → the setting of the model file, where it is more than numbers.
         formerly: ids that it had in older versions; model files with them are read.
+        richer: the same effect with further parameters behind those that it has, tried where it
+            leaves more than noise.
+        begins: (values of the plainer effect) → where the fit of a richer one may begin.
     """
 
     id: str
@@ -256,6 +259,8 @@ class Effect:
     made_of: Callable[[EffectSetting], tuple[Effect, list[float]]] | None = None
     written: Callable[[Mapping[str, float]], EffectSetting] | None = None
     formerly: tuple[str, ...] = ()
+    richer: tuple[Effect, ...] = ()
+    begins: Callable[[Mapping[str, float]], list[dict[str, float]]] | None = None
 
     def of_kind(self, kind: str) -> Parameter | None:
         """Return the first parameter of a kind, if there is one.

@@ -1,13 +1,18 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A gap is found wherever the friction lies."""
 
+import math
+
+import numpy as np
 import pytest
 
-from engb_core.diagnose.hypothesis import Variant
+from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
 from engb_core.identify.first_model import first_model
+from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.recording import Recording
 from tests.tables.other_benches import Drive, recorded
 
@@ -21,7 +26,59 @@ def test_a_gap_beyond_all_of_the_friction():
         run = recorded(Drive(gap=0.25, load=0.1, ratio=20.0, reach=30.0), seed, 20)
         recording = Recording.from_samples('gear', run['t'], run['phi'], 0.06 * run['i'])
         fitter = Fitter(problem_of([recording], first_model([recording]).model))
-        fit = fitter.fit(Variant(get_effect('backlash'), ()))
+        (variant,) = variants_of(get_effect('backlash'), fitter.problem.scene)
+        fit = fitter.fit(variant)
         gap = fit.hypothesis.named(fit.vector, 0)['gap']
         found += fit.cost < 0.5 * fitter.base().cost and 0.22 < gap < 0.28
     assert found >= 2
+
+
+GAP, INERTIA, BEYOND, FLANK = 0.02, 1.2e-3, 0.5, 22.0
+
+
+def _behind_an_elastic_gap(duration: float, rate: float, seed: int) -> Recording:
+    """A pendulum behind a gap whose flanks are springs: each side rings at 22 Hz against them."""
+    rng = np.random.default_rng(seed)
+    fine = 20
+    time = np.arange(0.0, duration, 1.0 / (rate * fine))
+    angle, speed, rise = (np.zeros(time.size) for _ in range(3))
+    for frequency in (0.13, 0.37, 0.83, 1.7):
+        size, phase = 0.5 / (1.0 + frequency), rng.uniform(0.0, 2.0 * math.pi)
+        turn = 2.0 * math.pi * frequency
+        angle += size * np.sin(turn * time + phase)
+        speed += size * turn * np.cos(turn * time + phase)
+        rise -= size * turn ** 2 * np.sin(turn * time + phase)
+    load = BEYOND * INERTIA
+    stiffness = load * (2.0 * math.pi * FLANK) ** 2
+    damping = 2.0 * 0.15 * load * 2.0 * math.pi * FLANK
+    passed, place, pace = np.zeros(time.size), angle[0], speed[0]
+    step = time[1]
+    for row in range(time.size):
+        twist = angle[row] - place
+        contact = 0.0
+        if abs(twist) > 0.5 * GAP:
+            contact = stiffness * (twist - math.copysign(0.5 * GAP, twist)) \
+                + damping * (speed[row] - pace)
+            contact = max(contact, 0.0) if twist > 0.0 else min(contact, 0.0)
+        passed[row] = contact
+        pace += step * (contact - 0.15 * math.sin(place) - 1e-3 * math.tanh(pace / 0.02)) / load
+        place += step * pace
+    effort = INERTIA * (1.0 - BEYOND) * rise + 1.5e-3 * speed \
+        + 0.02 * np.clip(speed / 0.04, -1.0, 1.0) + passed
+    every = slice(None, None, fine)
+    return Recording.from_samples(
+        'gear', time[every], np.round(angle[every] / 1e-5) * 1e-5,
+        effort[every] + 5e-4 * rng.standard_normal(time[every].size))
+
+
+def test_flanks_that_give():
+    """Part of the lost motion under load is how far the flanks give; what rings against them is
+    no reason to doubt the gap."""
+    model = Model(Motor(1.0, INERTIA, 1.5e-3), LoadTorque('sinusoid', amplitude=0.15),
+                  Friction(0.021, 0.0, 0.04))
+    found = diagnose([_behind_an_elastic_gap(20.0, 250.0, 4)], model)
+    first = found.effects[0]
+    assert first.effect == 'backlash' and first.probability > 0.8
+    assert first.parameters['gap'].value == pytest.approx(GAP, rel=0.05)
+    assert first.parameters['flank_frequency'].value == pytest.approx(FLANK, rel=0.1)
+    assert not any(entry.effect == 'contact_shift' for entry in found.effects)

@@ -10,7 +10,12 @@ import math
 from engb_core.diagnose.constants import FORMULA_ERROR
 from engb_core.diagnose.hypothesis import Hypothesis, Variant, variants_of
 from engb_core.diagnose.optimise.fit import Fit, Fitter, StartColumns
-from engb_core.diagnose.optimise.multistart import is_multimodal, search_around
+from engb_core.diagnose.optimise.multistart import (
+    followed,
+    is_multimodal,
+    promises,
+    search_around,
+)
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.score.ranking import worth_having
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
@@ -40,8 +45,9 @@ AHEAD = 2
 # lower the leading single's cost to this part of it.
 OTHER_WAY_ROUND = 4
 ASTRAY = 0.8
-# Rounds after which the forms of an effect are compared.
-IN_OTHER_FORM = 5
+# Rounds after which the forms of an effect are compared, and how many of the places where one of
+# more parameters may begin are followed so far.
+IN_OTHER_FORM, PROMISED = 5, 4
 
 # What refitting the nominal numbers covers already is not fitted again as an effect; the table
 # is fitted elsewhere (flexible.py). A contact is a number of the load curve, and a polynomial in θ
@@ -128,6 +134,8 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None,
     tell('refining the leading effects')
     _refine(result, 1)
     _add_orders(result)
+    for fit in result.of_size(1)[:len(COMPANIONS)]:
+        result.add(_in_richer_form(fitter, fit))
     tell('choosing pairs')
     pairs = _companions(result, result.of_size(1)[:len(COMPANIONS)], effects)
     for number, fit in enumerate(_with_companions(fitter, pairs)):
@@ -231,11 +239,39 @@ def in_other_form(result: Search, fits: Sequence[Fit]) -> Fit | None:
 
     others = parallel_map(begun, list(_other_forms(fit.hypothesis, fitter)), fitter.threads)
     best = min(others, key=lambda other: other.cost, default=fit)
-    if best.cost >= fit.cost:
+    refined = fit if best.cost >= fit.cost else fitter.refine(best)
+    refined = _in_richer_form(fitter, refined)
+    if refined is fit:
         return None
-    refined = fitter.refine(best)
     result.add(refined)
     return refined
+
+
+def _in_richer_form(fitter: Fitter, fit: Fit) -> Fit:
+    """Return the fit with an effect in a form of more parameters where it leaves more than noise,
+    and these are worth having."""
+    if reduced_chi_square(fit, fitter) < 1.0 + FORMULA_ERROR:
+        return fit
+    for index, variant in enumerate(fit.hypothesis.variants):
+        plain = get_effect(variant.effect.id)
+        if variant.onset is not None or variant.effect.names != plain.names:
+            continue
+        rest = fitter.without(fit, index)
+        for effect in plain.richer:
+            assert effect.begins is not None, 'a richer form says where it begins'
+            added = len(effect.parameters) - len(plain.parameters)
+            settings = effect.begins(fit.hypothesis.named(fit.vector, index))
+            for form in variants_of(effect, fitter.problem.scene):
+                hypothesis = fitter.hypothesis((*rest.hypothesis.variants, form),
+                                               fit.hypothesis.numbers)
+                promised = promises(fitter, rest, hypothesis, settings)[:PROMISED]
+                begun = min(followed(fitter, promised, IN_OTHER_FORM, fitter.iterate),
+                            key=lambda entry: entry.cost)
+                richer = fitter.refine(begun)
+                if worth_having(richer.cost, fit.cost, added):
+                    # It stands last there now.
+                    return richer
+    return fit
 
 
 def _other_forms(hypothesis: Hypothesis, fitter: Fitter) -> Iterator[Hypothesis]:
