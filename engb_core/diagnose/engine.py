@@ -63,7 +63,6 @@ from engb_core.diagnose.parallel_map import parallel_map, processors
 from engb_core.diagnose.problem import Problem, problem_of
 from engb_core.diagnose.resonance.wide_band import (
     judged_wide,
-    of_shafts_that_ring,
     RESONANCE,
     Resonance,
     resonance_beside,
@@ -72,7 +71,7 @@ from engb_core.diagnose.resonance.wind_up import with_resonance
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search.every_effect import search
 from engb_core.diagnose.search.more_orders import without_idle_orders
-from engb_core.diagnose.selection import select, Selection
+from engb_core.diagnose.selection import makeshifts, select, Selection
 from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.timing import BEFORE_STOP, lateness, timing_of, with_timing
 from engb_core.diagnose.unknown.openset import explain, Explanation
@@ -285,8 +284,9 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     chosen = selection.chosen
     if is_multimodal(chosen):
         chosen = middle_of_basin(fitter, search_around(fitter, fitter.refine(chosen)))
-    chosen = of_shafts_that_ring(
-        fitter, fitter.finish(without_idle_orders(fitter, fitter.refine(chosen))))
+    chosen = fitter.finish(without_idle_orders(fitter, fitter.refine(chosen)))
+    gone = makeshifts(fitter, chosen)
+    chosen = fitter.finished_without(chosen, gone) if gone else chosen
     tell('asking whether a flexible model explains more')
     explanation = explain(fitter, chosen, selection)
     timing = timing_of(fitter, explanation.fit)

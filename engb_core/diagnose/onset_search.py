@@ -80,6 +80,7 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
     throughout = _refined(fitter, _throughout(fitter, best))
     if not _begins(fitter, best, throughout, whole):
         return selection
+    best = _without_makeshifts(fitter, best, whole)
     rivals: dict[frozenset[str], Fit] = {}
     for fit in sorted((*found, chosen), key=lambda fit: fit.cost):
         if len(fit.hypothesis.variants) == len(best.hypothesis.variants):
@@ -88,6 +89,19 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
     rivals.pop(frozenset(best.hypothesis.ids), None)
     return Selection(best, tuple(rivals.values()), selection.nominal_excess, whole,
                      excess(best, fitter))
+
+
+def _without_makeshifts(fitter: Fitter, fit: Fit, whole: float) -> Fit:
+    """Return the fit without such effects as are not worth having beside the one that begins: what
+    was chosen while all had to act throughout may have stood for that."""
+    while True:
+        fewer = [fitter.refine(fitter.without(fit, index))
+                 for index, variant in enumerate(fit.hypothesis.variants) if variant.onset is None]
+        plain = [entry for entry in fewer if entry.hypothesis.variants
+                 and not worth_a_further_effect(excess(entry, fitter), excess(fit, fitter), whole)]
+        if not plain:
+            return fit
+        fit = min(plain, key=lambda entry: entry.cost)
 
 
 def _cost_of_all(fitter: Fitter, fit: Fit) -> float:

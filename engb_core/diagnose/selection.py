@@ -31,15 +31,16 @@ from engb_core.diagnose.formula import (
 )
 from engb_core.diagnose.numbers.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.optimise.fit import Fit, Fitter
-from engb_core.diagnose.resonance.wide_band import of_shafts_that_ring, RESONANCE, rings
+from engb_core.diagnose.resonance.wide_band import RESONANCE, rings, silent_shafts
 from engb_core.diagnose.score.noise_like import is_noise
 from engb_core.diagnose.score.probability import part_left
 from engb_core.diagnose.score.ranking import little_more, price, simplest
 from engb_core.diagnose.score.recording_folds import better_on_others
 from engb_core.diagnose.score.reduced_chi_square import excess
 from engb_core.diagnose.search.every_effect import extend, in_other_form, Search
+from engb_core.diagnose.smoothed_noise import only_smooth
 
-__all__ = ['Selection', 'select', 'worth_a_further_effect']
+__all__ = ['Selection', 'makeshifts', 'select', 'worth_a_further_effect']
 
 # Others that are fitted in the place of each of several chosen effects.
 IN_PLACE = 3
@@ -80,16 +81,21 @@ class Selection:
 
 
 def select(result: Search) -> Selection:
-    """Choose the effects, one after another, each with all that is chosen fitted anew. A shaft
-    that does not ring once all is fitted together is not told: the others are chosen without."""
+    """Choose the effects, one after another, each with all that is chosen fitted anew. Where one
+    turns out to be a makeshift once all is fitted together the others are chosen without it."""
     selection = _select(result)
     fitter, chosen = result.fitter, selection.chosen
-    if RESONANCE not in chosen.hypothesis.ids:
-        return selection
-    refined = fitter.finish(fitter.refine(chosen))
-    if of_shafts_that_ring(fitter, refined) is refined:
-        return selection
-    return _select(result.without(RESONANCE))
+    if RESONANCE in chosen.hypothesis.ids or only_smooth(fitter, chosen):
+        refined = fitter.finish(fitter.refine(chosen))
+        for index in makeshifts(fitter, refined):
+            return select(result.without(chosen.hypothesis.ids[index]))
+    return selection
+
+
+def makeshifts(fitter: Fitter, fit: Fit) -> set[int]:
+    """Return which effects of a finished fit are none: shafts that do not ring, and what smooths
+    the noise of the motion and no more."""
+    return silent_shafts(fitter, fit) | only_smooth(fitter, fit)
 
 
 def _select(result: Search) -> Selection:

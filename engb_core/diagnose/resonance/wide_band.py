@@ -44,7 +44,7 @@ from engb_core.model import EffectSetting, Model
 from engb_core.signals.motion import MOST_OF_RATE, MOTION_BANDWIDTH
 from engb_core.signals.motion_band import outweighed_from, position_variance
 
-__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'of_shafts_that_ring',
+__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'silent_shafts',
            'resonance_beside', 'rings']
 
 RESONANCE = 'drivetrain_resonance'
@@ -310,11 +310,11 @@ def _rings(fit: Fit, fitter: Fitter, index: int = 0) -> bool:
                 and fit.vector[fraction] > STANDS_OUT * deviations[fraction])
 
 
-def of_shafts_that_ring(fitter: Fitter, fit: Fit) -> Fit:
-    """Return a finished fit without such shafts as do not ring once all is fitted together."""
-    silent = {index for index, effect in enumerate(fit.hypothesis.ids)
-              if effect == RESONANCE and not _rings(fit, fitter, index)}
-    return fitter.finished_without(fit, silent) if silent else fit
+def silent_shafts(fitter: Fitter, fit: Fit) -> set[int]:
+    """Return which effects of a finished fit are shafts that do not ring once all is fitted
+    together."""
+    return {index for index, effect in enumerate(fit.hypothesis.ids)
+            if effect == RESONANCE and not _rings(fit, fitter, index)}
 
 
 def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float,

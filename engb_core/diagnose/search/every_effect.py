@@ -61,13 +61,13 @@ _NOT_SEARCHED = {'unexplained_surface', 'law', 'inertia_error', 'viscous_frictio
 @dataclass
 class Search:
     """All fits: `base` (numbers only), by effect ids the best fit of each set in `fits`, and by
-    variants as well in `variants`; `left_out` is an effect that is tried no further."""
+    variants as well in `variants`; `left_out` are effects that are tried no further."""
 
     fitter: Fitter
     base: Fit
     fits: dict[tuple[str, ...], Fit] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], Fit] = field(default_factory=dict)
-    left_out: str = ''
+    left_out: tuple[str, ...] = ()
 
     def without(self, effect: str) -> Search:
         """Return the search with all sets that an effect is not in."""
@@ -75,7 +75,7 @@ class Search:
             self.fitter, self.base,
             {key: fit for key, fit in self.fits.items() if effect not in key},
             {key: fit for key, fit in self.variants.items()
-             if effect not in fit.hypothesis.ids}, effect)
+             if effect not in fit.hypothesis.ids}, (*self.left_out, effect))
 
     def add(self, fit: Fit) -> None:
         """Keep a fit if it is the best of its set of effects, or of its variants."""
@@ -161,7 +161,7 @@ def extend(result: Search, fits: Sequence[Fit], most: int = COMPANIONS[0]) -> No
     """Fit the sets with one effect more than each of the `fits`, so many of each that are the most
     promising."""
     fitter = result.fitter
-    effects = [effect for effect in physics_effects(fitter) if effect.id != result.left_out]
+    effects = [effect for effect in physics_effects(fitter) if effect.id not in result.left_out]
     further = _companions(result, fits, effects, [most] * len(fits))
     found = list(_with_companions(fitter, further))
     fitted = list(parallel_map(fitter.refine, found, fitter.threads))
