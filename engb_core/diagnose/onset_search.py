@@ -25,7 +25,7 @@ from engb_core.diagnose.optimise.multistart import (
     search_around,
 )
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.score.ranking import price, simplest
+from engb_core.diagnose.score.ranking import price, simplest, worth_having
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.diagnose.search.every_effect import physics_effects, variants_and_starts
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
@@ -73,14 +73,19 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
     for start in starts:
         found += _fitted(fitter, start, min(_bar(fitter, fit) for fit in (chosen, *found)))
     whole = selection.excess_before
-    better = [fit for fit in found if _preferred(fit, chosen, fitter, whole)]
-    if not better:
+    found += [fewer for fit in found
+              if (fewer := _without_makeshifts(fitter, fit, whole)) is not fit]
+    best = chosen
+    for claims in sorted(set(map(_complexity, found))):
+        alike = [fit for fit in found if _complexity(fit) == claims
+                 and _preferred(fit, best, fitter, whole)]
+        if not alike:
+            continue
+        fit = _refined(fitter, simplest(sorted(alike, key=lambda fit: price(fit, fitter)), fitter))
+        if _begins(fitter, fit, _refined(fitter, _throughout(fitter, fit)), whole):
+            best = fit
+    if best is chosen:
         return selection
-    best = _refined(fitter, simplest(sorted(better, key=lambda fit: price(fit, fitter)), fitter))
-    throughout = _refined(fitter, _throughout(fitter, best))
-    if not _begins(fitter, best, throughout, whole):
-        return selection
-    best = _without_makeshifts(fitter, best, whole)
     rivals: dict[frozenset[str], Fit] = {}
     for fit in sorted((*found, chosen), key=lambda fit: fit.cost):
         if len(fit.hypothesis.variants) == len(best.hypothesis.variants):
@@ -240,7 +245,9 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
         best.setdefault(entry.variant.effect.id, []).append(entry)
     leading = sorted((sorted(entries, key=lambda entry: entry.cost)
                       for entries in best.values()), key=lambda entries: entries[0].cost)
-    hopeful = [entries for entries in leading if entries[0].cost < least][:FITTED]
+    # One that promises little more may be as likely.
+    hopeful = [entries for entries in leading
+               if not worth_having(least, entries[0].cost)][:FITTED]
 
     def fitted(entries: list[_Candidate]) -> Fit:
         return _settled(fitter, _begun(fitter, start, entries))
