@@ -37,9 +37,10 @@ __all__ = ['with_onset']
 
 Array = NDArray[np.float64]
 
-# Numbers that may change at one moment, though a refit covers them throughout: of the load curve;
-# and what a payload, a seal or a lubricant changes, with its place among the nominal numbers.
-_SUDDEN_NUMBERS = ('contact_shift', 'load_stiffness_error')
+# Numbers that may change at one moment, though a refit covers them throughout: of the load curve,
+# of the sensor of effort; and what a payload, a seal or a lubricant changes, with its place among
+# the nominal numbers.
+_SUDDEN_NUMBERS = ('contact_shift', 'load_stiffness_error', 'effort_scale_error')
 _SUDDEN_VALUES = {'coulomb_friction_error': N_COULOMB, 'viscous_friction_error': N_VISCOUS,
                   'inertia_error': N_INERTIA}
 # Effects that are fitted with an onset, the most promising ones, and how often it is found anew.
