@@ -186,7 +186,8 @@ def _in_motion(effect: Effect) -> Iterator[str]:
     if first.none is not None:
         # An effect that contains another one vanishes with both.
         sizes = {entry.name: entry.none for name in (effect.id, *effect.contains)
-                 for entry in get_effect(name).parameters if entry.none is not None}
+                 for entry in get_effect(name).parameters
+                 if entry.none is not None and entry.name in effect.names}
         nothing = {**next(_values(effect)), **sizes}
         left = float(np.max(np.abs(effort_needed(plain, with_effect(effect, nothing))
                                    - effort_needed(plain, MODEL))))

@@ -55,4 +55,6 @@ EFFECT = Effect(
     constants=(('largest_effort', 'N·m'),),
     defaults={'largest_effort': 0.5},
     set_constants=lambda scene: {'largest_effort': scene.largest_effort},
+    # In proportion from the smallest effort on.
+    contains=('effort_scale_error',),
 )

@@ -90,7 +90,7 @@ def nothing(effect: Effect, seed: int) -> dict[str, float]:
     values = drawn(effect, seed)
     for entry in (effect.id, *effect.contains):
         for parameter in catalogue()[entry].parameters:
-            if parameter.none is not None:
+            if parameter.none is not None and parameter.name in effect.names:
                 values[parameter.name] = parameter.none
     for parameter in effect.parameters:
         if parameter.none is None and parameter.name in NOMINAL:

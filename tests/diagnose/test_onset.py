@@ -298,3 +298,21 @@ def test_what_passes_but_once_is_in_the_model_only_if_it_is_likely_or_worth_it(c
     assert held(slipped, OFFSET, 0.8) == ['cogging_torque', 'friction_drift', 'torque_offset']
     assert held(slipped, OFFSET, 0.4) == ['cogging_torque', 'torque_offset']
     assert held(clean, 0.01 * OFFSET, 0.4) == ['cogging_torque']
+
+
+def test_a_gain_that_jumps(clean):
+    """The current sensor reads 7 % too much from one moment on: no saturation of the motor."""
+    louder = with_effort(clean, clean.effort * np.where(clean.time >= BEGINS, 1.07, 1.0))
+    first = diagnose([louder], NOMINAL).effects[0]
+    assert (first.effect, first.onset is not None) == ('effort_scale_error', True)
+    assert first.parameters['scale'].value == pytest.approx(1.0 / 1.07, abs=0.005)
+
+
+def test_a_wave_that_begins_is_no_beat_of_two(clean):
+    """Two waves of nearly one order that beat can stand for one that begins."""
+    wave = 0.008 * np.sin(2.0 * clean.position + 0.4)
+    begun = with_effort(clean, clean.effort + np.where(clean.time >= BEGINS, wave, 0.0))
+    found = diagnose([begun], NOMINAL).effects
+    assert [entry.effect for entry in found] == ['cogging_torque']
+    assert found[0].onset is not None and found[0].onset[1] == pytest.approx(BEGINS, abs=0.2)
+    assert found[0].parameters['order'].value == pytest.approx(2.0, abs=0.01)

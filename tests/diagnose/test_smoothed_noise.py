@@ -1,0 +1,55 @@
+# Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
+"""What smooths the noise of the motion is told only for what it explains beyond that."""
+
+import math
+
+import numpy as np
+
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.optimise.fit import Fitter
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.smoothed_noise import only_smooth
+from engb_core.effects.catalogue import get_effect
+from engb_core.model import Friction, LoadTorque, Model, Motor
+from engb_core.recording import Recording
+
+INERTIA = 3.0
+MODEL = Model(Motor(1.0, INERTIA, 1.3), LoadTorque(coefficients=(0.0, 0.0, 0.0, 0.0)),
+              Friction(4.0, 0.0, 0.03))
+
+
+def turned(count: float, lag: float = 0.0) -> Recording:
+    """A heavy turntable whose position is told in counts; its current may be filtered."""
+    rng = np.random.default_rng(5)
+    time = np.arange(0.0, 20.0, 1e-3)
+    angle, speed, rise = (np.zeros(time.size) for _ in range(3))
+    for frequency in (0.11, 0.41, 0.97, 2.1):
+        size, turn = 0.6 / (1.0 + frequency), 2.0 * math.pi * frequency
+        phase = rng.uniform(0.0, 2.0 * math.pi)
+        angle += size * np.sin(turn * time + phase)
+        speed += size * turn * np.cos(turn * time + phase)
+        rise -= size * turn ** 2 * np.sin(turn * time + phase)
+    effort = INERTIA * rise + 1.3 * speed + 4.0 * np.clip(speed / 0.03, -1.0, 1.0)
+    if lag:
+        late = effort.copy()
+        for row in range(1, time.size):
+            late[row] = late[row - 1] + (effort[row] - late[row - 1]) * 1e-3 / lag
+        effort = late
+    shown = np.round(angle / count) * count if count else angle
+    return Recording.from_samples('table', time, shown,
+                                  effort + 0.005 * rng.standard_normal(time.size))
+
+
+def told(recording: Recording) -> set[int]:
+    fitter = Fitter(problem_of([recording], MODEL))
+    (variant,) = variants_of(get_effect('effort_measurement_lag'), fitter.problem.scene)
+    return only_smooth(fitter, fitter.refine(fitter.fit(variant)))
+
+
+def test_a_lag_that_smooths_counts():
+    assert told(turned(count=1e-4)) == {0}
+
+
+def test_a_lag_that_is_there():
+    assert told(turned(count=1e-4, lag=0.03)) == set()
+    assert told(turned(count=0.0, lag=0.01)) == set()
