@@ -25,7 +25,7 @@ from engb_core.diagnose.optimise.multistart import (
     search_around,
 )
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.score.ranking import price, simplest, worth_having
+from engb_core.diagnose.score.ranking import price, simplest
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.diagnose.search.every_effect import physics_effects, variants_and_starts
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
@@ -246,9 +246,7 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
         best.setdefault(entry.variant.effect.id, []).append(entry)
     leading = sorted((sorted(entries, key=lambda entry: entry.cost)
                       for entries in best.values()), key=lambda entries: entries[0].cost)
-    # One that promises little more may be as likely.
-    hopeful = [entries for entries in leading
-               if not worth_having(least, entries[0].cost)][:FITTED]
+    hopeful = [entries for entries in leading if entries[0].cost < least][:FITTED]
 
     def fitted(entries: list[_Candidate]) -> Fit:
         return _settled(fitter, _begun(fitter, start, entries))
