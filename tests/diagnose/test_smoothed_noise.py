@@ -8,6 +8,7 @@ import numpy as np
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.search.every_effect import extend, search
 from engb_core.diagnose.smoothed_noise import only_smooth
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, LoadTorque, Model, Motor
@@ -53,3 +54,11 @@ def test_a_lag_that_smooths_counts():
 def test_a_lag_that_is_there():
     assert told(turned(count=1e-4, lag=0.03)) == set()
     assert told(turned(count=0.0, lag=0.01)) == set()
+
+
+def test_what_is_none_is_tried_no_further():
+    result = search(Fitter(problem_of([turned(count=1e-4)], MODEL)))
+    without = result.without('effort_measurement_lag')
+    extend(without, without.of_size(1)[:2])
+    assert any('effort_measurement_lag' in ids for ids in result.fits)
+    assert not any('effort_measurement_lag' in ids for ids in without.fits)
