@@ -27,7 +27,11 @@ from engb_core.diagnose.optimise.multistart import (
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.score.ranking import price, simplest
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square_of
-from engb_core.diagnose.search.every_effect import physics_effects, variants_and_starts
+from engb_core.diagnose.search.every_effect import (
+    in_richer_form,
+    physics_effects,
+    variants_and_starts,
+)
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
@@ -87,6 +91,7 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
             best = fit
     if best is chosen:
         return selection
+    best = in_richer_form(fitter, best)
     rivals: dict[frozenset[str], Fit] = {}
     for fit in sorted((*found, chosen), key=lambda fit: fit.cost):
         if len(fit.hypothesis.variants) == len(best.hypothesis.variants):

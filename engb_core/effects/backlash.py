@@ -105,13 +105,13 @@ def _statement(p: Mapping[str, float]) -> str:
 
 def _elastic_starts(p: Mapping[str, float]) -> list[dict[str, float]]:
     """Return where elastic flanks may begin: part of what a rigid gap takes for lost motion is how
-    far they give."""
+    far they give; where they bounce, a rigid one is found too small."""
     rigid = {name: p[name] for name in ('inertia_fraction', 'friction_fraction',
                                         'loaded_friction_fraction')}
     return [{**rigid, 'gap': part * p['gap'], 'flank_frequency': frequency,
              'flank_damping': damping}
             for part, frequency, damping in itertools.product(
-                (0.5, 0.8, 1.0), (12.0, 18.0, 27.0, 40.0, 60.0), (0.1, 0.5))]
+                (0.5, 0.8, 1.0, 1.4), (12.0, 18.0, 27.0, 40.0, 60.0), (0.1, 0.5))]
 
 
 _RIGID_GAP = Effect(

@@ -24,8 +24,8 @@ from engb_core.diagnose.search.starts import settings_from_residual
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import catalogue, get_effect
 
-__all__ = ['Search', 'extend', 'in_other_form', 'physics_effects', 'search', 'variants_and_starts',
-           'with_variant']
+__all__ = ['Search', 'extend', 'in_other_form', 'in_richer_form', 'physics_effects', 'search',
+           'variants_and_starts', 'with_variant']
 
 # Companions that are fitted for the best singles, best first: of two effects the greater one
 # nearly always fits best alone.
@@ -135,7 +135,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None,
     _refine(result, 1)
     _add_orders(result)
     for fit in result.of_size(1)[:len(COMPANIONS)]:
-        result.add(_in_richer_form(fitter, fit))
+        result.add(in_richer_form(fitter, fit))
     tell('choosing pairs')
     pairs = _companions(result, result.of_size(1)[:len(COMPANIONS)], effects)
     for number, fit in enumerate(_with_companions(fitter, pairs)):
@@ -240,21 +240,21 @@ def in_other_form(result: Search, fits: Sequence[Fit]) -> Fit | None:
     others = parallel_map(begun, list(_other_forms(fit.hypothesis, fitter)), fitter.threads)
     best = min(others, key=lambda other: other.cost, default=fit)
     refined = fit if best.cost >= fit.cost else fitter.refine(best)
-    refined = _in_richer_form(fitter, refined)
+    refined = in_richer_form(fitter, refined)
     if refined is fit:
         return None
     result.add(refined)
     return refined
 
 
-def _in_richer_form(fitter: Fitter, fit: Fit) -> Fit:
+def in_richer_form(fitter: Fitter, fit: Fit) -> Fit:
     """Return the fit with an effect in a form of more parameters where it leaves more than noise,
     and these are worth having."""
     if reduced_chi_square(fit, fitter) < 1.0 + FORMULA_ERROR:
         return fit
     for index, variant in enumerate(fit.hypothesis.variants):
         plain = get_effect(variant.effect.id)
-        if variant.onset is not None or variant.effect.names != plain.names:
+        if variant.effect.names != plain.names:
             continue
         rest = fitter.without(fit, index)
         for effect in plain.richer:
@@ -262,8 +262,9 @@ def _in_richer_form(fitter: Fitter, fit: Fit) -> Fit:
             added = len(effect.parameters) - len(plain.parameters)
             settings = effect.begins(fit.hypothesis.named(fit.vector, index))
             for form in variants_of(effect, fitter.problem.scene):
-                hypothesis = fitter.hypothesis((*rest.hypothesis.variants, form),
-                                               fit.hypothesis.numbers)
+                hypothesis = fitter.hypothesis(
+                    (*rest.hypothesis.variants, replace(form, onset=variant.onset)),
+                    fit.hypothesis.numbers)
                 promised = promises(fitter, rest, hypothesis, settings)[:PROMISED]
                 begun = min(followed(fitter, promised, IN_OTHER_FORM, fitter.iterate),
                             key=lambda entry: entry.cost)
