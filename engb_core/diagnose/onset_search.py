@@ -78,8 +78,10 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
     for start in starts:
         found += _fitted(fitter, start, min(_bar(fitter, fit) for fit in (chosen, *found)))
     whole = selection.excess_before
-    found += [fewer for fit in found
-              if (fewer := _without_makeshifts(fitter, fit, whole)) is not fit]
+    fewer = parallel_map(lambda fit: _without_makeshifts(fitter, fit, whole), found,
+                         fitter.threads)
+    found += [plain for plain, fit in zip(list(fewer), list(found), strict=True)
+              if plain is not fit]
     best = chosen
     for claims in sorted(set(map(_complexity, found))):
         alike = [fit for fit in found if _complexity(fit) == claims
