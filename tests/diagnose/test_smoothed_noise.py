@@ -1,6 +1,7 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What smooths the noise of the motion is told only for what it explains beyond that."""
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -62,3 +63,12 @@ def test_what_is_none_is_tried_no_further():
     extend(without, without.of_size(1)[:2])
     assert any('effort_measurement_lag' in ids for ids in result.fits)
     assert not any('effort_measurement_lag' in ids for ids in without.fits)
+
+
+def test_what_is_settled_is_found_no_more():
+    """A gap that stood for a shaft is not asked again beside it."""
+    problem = problem_of([turned(count=0.0, lag=0.01)], MODEL)
+    found = search(Fitter(problem)).fits['effort_measurement_lag',]
+    settled = replace(problem, settled=('effort_measurement_lag',))
+    again = search(Fitter(settled), found=found)
+    assert not any('effort_measurement_lag' in ids for ids in again.fits)

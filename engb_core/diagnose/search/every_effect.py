@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import math
 
 from engb_core.diagnose.constants import FORMULA_ERROR
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.hypothesis import Hypothesis, Variant, variants_of
 from engb_core.diagnose.optimise.fit import Fit, Fitter, StartColumns
 from engb_core.diagnose.optimise.multistart import (
@@ -144,8 +145,14 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None,
     for fit in parallel_map(_other_way_round(result), _led_astray(result), fitter.threads):
         result.add(fit)
     in_other_form(result, result.of_size(2))
-    if found is not None and found.hypothesis.variants and not found.hypothesis.onsets:
-        result.add(fitter.refit(found, fitter.numbers))
+    if found is not None and not found.hypothesis.onsets:
+        # What is settled by now, or stood for that, is found no more.
+        hypothesis, vector = without_effects(found, {
+            index for index, effect in enumerate(found.hypothesis.ids)
+            if effect in fitter.problem.settled})
+        if hypothesis.variants:
+            result.add(fitter.refit(replace(found, hypothesis=hypothesis, vector=vector),
+                                    fitter.numbers))
     _refine(result, 2)
     return result
 
