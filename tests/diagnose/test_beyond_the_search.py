@@ -107,9 +107,9 @@ def test_a_shaft_that_does_not_ring_once_all_is_fitted_is_no_effect(clean):
     hypothesis = fitter.hypothesis((variant, offset))
     silent = fitter.finish(fitter.evaluate(hypothesis, np.concatenate([
         hypothesis.start_of_numbers(), [0.05, np.log(64.0), np.log(0.25), 0.5], [0.001]])))
-    assert wide_band.of_shafts_that_ring(fitter, silent).hypothesis.ids == ('torque_offset',)
-    offset_alone = fitter.finish(fitter.base())
-    assert wide_band.of_shafts_that_ring(fitter, offset_alone) is offset_alone
+    assert wide_band.silent_shafts(fitter, silent) == {0}
+    assert fitter.finished_without(silent, {0}).hypothesis.ids == ('torque_offset',)
+    assert wide_band.silent_shafts(fitter, fitter.finish(fitter.base())) == set()
 
 
 @pytest.mark.parametrize(('came_to', 'again'), [(100.0, True), (55.0, False), (None, False)])
