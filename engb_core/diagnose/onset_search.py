@@ -78,10 +78,8 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
     for start in starts:
         found += _fitted(fitter, start, min(_bar(fitter, fit) for fit in (chosen, *found)))
     whole = selection.excess_before
-    fewer = parallel_map(lambda fit: _without_makeshifts(fitter, fit, whole), found,
-                         fitter.threads)
-    found += [plain for plain, fit in zip(list(fewer), list(found), strict=True)
-              if plain is not fit]
+    plainer = parallel_map(lambda fit: _without_idle(fitter, fit, whole), found, fitter.threads)
+    found += [plain for plain, fit in zip(plainer, found, strict=True) if plain is not fit]
     best = chosen
     for claims in sorted(set(map(_complexity, found))):
         alike = [fit for fit in found if _complexity(fit) == claims
@@ -104,7 +102,7 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
                      excess(best, fitter))
 
 
-def _without_makeshifts(fitter: Fitter, fit: Fit, whole: float) -> Fit:
+def _without_idle(fitter: Fitter, fit: Fit, whole: float) -> Fit:
     """Return the fit without such effects as are not worth having beside the one that begins: what
     was chosen while all had to act throughout may have stood for that."""
     while True:

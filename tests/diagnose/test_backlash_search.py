@@ -16,6 +16,8 @@ from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.recording import Recording
 from tests.tables.other_benches import Drive, recorded
 
+from .swings import swung
+
 
 @pytest.mark.slow
 def test_a_gap_beyond_all_of_the_friction():
@@ -41,13 +43,8 @@ def _behind_an_elastic_gap(duration: float, rate: float, seed: int) -> Recording
     rng = np.random.default_rng(seed)
     fine = 20
     time = np.arange(0.0, duration, 1.0 / (rate * fine))
-    angle, speed, rise = (np.zeros(time.size) for _ in range(3))
-    for frequency in (0.13, 0.37, 0.83, 1.7):
-        size, phase = 0.5 / (1.0 + frequency), rng.uniform(0.0, 2.0 * math.pi)
-        turn = 2.0 * math.pi * frequency
-        angle += size * np.sin(turn * time + phase)
-        speed += size * turn * np.cos(turn * time + phase)
-        rise -= size * turn ** 2 * np.sin(turn * time + phase)
+    angle, speed, rise = swung(time, (0.13, 0.37, 0.83, 1.7),
+                               lambda frequency: 0.5 / (1.0 + frequency), rng)
     load = BEYOND * INERTIA
     stiffness = load * (2.0 * math.pi * FLANK) ** 2
     damping = 2.0 * 0.15 * load * 2.0 * math.pi * FLANK

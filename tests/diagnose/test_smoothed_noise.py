@@ -2,7 +2,6 @@
 """What smooths the noise of the motion is told only for what it explains beyond that."""
 
 from dataclasses import replace
-import math
 
 import numpy as np
 
@@ -15,6 +14,8 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.recording import Recording
 
+from .swings import swung
+
 INERTIA = 3.0
 MODEL = Model(Motor(1.0, INERTIA, 1.3), LoadTorque(coefficients=(0.0, 0.0, 0.0, 0.0)),
               Friction(4.0, 0.0, 0.03))
@@ -24,13 +25,8 @@ def turned(count: float, lag: float = 0.0) -> Recording:
     """A heavy turntable whose position is told in counts; its current may be filtered."""
     rng = np.random.default_rng(5)
     time = np.arange(0.0, 20.0, 1e-3)
-    angle, speed, rise = (np.zeros(time.size) for _ in range(3))
-    for frequency in (0.11, 0.41, 0.97, 2.1):
-        size, turn = 0.6 / (1.0 + frequency), 2.0 * math.pi * frequency
-        phase = rng.uniform(0.0, 2.0 * math.pi)
-        angle += size * np.sin(turn * time + phase)
-        speed += size * turn * np.cos(turn * time + phase)
-        rise -= size * turn ** 2 * np.sin(turn * time + phase)
+    angle, speed, rise = swung(time, (0.11, 0.41, 0.97, 2.1),
+                               lambda frequency: 0.6 / (1.0 + frequency), rng)
     effort = INERTIA * rise + 1.3 * speed + 4.0 * np.clip(speed / 0.03, -1.0, 1.0)
     if lag:
         late = effort.copy()
