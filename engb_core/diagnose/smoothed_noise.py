@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from engb_core.diagnose.constants import FORMULA_ERROR
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.position_noise import position_noise
 from engb_core.diagnose.resonance.wide_band import RESONANCE
-from engb_core.diagnose.score.ranking import worth_having
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 
 __all__ = ['only_smooth']
@@ -23,19 +23,18 @@ SMOOTH = (RESONANCE, 'effort_measurement_lag')
 
 
 def only_smooth(fitter: Fitter, fit: Fit) -> set[int]:
-    """Return which effects of a fit are not worth having beyond the noise that they smooth."""
+    """Return which effects of a fit take away no more than the noise that they smooth, and than
+    what no two fits are told apart by."""
     found = set()
+    counts = _of_counts(fitter, [run.counts for run in fitter.problem.runs])
     for index, effect in enumerate(fit.hypothesis.ids):
         if effect not in SMOOTH:
             continue
         without = fitter.without(fit, index)
-        left, leaves = (reduced_chi_square(entry, fitter) for entry in (without, fit))
-        # More than all that counts put in it cannot smooth.
-        if worth_having(leaves + _of_counts(
-                fitter, [run.counts for run in fitter.problem.runs]), left):
-            continue
-        smoothed = _counts_of(fitter, without) - _counts_of(fitter, fit)
-        if not worth_having(leaves + max(smoothed, 0.0), left):
+        gain = (reduced_chi_square(without, fitter) - reduced_chi_square(fit, fitter)
+                - FORMULA_ERROR)
+        # Nothing smooths more than all that counts put in, so that most need not be drawn anew.
+        if gain <= counts and gain <= _counts_of(fitter, without) - _counts_of(fitter, fit):
             found.add(index)
     return found
 

@@ -21,13 +21,15 @@ MODEL = Model(Motor(1.0, INERTIA, 1.3), LoadTorque(coefficients=(0.0, 0.0, 0.0, 
               Friction(4.0, 0.0, 0.03))
 
 
-def turned(count: float, lag: float = 0.0) -> Recording:
-    """A heavy turntable whose position is told in counts; its current may be filtered."""
+def turned(count: float, lag: float = 0.0, unknown: float = 0.0) -> Recording:
+    """A heavy turntable whose position is told in counts; its current may be filtered, and
+    something unknown may turn with it."""
     rng = np.random.default_rng(5)
     time = np.arange(0.0, 20.0, 1e-3)
     angle, speed, rise = swung(time, (0.11, 0.41, 0.97, 2.1),
                                lambda frequency: 0.6 / (1.0 + frequency), rng)
-    effort = INERTIA * rise + 1.3 * speed + 4.0 * np.clip(speed / 0.03, -1.0, 1.0)
+    effort = INERTIA * rise + 1.3 * speed + 4.0 * np.clip(speed / 0.03, -1.0, 1.0) \
+        + unknown * np.sin(9.0 * angle)
     if lag:
         late = effort.copy()
         for row in range(1, time.size):
@@ -51,6 +53,11 @@ def test_a_lag_that_smooths_counts():
 def test_a_lag_that_is_there():
     assert told(turned(count=1e-4, lag=0.03)) == set()
     assert told(turned(count=0.0, lag=0.01)) == set()
+
+
+def test_a_lag_beside_much_that_is_unknown():
+    """It takes away a small part of the whole, but more than it smooths."""
+    assert told(turned(count=1e-4, lag=0.003, unknown=4.0)) == set()
 
 
 def test_what_is_none_is_tried_no_further():
