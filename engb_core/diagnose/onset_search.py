@@ -7,6 +7,7 @@ promising ones are fitted, and their onsets found anew with what the fit says th
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 import itertools
 import math
@@ -35,7 +36,13 @@ from engb_core.diagnose.search.every_effect import (
 from engb_core.diagnose.selection import Selection, worth_a_further_effect
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
-from engb_core.physics.nominal_torque import N_COULOMB, N_INERTIA, N_VISCOUS
+from engb_core.physics.nominal_torque import (
+    N_COULOMB,
+    N_INERTIA,
+    N_LOAD_CURVATURE,
+    N_LOAD_GAIN,
+    N_VISCOUS,
+)
 
 __all__ = ['with_onset']
 
@@ -43,10 +50,11 @@ Array = NDArray[np.float64]
 
 # Numbers that may change at one moment, though a refit covers them throughout: of the load curve,
 # of the sensor of effort; and what a payload, a seal or a lubricant changes, with its place among
-# the nominal numbers.
+# the nominal numbers, and with that of a number which only says what form such a change has.
 _SUDDEN_NUMBERS = ('contact_shift', 'load_stiffness_error', 'effort_scale_error')
 _SUDDEN_VALUES = {'coulomb_friction_error': N_COULOMB, 'viscous_friction_error': N_VISCOUS,
-                  'inertia_error': N_INERTIA}
+                  'inertia_error': N_INERTIA, 'load_dependent_friction': N_LOAD_GAIN}
+_SHAPES = {'load_curvature': N_LOAD_CURVATURE}
 # Effects that are fitted with an onset, the most promising ones, and how often it is found anew.
 FITTED, ROUNDS, AGAIN = 4, 6, 3
 # Weight with which a number is held that stands at its bound.
@@ -262,13 +270,17 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
 def _sudden_values(start: Fit) -> list[Effect]:
     """Return the nominal numbers as effects that begin: each from what a fit has before."""
     nominal = start.hypothesis.physics(start.vector, 0).nominal
+    spreads = {number.place: number.spread for number in start.hypothesis.numbers
+               if not number.effect and not number.logarithmic}
     found = []
     for name, place in _SUDDEN_VALUES.items():
         before, effect = float(nominal[place]), get_effect(name)
-        (value,) = effect.parameters
-        if before > value.low:
-            found.append(replace(effect, parameters=(
-                replace(value, none=before, starts=(1.1 * before,)),)))
+        value, *shapes = effect.parameters
+        begun = 1.1 * before if before > value.low else before + 0.1 * spreads.get(place, 0.0)
+        if begun > before:
+            found.append(_held(replace(effect, parameters=(
+                replace(value, none=before, starts=(begun,)), *shapes)), {
+                    shape.name: float(nominal[_SHAPES[shape.name]]) for shape in shapes}))
     return found
 
 
@@ -286,15 +298,20 @@ def _screened(fitter: Fitter, start: Fit, columns: Array, effect: Effect) -> lis
 def _at_once(effect: Effect) -> Effect:
     """Return the effect as it is when it is there from one moment on: what says how it grows over
     the recording is held."""
-    if not effect.at_once:
+    return _held(effect, effect.at_once)
+
+
+def _held(effect: Effect, values: Mapping[str, float]) -> Effect:
+    """Return the effect with the last of its parameters held at such values, by name."""
+    if not values:
         return effect
-    kept = tuple(entry for entry in effect.parameters if entry.name not in effect.at_once)
+    kept = tuple(entry for entry in effect.parameters if entry.name not in values)
     held = effect.parameters[len(kept):]
     given = effect.set_constants
     return replace(
         effect, parameters=kept,
         constants=(*((entry.name, entry.unit) for entry in held), *effect.constants),
-        set_constants=lambda scene: {**effect.at_once, **(given(scene) if given else {})})
+        set_constants=lambda scene: {**values, **(given(scene) if given else {})})
 
 
 def _by_onset(fitter: Fitter, start: Fit, columns: Array, entry: StartColumns,

@@ -27,6 +27,7 @@ from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
 from engb_core.signals.count_edges import CountEdges, edges_of, quantum_of
 from engb_core.signals.held_effort import EFFORT_TAKEN
+from engb_core.signals.side_signals import side_signal
 
 __all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered',
            'gaussian_kernel', 'motion_of', 'with_position']
@@ -152,8 +153,8 @@ def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Moti
     edges = edges_of(recording)
     position, velocity, acceleration = _smoothed(recording, edges, full, bandwidth, stride)
     time = full[::stride]
-    disc = recording.signal('disc_speed')
-    temperature = recording.signal('pad_temperature')
+    disc = side_signal(recording, 'disc_speed')
+    temperature = side_signal(recording, 'pad_temperature')
     disc_speed = np.zeros(time.size) if disc is None else np.interp(time, recording.time, disc)
     return Motion(
         name=recording.name, step=step, time=time, position=position, velocity=velocity,

@@ -162,6 +162,22 @@ def test_coulomb_friction_that_jumps_is_told_as_such(clean):
     assert first.parameters['coulomb'].value == pytest.approx(0.032, abs=0.003)
 
 
+@pytest.mark.parametrize('in_file', [NOMINAL.friction.load_gain, 0.0])
+def test_friction_per_load_that_jumps_is_told_as_such(in_file):
+    """A screw that runs dry: what rubs whatever the load stays."""
+    nominal = replace(NOMINAL, friction=replace(NOMINAL.friction, load_gain=in_file))
+    clean = lively(nominal)
+    load = np.polynomial.Polynomial(NOMINAL.load_torque.coefficients)(clean.position)
+    rubs = 0.08 * np.abs(load) * np.clip(clean.velocity / NOMINAL.friction.saturation_velocity,
+                                         -1.0, 1.0)
+    jumped = with_effort(clean, clean.effort + np.where(clean.time >= BEGINS, rubs, 0.0))
+    first = diagnose([jumped], nominal).effects[0]
+    assert first.effect == 'load_dependent_friction'
+    assert first.probability > 0.5
+    assert first.onset[1] == pytest.approx(BEGINS, abs=0.2)
+    assert first.parameters['load_gain'].value == pytest.approx(in_file + 0.08, abs=0.01)
+
+
 @pytest.mark.parametrize(('effect', 'name', 'more'), [
     ('inertia_error', 'inertia', 1.0), ('viscous_friction_error', 'viscous_friction', 1.5)])
 def test_an_inertia_and_a_drag_that_jump_are_told_as_such(clean, effect, name, more):
