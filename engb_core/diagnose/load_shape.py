@@ -30,7 +30,7 @@ from engb_core.diagnose.numbers.wrong_numbers import NumberFinding
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.normal_equations import normal_equations
 from engb_core.diagnose.score.probability import part_left
-from engb_core.diagnose.score.ranking import price, worth_having
+from engb_core.diagnose.score.ranking import price, worth_a_further_effect, worth_having
 from engb_core.diagnose.score.reduced_chi_square import (
     excess,
     reduced_chi_square,
@@ -41,7 +41,7 @@ from engb_core.diagnose.search.more_orders import (
     orders_of,
     with_orders_only,
 )
-from engb_core.diagnose.selection import Selection, worth_a_further_effect
+from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.waves import comes_often, wave_known
 from engb_core.effects.base import POSITION, SAMPLE_SIZE, STATE_SIZE
 from engb_core.effects.load_curve_shape import EFFECT, KNOTS

@@ -26,14 +26,14 @@ from engb_core.diagnose.optimise.multistart import (
     search_around,
 )
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.score.ranking import price, simplest
+from engb_core.diagnose.score.ranking import price, simplest, worth_a_further_effect
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.diagnose.search.every_effect import (
     in_richer_form,
     physics_effects,
     variants_and_starts,
 )
-from engb_core.diagnose.selection import Selection, worth_a_further_effect
+from engb_core.diagnose.selection import Selection
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import get_effect
 from engb_core.physics.nominal_torque import (

@@ -23,24 +23,24 @@ from engb_core.diagnose.constants import (
     WORTH_PART,
 )
 from engb_core.diagnose.fitted import mean_square
-from engb_core.diagnose.formula import (
-    formula_odds,
-    further_odds,
-    no_more,
-    part_of_formula,
-)
+from engb_core.diagnose.formula import formula_odds, no_more, part_of_formula
 from engb_core.diagnose.numbers.load_cause import moved_by, selected_by_load_curve, standing
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.resonance.wide_band import RESONANCE, rings, silent_shafts
 from engb_core.diagnose.score.noise_like import is_noise
 from engb_core.diagnose.score.probability import part_left
-from engb_core.diagnose.score.ranking import little_more, price, simplest
+from engb_core.diagnose.score.ranking import (
+    little_more,
+    price,
+    simplest,
+    worth_a_further_effect,
+)
 from engb_core.diagnose.score.recording_folds import better_on_others
 from engb_core.diagnose.score.reduced_chi_square import excess
 from engb_core.diagnose.search.every_effect import extend, in_other_form, Search
 from engb_core.diagnose.smoothed_noise import only_smooth
 
-__all__ = ['Selection', 'makeshifts', 'select', 'worth_a_further_effect']
+__all__ = ['Selection', 'makeshifts', 'select']
 
 # Others that are fitted in the place of each of several chosen effects.
 IN_PLACE = 3
@@ -326,21 +326,3 @@ def _alone(chosen: Fit, best: Fit, fitter: Fitter, others: list[Fit]) -> bool:
     return not any(little_more(excess(fit, fitter), least) for fit in others
                    if ids < set(fit.hypothesis.ids) and not fit.hypothesis.has_unnamed
                    and fit.hypothesis.ids != best.hypothesis.ids)
-
-
-def worth_a_further_effect(old: float, new: float, whole: float, share: float = 1.0) -> bool:
-    """Return whether an excess that falls from `old` to `new` is worth one effect more: not little
-    more, and more than other formulas of the other effects usually miss, or likelier physics than
-    that for how little it leaves.
-
-    Args:
-        old, new: excess without and with the further effect.
-        whole: excess without any effect, of all that was recorded.
-        share: part of what was recorded of which `old` and `new` are.
-    """
-    old, new = max(old, 0.0), max(new, 0.0)
-    if little_more(old, new):
-        return False
-    if share * (old - new) > part_of_formula() * whole:
-        return True
-    return further_odds(min(1.0, share * old / whole), new / old) > 1.0

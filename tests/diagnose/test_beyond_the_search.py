@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.signal import butter, sosfilt
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.held_parameters import LOAD
@@ -19,9 +20,10 @@ from engb_core.diagnose.optimise.multistart import is_multimodal, search_around
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.resonance import wide_band
 from engb_core.diagnose.resonance.wide_band import RESONANCE, resonance_beside
+from engb_core.diagnose.score.ranking import worth_a_further_effect
 from engb_core.diagnose.score.reduced_chi_square import excess
 from engb_core.diagnose.search.every_effect import _came_to_more, search
-from engb_core.diagnose.selection import select, worth_a_further_effect
+from engb_core.diagnose.selection import select
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import HARDENS, LINEAR, SOFT_CENTRE
 from engb_core.model import EffectSetting, LoadTorque, Model
@@ -118,6 +120,33 @@ def test_a_set_is_fitted_again_where_it_promises_clearly_less_than_it_came_to(ca
     fits = {} if came_to is None else {('one', 'other'): SimpleNamespace(cost=came_to)}
     entry = SimpleNamespace(key=('one', 'other'), cost=50.0)
     assert _came_to_more(SimpleNamespace(fits=fits), entry) is again
+
+
+NAMED = replace(NOMINAL, effects=(EffectSetting('cogging_torque', {
+    'amplitude': 0.05, 'order': 3.0, 'phase': 0.0}),))
+
+
+def with_wave(recording: Recording, beside: np.ndarray | float = 0.0) -> Recording:
+    """Return a recording with the wave of `NAMED`, and some effort beside it."""
+    wave = 0.05 * np.sin(3.0 * recording.position)
+    return Recording.from_samples('run', recording.time, recording.position,
+                                  recording.effort + wave + beside, recording.velocity)
+
+
+def test_what_the_formula_of_a_name_misses_is_no_resonance(clean):
+    """A shaft takes away most of a drag that comes and goes at 15 to 40 Hz, but that is little of
+    what the wave explains, and another formula of the wave would miss as much."""
+    band = butter(2, (15.0, 40.0), 'band', fs=1.0 / clean.interval, output='sos')
+    missed = sosfilt(band, 6e-5 * clean.velocity * np.abs(clean.velocity))
+    assert resonance_beside(problem_of([with_wave(clean, missed)], NOMINAL), NAMED) is None
+
+
+def test_a_shaft_that_rings_is_heard_beside_a_name():
+    """It leaves nothing of the little that the name leaves."""
+    weak = lively(brake_with(RESONANCE, inertia_fraction=0.19, frequency=30.0, damping_ratio=0.2))
+    found = resonance_beside(problem_of([with_wave(weak)], NOMINAL), NAMED)
+    assert found is not None
+    assert found.finding.parameters['frequency'].value == pytest.approx(30.0, rel=0.1)
 
 
 def test_nothing_rings_on_a_clean_recording(clean):

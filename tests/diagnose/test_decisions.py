@@ -253,7 +253,7 @@ def test_what_refitted_numbers_leave_may_be_a_miss_of_their_formulas(before, nam
     (50.0, 40.0, 100.0, False), (0.09, 0.0, 100.0, False)],
     ids=['half of all', 'a miss', 'all of little', 'little more', 'noise'])
 def test_a_further_effect_is_worth_more_than_what_formulas_miss(old, new, whole, worth):
-    assert selection.worth_a_further_effect(old, new, whole) == worth
+    assert ranking.worth_a_further_effect(old, new, whole) == worth
 
 
 def test_what_a_refit_may_have_held_instead_is_told_with_its_odds():

@@ -33,8 +33,9 @@ from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import followed, Promise, promises, search_around
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.problem import Problem, problem_of, Run
+from engb_core.diagnose.problem import holding, Problem, problem_of, Run
 from engb_core.diagnose.score.probability import part_left
+from engb_core.diagnose.score.ranking import worth_a_further_effect
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.search.starts import strongest_frequency
 from engb_core.diagnose.uncertainty import estimates, vector_deviations
@@ -113,6 +114,7 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
     bandwidth = _band(problem)
     given = tuple(entry for entry in corrected.effects
                   if entry.effect not in (RESONANCE, RIVAL, DELAY, 'unexplained_surface'))
+    named = tuple(entry for entry in given if entry not in problem.model.effects)
     wide = problem_of([run.recording for run in problem.runs],
                       replace(corrected, effects=given), bandwidth=bandwidth,
                       motion_bandwidth=2.0 * bandwidth)
@@ -130,6 +132,9 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
         known = something_known(part_left(fitter, base, fit))
         if known < LARGER_PART or not _rings(fit, fitter):
             continue
+        if named and not worth_a_further_effect(
+                excess(base, fitter), excess(fit, fitter), _without(fitter, named)):
+            continue
         left = reduced_chi_square(fit, fitter)
         if any(reduced_chi_square(rival, fitter) < left
                for rival in _rivals(fitter, corrected, problem.onsets)):
@@ -137,6 +142,16 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
         return _resonance(fitter, fit, known, 1.0 - excess(fit, fitter) / excess(base, fitter),
                           _over_formulations(fitter, base, fit, tried))
     return None
+
+
+def _without(fitter: Fitter, named: tuple[EffectSetting, ...]) -> float:
+    """Return the excess that refitted numbers leave without the effects that are `named`: what
+    their formulas miss is a part of what they explain."""
+    model = fitter.problem.model
+    others = replace(model, effects=tuple(
+        entry for entry in model.effects if entry not in named))
+    plain = Fitter(holding(fitter.problem, others), fitter.threads)
+    return excess(plain.base(), fitter)
 
 
 def _as_it_stands(problem: Problem) -> float:

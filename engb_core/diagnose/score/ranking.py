@@ -16,11 +16,12 @@ from engb_core.diagnose.constants import (
     PHYSICS_FOR_NUMBER,
     WORTH_PART,
 )
-from engb_core.diagnose.formula import chance_part
+from engb_core.diagnose.formula import chance_part, further_odds, part_of_formula
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 
-__all__ = ['little_more', 'number_price', 'plain_price', 'price', 'simplest', 'worth_having']
+__all__ = ['little_more', 'number_price', 'plain_price', 'price', 'simplest',
+           'worth_a_further_effect', 'worth_having']
 
 
 def price(fit: Fit, fitter: Fitter) -> float:
@@ -49,6 +50,23 @@ def little_more(simple: float, rich: float) -> bool:
     contains it: then it is preferred."""
     return simple - rich < max(chance_part() * simple, FORMULA_ERROR)
 
+
+def worth_a_further_effect(old: float, new: float, whole: float, share: float = 1.0) -> bool:
+    """Return whether an excess that falls from `old` to `new` is worth one effect more: not little
+    more, and more than other formulas of the other effects usually miss, or likelier physics than
+    that for how little it leaves.
+
+    Args:
+        old, new: excess without and with the further effect.
+        whole: excess without any effect, of all that was recorded.
+        share: part of what was recorded of which `old` and `new` are.
+    """
+    old, new = max(old, 0.0), max(new, 0.0)
+    if little_more(old, new):
+        return False
+    if share * (old - new) > part_of_formula() * whole:
+        return True
+    return further_odds(min(1.0, share * old / whole), new / old) > 1.0
 
 def worth_having(rich: float, simple: float, parameters: int = 1) -> bool:
     """Whether a richer model is worth having: of the mean square that a simpler one leaves of what
