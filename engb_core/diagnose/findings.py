@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import LARGER_PART, SURE
+from engb_core.diagnose.constants import LARGER_PART, MEASURED, SURE
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import something_known
@@ -72,7 +72,8 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
         total = sum(matters for _, matters in (*physics, *changed))
         findings = [replace(finding, share=max(1.0 - left, 0.0) * matters / total)
                     for finding, matters in (*physics, *changed)]
-    findings = in_order(_beyond_lost_motion(findings), stands=file_stands(fitter, judged))
+    findings = in_order(_beyond_relaxation(_beyond_lost_motion(findings)),
+                        stands=file_stands(fitter, judged))
     if not chosen.hypothesis.variants and all(entry.effect == LOAD_SHAPE for entry in numbers):
         return findings, nominal.residual
     hypothesis, vector = without_effects(chosen, set(range(len(chosen.hypothesis.variants))))
@@ -92,6 +93,24 @@ def _beyond_lost_motion(findings: list[EffectFinding]) -> list[EffectFinding]:
                if 'gap' in finding.parameters), default=0.0)
     return [finding for finding in findings if finding.effect != 'contact_shift'
             or abs(finding.parameters['shift'].value) > gap]
+
+
+def _beyond_relaxation(findings: list[EffectFinding]) -> list[EffectFinding]:
+    """Return the findings without a wrong stiffness that is what relaxing takes away: the file's
+    curve is that of the relaxed load, and the one who holds it is stiffer before."""
+    creep = next((finding for finding in findings if 'relaxed_fraction' in finding.parameters),
+                 None)
+    stiff = next((finding for finding in findings if finding.effect == 'load_stiffness_error'
+                  and finding.onset is None), None)
+    if creep is None or stiff is None:
+        return findings
+    relaxed = stiff.parameters['scale'].value * (1.0 - creep.parameters['relaxed_fraction'].value)
+    if abs(relaxed - 1.0) > MEASURED:
+        return findings
+    both = replace(creep, share=creep.share + stiff.share, statement=(
+        f"{creep.statement.removesuffix('.')}; the model file's load is the relaxed one."))
+    return [both if finding is creep else finding for finding in findings
+            if finding is not stiff]
 
 
 def in_order(findings: list[EffectFinding], stands: bool = False) -> list[EffectFinding]:

@@ -100,6 +100,22 @@ def test_a_load_that_was_held_before_the_recording_creeps_all_the_same(held):
     assert named[0].parameters['time_constant'].value == pytest.approx(1.3, rel=0.1)
 
 
+def test_a_file_of_the_relaxed_load_has_no_wrong_stiffness():
+    """A spring and a dashpot beside the load: a fourth more at once, nothing in the end."""
+    motion = walk(4)
+    load = np.polynomial.Polynomial(SPRING.load_torque.coefficients)(motion[1] + 6.0)
+    model = Model(load_torque=LoadTorque(coefficients=(-0.06, 0.015)),
+                  friction=SPRING.friction)
+    effort = needed(model, motion) + 0.25 * (load - relaxed(load, 1.3, 0.0))
+    diagnosis = diagnose([recorded(motion, effort)], model)
+    assert diagnosis.verdict == 'explained'
+    (creep,) = diagnosis.effects
+    assert creep.effect == 'pad_creep'
+    assert creep.share > 0.9
+    assert creep.statement.endswith("the model file's load is the relaxed one.")
+    assert creep.parameters['relaxed_fraction'].value == pytest.approx(0.2, rel=0.1)
+
+
 def swung(acceleration: np.ndarray, frequency: float, damping: float) -> np.ndarray:
     """Return how much more or less than with the shaft [rad/s²] a mass on a hook is moved."""
     rate, place, speed = 2.0 * np.pi * frequency, 0.0, 0.0
