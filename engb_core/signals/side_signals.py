@@ -19,8 +19,9 @@ __all__ = ['side_signal', 'without_noise']
 Array = NDArray[np.float64]
 
 # Widths of the smoothing [samples], each so many times the one before. The narrowest tells
-# whether there is any noise: where it does best the signal stays as it is.
-_NARROWEST, _WIDER = 0.5, 2.0 ** 0.5
+# whether there is any noise: where it does best the signal stays as it is. The widest leaves a
+# fifteenth of the noise; a wider one takes its time.
+_NARROWEST, _WIDER, _WIDEST = 0.5, 2.0 ** 0.5, 64.0
 # A pause of so many usual intervals parts a signal: what is beyond says nothing of this side.
 _PAUSE = 4.5
 
@@ -47,7 +48,7 @@ def without_noise(signal: Signal) -> Array:
     parts = np.split(values, breaks)
     longest = max(part.size for part in parts)
     best, least, width = values, np.inf, _NARROWEST
-    while width < 0.25 * longest:
+    while width < min(0.25 * longest, _WIDEST):
         smooth = np.concatenate([_smoothed(part, width) for part in parts])
         kept = 1.0 / (width * np.sqrt(2.0 * np.pi)) if width > 1.0 else float(
             gaussian_filter1d(np.eye(1, 33, 16)[0], width)[16])
