@@ -241,7 +241,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
 
     every = tuple(ready(*given, place >= len(recordings)) for place, given in enumerate(
         zip((*recordings, *held_out), motions, told, noises, strict=True)))
-    runs, judged = _all_places_fitted(every[:len(recordings)]), every[len(recordings):]
+    runs, judged = every[:len(recordings)], every[len(recordings):]
     points = sum(int(run.fitted.sum()) for run in runs)
     if points < LEAST_POINTS:
         raise InputError(
@@ -267,21 +267,7 @@ def sharper(problem: Problem) -> Problem:
                     physics_of(problem.model), run.sampling_noise)
         return replace(made, fitted=np.ones_like(made.fitted)) if run.fitted.all() else made
 
-    return replace(problem, runs=_all_places_fitted(tuple(map(ready, problem.runs, motions))),
-                   held_out=())
-
-
-def _all_places_fitted(runs: tuple[Run, ...]) -> tuple[Run, ...]:
-    """Return the runs in which a fit may also look where the shaft stands beyond all places that
-    it is fitted to: what the load is there nothing else tells, and what any hypothesis misses of
-    it says nothing of how right it is."""
-    places = [run.motion.position[run.comparison.grid] for run in runs]
-    within = np.concatenate([place[run.fitted] for run, place in zip(runs, places, strict=True)])
-    if not within.size:
-        return runs
-    low, high = within.min(), within.max()
-    return tuple(replace(run, fitted=run.fitted | (place < low) | (place > high))
-                 for run, place in zip(runs, places, strict=True))
+    return replace(problem, runs=tuple(map(ready, problem.runs, motions)), held_out=())
 
 
 def holding(problem: Problem, model: Model) -> Problem:

@@ -59,19 +59,3 @@ def test_what_helps_on_most_of_what_was_kept_has_its_name():
                       for now, then in zip(after, before, strict=True)]) < 0.5
     found = diagnose([recording], NOMINAL)
     assert found.effects[0].effect == 'cogging_torque'
-
-
-def test_a_place_that_is_reached_but_once_is_fitted():
-    """What the load is there nothing else tells, and no formula can be held to it."""
-    recording = lively(NOMINAL)
-    run = problem_of([recording], NOMINAL).runs[0]
-    kept_out = np.interp(recording.time, run.time, ~run.fitted) > 0.99
-    farther = np.where(kept_out, 1.0, 0.0)
-    smooth = np.convolve(farther, np.hanning(201) / np.hanning(201).sum(), 'same')
-    moved = Recording.from_samples('run', recording.time, recording.position * (1.0 + smooth),
-                                   recording.effort)
-    run = problem_of([moved], NOMINAL).runs[0]
-    place = run.motion.position[run.comparison.grid]
-    assert not run.fitted.all()
-    assert place[~run.fitted].max() <= place[run.fitted].max()
-    assert place[~run.fitted].min() >= place[run.fitted].min()
