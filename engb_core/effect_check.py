@@ -37,7 +37,7 @@ from engb_core.physics.plant import physics_of, setting_values
 from engb_core.physics.sample_table import sample_table
 from engb_core.physics.simulation import simulate_closed_loop
 from engb_core.recording import Recording, Reference, Signal
-from engb_core.signals.motion import gaussian_kernel
+from engb_core.signals.gaussian import gaussian_kernel
 
 __all__ = ['FLOOR', 'MODEL', 'RATE', 'TICK', 'TOLERANCE', 'compared', 'effort_needed',
            'faults_of_effect', 'simulated_loop', 'with_effect']

@@ -14,13 +14,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['come_in_bursts', 'one_stamp_each', 'usual_interval']
+__all__ = ['GAP_STEPS', 'come_in_bursts', 'one_stamp_each', 'usual_interval']
 
 Array = NDArray[np.float64]
 
 # So many samples take several bursts of a queue; where more than this part of them come closer
 # together than half of what they take on the whole, they come in bursts.
 BURSTS, CLOSE = 50, 0.25
+# From so many usual intervals on a pause between samples is a gap.
+GAP_STEPS = 4.5
 
 
 def usual_interval(time: Array) -> float:

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from engb_core.recording import Recording
 from engb_core.signals.count_edges import shown_in_counts
 from engb_core.signals.filtering import Comparison
-from engb_core.signals.motion import filtered, gaussian_kernel, Motion
+from engb_core.signals.gaussian import filtered, gaussian_kernel
+from engb_core.signals.motion import Motion
 from engb_core.signals.motion_band import count_of
 
 __all__ = ['rounding_noise']

@@ -96,8 +96,8 @@ def _beyond_lost_motion(findings: list[EffectFinding]) -> list[EffectFinding]:
 
 
 def _beyond_relaxation(findings: list[EffectFinding]) -> list[EffectFinding]:
-    """Return the findings without a wrong stiffness that is what relaxing takes away: the file's
-    curve is that of the relaxed load, and the one who holds it is stiffer before."""
+    """Return the findings without a wrong stiffness that is just what creep takes away again: the
+    file's curve is that of the relaxed load, and no number of it is off."""
     creep = next((finding for finding in findings if 'relaxed_fraction' in finding.parameters),
                  None)
     stiff = next((finding for finding in findings if finding.effect == 'load_stiffness_error'

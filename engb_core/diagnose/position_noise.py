@@ -21,7 +21,8 @@ from engb_core.physics.plant import Physics
 from engb_core.recording import Recording
 from engb_core.signals.count_edges import passing, shown_in_counts
 from engb_core.signals.filtering import Comparison
-from engb_core.signals.motion import filtered, gaussian_kernel, Motion, with_position
+from engb_core.signals.gaussian import filtered, gaussian_kernel
+from engb_core.signals.motion import Motion, with_position
 from engb_core.signals.motion_band import count_of
 from engb_core.signals.sampling_noise import SamplingNoise
 

@@ -33,15 +33,9 @@ from engb_core.signals.filtering import (
     slowest_speed,
     turns_nowhere,
 )
+from engb_core.signals.gaussian import filtered, gaussian_kernel
 from engb_core.signals.held_effort import EFFORT_TAKEN
-from engb_core.signals.motion import (
-    filtered,
-    gaussian_kernel,
-    MOST_OF_RATE,
-    Motion,
-    MOTION_BANDWIDTH,
-    motion_of,
-)
+from engb_core.signals.motion import MOST_OF_RATE, Motion, MOTION_BANDWIDTH, motion_of
 from engb_core.signals.motion_band import (
     COMPARED,
     count_of,

@@ -18,7 +18,8 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from engb_core.physics.compiled import compiled
 from engb_core.recording import Recording
-from engb_core.signals.motion import filtered, gaussian_kernel, Motion
+from engb_core.signals.gaussian import filtered, gaussian_kernel
+from engb_core.signals.motion import Motion
 from engb_core.signals.order_periodogram import order_periodogram
 from engb_core.signals.spread import robust_deviation
 

@@ -13,24 +13,25 @@ pass the same filter afterwards (filtering.py).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicHermiteSpline
-from scipy.ndimage import convolve1d, maximum_filter1d
+from scipy.ndimage import maximum_filter1d
 
 from engb_core.physics.command_law import Commanded, commanded_of
 from engb_core.physics.sample_table import sample_table
 from engb_core.recording import Recording
+from engb_core.repeated_stamps import GAP_STEPS
 from engb_core.signals.count_edges import CountEdges, edges_of, quantum_of
+from engb_core.signals.gaussian import filtered, gaussian_kernel, moving_on
 from engb_core.signals.held_effort import EFFORT_TAKEN
 from engb_core.signals.side_signals import side_signal
 
-__all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'filtered',
-           'gaussian_kernel', 'motion_of', 'with_position']
+__all__ = ['CUT_OFF', 'MOST_OF_RATE', 'MOTION_BANDWIDTH', 'Motion', 'bridged', 'motion_of',
+           'with_position']
 
 Array = NDArray[np.float64]
 _Number = TypeVar('_Number', np.float64, np.bool_)
@@ -41,8 +42,7 @@ MOTION_BANDWIDTH = 60.0
 STEP_OF_PERIOD = 0.12
 # The corner can't be higher than this part of the sampling rate.
 MOST_OF_RATE = 0.2
-# From so many steps on a pause between samples is a gap; the speed beside it is taken over [s].
-GAP_STEPS = 4.5
+# The speed beside a gap is taken over [s].
 BESIDE_GAP = 0.01
 # The side signal that is more than none where the recorded effort is only a bound of the true one.
 CUT_OFF = 'effort_cut_off'
@@ -107,40 +107,6 @@ class Motion:
             disc_angle=every(self.disc_angle), pad_temperature=every(self.pad_temperature),
             known=every(self.known), fresh=None if self.fresh is None else every(self.fresh),
             moving=None if self.moving is None else every(self.moving))
-
-
-@lru_cache(maxsize=64)
-def gaussian_kernel(bandwidth: float, step: float, derivative: int = 0) -> Array:
-    """Return the taps of a Gaussian low-pass (−3 dB at `bandwidth` [Hz]) or of its derivative."""
-    width = np.sqrt(np.log(2.0)) / (2.0 * np.pi * bandwidth)
-    reach = max(1, int(np.ceil(4.0 * width / step)))
-    lag = np.arange(-reach, reach + 1) * step
-    taps: Array = np.exp(-0.5 * (lag / width) ** 2)
-    taps /= taps.sum()
-    if derivative == 1:
-        taps = -lag / width ** 2 * taps
-        taps /= -(taps * lag).sum()
-    elif derivative != 0:
-        taps = (lag ** 2 / width ** 4 - 1.0 / width ** 2) * taps
-        taps -= taps.mean()
-        taps /= 0.5 * (taps * lag ** 2).sum()
-    return taps
-
-
-def filtered(values: Array, taps: Array) -> Array:
-    """Return `values` (n,) passed through symmetric taps without lag, held beyond both ends."""
-    passed: Array = convolve1d(values, taps, mode='nearest')
-    return passed
-
-
-def moving_on(values: Array, taps: Array) -> Array:
-    """Return `values` (n,) passed through symmetric taps without lag, continued beyond both ends
-    at the speed that they have there: a recording may begin or end in the midst of a motion, and a
-    shaft that seemed to stop dead would need a torque that nobody measured."""
-    reach = taps.size // 2
-    if values.size <= reach + 1:
-        return filtered(values, taps)
-    return np.convolve(np.pad(values, reach, mode='reflect', reflect_type='odd'), taps, 'valid')
 
 
 def motion_of(recording: Recording, bandwidth: float = MOTION_BANDWIDTH) -> Motion:

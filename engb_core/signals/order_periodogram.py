@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import median_filter
 
-from engb_core.signals.motion import gaussian_kernel, Motion
+from engb_core.signals.gaussian import gaussian_kernel
+from engb_core.signals.motion import Motion
 
 __all__ = ['OrderPeriodogram', 'line_amplitude', 'order_periodogram']
 

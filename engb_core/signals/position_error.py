@@ -27,7 +27,8 @@ from engb_core.physics.inverse_dynamics import effort_of_motion
 from engb_core.physics.plant import Physics
 from engb_core.physics.walk import Walk
 from engb_core.recording import Recording
-from engb_core.signals.motion import filtered, gaussian_kernel, Motion
+from engb_core.signals.gaussian import filtered, gaussian_kernel
+from engb_core.signals.motion import Motion
 from engb_core.signals.sharp_motion import between_samples, ORDER
 
 __all__ = ['at_recorded_samples', 'carried', 'effort_of_recording']

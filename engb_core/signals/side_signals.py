@@ -8,22 +8,24 @@ something.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from engb_core.recording import Recording, Signal
+from engb_core.repeated_stamps import GAP_STEPS, usual_interval
+from engb_core.signals.gaussian import gaussian_kernel, moving_on
 
 __all__ = ['side_signal', 'without_noise']
 
 Array = NDArray[np.float64]
 
-# Widths of the smoothing [samples], each so many times the one before. The narrowest tells
-# whether there is any noise: where it does best the signal stays as it is. The widest leaves a
-# fifteenth of the noise; a wider one takes its time.
-_NARROWEST, _WIDER, _WIDEST = 0.5, 2.0 ** 0.5, 64.0
-# A pause of so many usual intervals parts a signal: what is beyond says nothing of this side.
-_PAUSE = 4.5
+# Corners of the smoothing [1/sample], each so much lower than the one before. The first, a
+# Gaussian half a sample wide, tells whether there is any noise: where it does best the signal
+# stays as it is. The last leaves a fifteenth of the noise; a lower one takes its time.
+_HIGHEST, _LOWER = math.sqrt(math.log(2.0)) / math.pi, 2.0 ** -0.5
+_LOWEST = _HIGHEST / 128.0
 
 
 def side_signal(recording: Recording, name: str) -> Array | None:
@@ -41,31 +43,20 @@ def without_noise(signal: Signal) -> Array:
     (1979) 377). What smoothing at its narrowest spoils more than it predicts has no noise, and is
     returned as it is."""
     values = np.asarray(signal.value, float)
-    steps = np.diff(signal.time)
     if values.size < 3 or not np.any(values != values[0]):
         return values
-    breaks = np.flatnonzero(steps > _PAUSE * float(np.median(steps))) + 1
-    parts = np.split(values, breaks)
-    longest = max(part.size for part in parts)
-    best, least, width = values, np.inf, _NARROWEST
-    while width < min(0.25 * longest, _WIDEST):
-        smooth = np.concatenate([_smoothed(part, width) for part in parts])
-        kept = 1.0 / (width * np.sqrt(2.0 * np.pi)) if width > 1.0 else float(
-            gaussian_filter1d(np.eye(1, 33, 16)[0], width)[16])
-        predicted = float(np.mean((values - smooth) ** 2)) / (1.0 - kept) ** 2
-        if predicted >= least:
+    # What is beyond a gap says nothing of this side.
+    gaps = np.diff(signal.time) > GAP_STEPS * usual_interval(signal.time)
+    parts = np.split(values, np.flatnonzero(gaps) + 1)
+    best, least, corner = values, np.inf, _HIGHEST
+    while corner > _LOWEST:
+        taps = gaussian_kernel(corner, 1.0)
+        if taps.size > 2 * max(part.size for part in parts):
             break
-        best, least = values if width == _NARROWEST else smooth, predicted
-        width *= _WIDER
+        smooth = np.concatenate([moving_on(part, taps) for part in parts])
+        left = float(np.mean((values - smooth) ** 2)) / (1.0 - taps[taps.size // 2]) ** 2
+        if left >= least:
+            break
+        best, least = values if corner == _HIGHEST else smooth, left
+        corner *= _LOWER
     return best
-
-
-def _smoothed(values: Array, width: float) -> Array:
-    """Return values (n,) passed through a Gaussian, continued beyond both ends at the speed that
-    they have there."""
-    reach = min(int(np.ceil(4.0 * width)), values.size - 1)
-    if reach < 1:
-        return values
-    longer = np.pad(values, reach, mode='reflect', reflect_type='odd')
-    smooth: Array = gaussian_filter1d(longer, width)[reach:-reach]
-    return smooth

@@ -15,7 +15,8 @@ from engb_core.physics.plant import physics_of
 from engb_core.physics.simulation import simulate_closed_loop
 from engb_core.prediction import predict_effort
 from engb_core.recording import Recording, Reference
-from engb_core.signals.motion import filtered, gaussian_kernel, motion_of
+from engb_core.signals.gaussian import filtered, gaussian_kernel
+from engb_core.signals.motion import motion_of
 
 COUNT = 2.0 * np.pi / 4096.0
 STEP = 0.01

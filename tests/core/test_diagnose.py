@@ -17,7 +17,7 @@ from engb_core.errors import InputError
 from engb_core.model import Controller, Friction, LoadTorque, Model
 from engb_core.prediction import predict_effort
 from engb_core.recording import Recording
-from engb_core.signals.motion import filtered, gaussian_kernel
+from engb_core.signals.gaussian import filtered, gaussian_kernel
 
 from .bench import Bench, strokes
 

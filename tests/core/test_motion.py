@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from engb_core.recording import Recording, Signal
-from engb_core.signals.motion import gaussian_kernel, Motion, motion_of, with_position
+from engb_core.signals.gaussian import gaussian_kernel
+from engb_core.signals.motion import Motion, motion_of, with_position
 from engb_core.signals.sharp_motion import sharp_motion_of
 
 COUNT = 2.0 * np.pi / 4096.0

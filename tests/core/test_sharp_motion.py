@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from engb_core.recording import Recording
-from engb_core.signals.motion import filtered, gaussian_kernel, Motion, motion_of
+from engb_core.signals.gaussian import filtered, gaussian_kernel
+from engb_core.signals.motion import Motion, motion_of
 from engb_core.signals.sharp_motion import MOST_SAMPLES, sharp_motion_of
 
 COUNT = 2.0 * np.pi / 8192.0

@@ -12,7 +12,8 @@ from engb_core.prediction import find_phases
 from engb_core.recording import Recording
 from engb_core.signals import count_edges, data_faults, sharp_motion
 from engb_core.signals.count_edges import passing, quantum_of
-from engb_core.signals.motion import motion_of, moving_on
+from engb_core.signals.gaussian import moving_on
+from engb_core.signals.motion import motion_of
 from engb_core.signals.order_periodogram import line_amplitude
 from engb_core.signals.plausibility import Plausibility
 from engb_core.signals.position_error import effort_of_recording

@@ -11,7 +11,7 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.problem import problem_of
 from engb_core.model import Friction, LoadTorque, Model
 from engb_core.recording import Recording
-from engb_core.signals.motion import filtered, gaussian_kernel
+from engb_core.signals.gaussian import filtered, gaussian_kernel
 from tests.core.bench import Bench, strokes
 
 MODEL = Model(load_torque=LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6)),

@@ -8,7 +8,7 @@ from engb_core.diagnose.constants import FALSE_PART
 from engb_core.diagnose.false_discovery import mismatched, PERIODS, rejected
 from engb_core.diagnose.locate import intervals
 from engb_core.diagnose.problem import problem_of
-from engb_core.signals.motion import filtered, gaussian_kernel
+from engb_core.signals.gaussian import filtered, gaussian_kernel
 
 from .simulated_brake import lively, NOMINAL
 

@@ -11,7 +11,8 @@ from engb_core.diagnose.problem import problem_of
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_core.signals.filtering import judgeable
-from engb_core.signals.motion import filtered, gaussian_kernel, motion_of
+from engb_core.signals.gaussian import filtered, gaussian_kernel
+from engb_core.signals.motion import motion_of
 from engb_core.signals.order_periodogram import order_periodogram, OrderPeriodogram
 
 INERTIA, VISCOUS, COULOMB = 5e-6, 8e-6, 1.6e-3

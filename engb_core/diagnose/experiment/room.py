@@ -13,7 +13,7 @@ from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.physics.nominal_torque import nominal_vector
 from engb_core.physics.plant import load_torques
-from engb_core.signals.motion import filtered, gaussian_kernel
+from engb_core.signals.gaussian import filtered, gaussian_kernel
 
 __all__ = ['Room', 'room_of']
 

@@ -68,6 +68,7 @@ def worth_a_further_effect(old: float, new: float, whole: float, share: float = 
         return True
     return further_odds(min(1.0, share * old / whole), new / old) > 1.0
 
+
 def worth_having(rich: float, simple: float, parameters: int = 1) -> bool:
     """Whether a richer model is worth having: of the mean square that a simpler one leaves of what
     neither was fitted to it takes away a part for each of its further `parameters`."""
