@@ -62,6 +62,7 @@ EFFECT = Effect(
                 Parameter('of_load_friction', '-', 0.5, 2.0, starts=(1.0,), logarithmic=True),
                 Parameter('growth', '-', -1.0, 1.0, starts=(0.0, 0.8), default=0.0)),
     stages={'level': _level, 'torque': _drag},
+    memoryless=True,
     equation='F(ω) = F (1 + asymmetry · sgn ω), of the dry part, the drag, or both; '
              'the part ∝ load by of_load_friction times as much; of the dry part by '
              '1 + growth · (|ω| − ω_mean)/(|ω| + ω_mean)',

@@ -96,6 +96,8 @@ class Parameter:
         default: what stands for it where a setting leaves it out [`unit`] (None: the middle
             start).
         formerly: names that it had in older versions; model files with them are read.
+        of_stroke: of a number of the file that is wrong, by which part [-] of the stroke files are
+            off (standard deviation; 0: nobody knows).
         kind: what a fit has to know of it ('': nothing). A 'phase' and an 'order' of what repeats
             over an angle, a 'frequency' of what repeats in time, a 'place' on the stroke with its
             'width', the 'begin' and the 'end' of a stretch of time are looked for in the
@@ -114,6 +116,7 @@ class Parameter:
     form_steps: float = 0.0
     default: float | None = None
     formerly: tuple[str, ...] = ()
+    of_stroke: float = 0.0
     kind: str = ''
 
 
@@ -198,6 +201,8 @@ class Effect:
         of_motion: it looks at motion, time and disc alone, not at what passed the stages before;
             in the stages load, level and actuation it returns something proportional to what it is
             given there, in the stage direction it may look at that.
+        memoryless: its functions remember nothing from one sample to the next: over a whole motion
+            the torque that it adds may be computed by itself.
         unnamed: no cause, only a description of what is left; never claimed.
         only_here: bound to the times of one recording; not carried over to others.
         contains: ids of effects that this one includes as a special case.
@@ -246,6 +251,7 @@ class Effect:
     number_only: bool = False
     proportional: Callable[[Mapping[str, float]], bool] | None = None
     of_motion: bool = False
+    memoryless: bool = False
     unnamed: bool = False
     only_here: bool = False
     contains: tuple[str, ...] = ()

@@ -13,7 +13,8 @@ def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 EFFECT = Effect(
     id='contact_shift',
     title='Contact has shifted',
-    parameters=(Parameter('shift', 'rad', -50.0, 50.0, none=0.0, starts=(0.3, -0.3)),),
+    parameters=(Parameter('shift', 'rad', -50.0, 50.0, none=0.0, starts=(0.3, -0.3),
+                          of_stroke=0.1),),
     stages={'shift': _shift},
     equation='T_L = T_L,model(θ − shift)',
     reference='contract, table 4; pad wear and running clearance',

@@ -85,8 +85,8 @@ class Physics:
         bounds: (10,) where each stage begins in `functions`; the last entry is their number.
         walked: (10,) the same, but for the stage of torques, which ends where those of `apart`
             begin.
-        apart: (function, effect) of effects that only add a torque: over a whole motion it may
-            be computed by itself.
+        apart: (function, effect) of effects that only add a torque, or remember nothing: over a
+            whole motion the torque may be computed by itself.
         owner: (k,) which effect a function belongs to.
         parameters: (effects, PARAMETER_SIZE) parameters and constants.
         time_shifts: (effect, its row in `parameters`) of those by which torque comes late.
@@ -272,7 +272,9 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
 
 
 def _only_adds(effect: Effect) -> bool:
-    return tuple(effect.stages) == ('torque',)
+    """Whether the torque that an effect adds hangs on nothing that the walk of one sample through
+    the stages hands over."""
+    return tuple(effect.stages) == ('torque',) or effect.memoryless
 
 
 def _is_proportional(effect: Effect, values: list[float]) -> bool:

@@ -200,3 +200,14 @@ def test_an_effect_that_adds_to_the_inertia_before_the_torque_adds_it_once():
     effort_of_motion(samples, STEP, physics, walk=walk)
     np.testing.assert_array_equal(effort_of_motion(samples, STEP, other, walk=walk),
                                   effort_of_motion(motion(), STEP, other))
+
+
+@pytest.mark.parametrize('effect', [effect for effect in EFFECTS if effect.memoryless],
+                         ids=lambda effect: effect.id)
+def test_what_is_memoryless_remembers_nothing(effect):
+    values = [entry.starts[0] if entry.starts else entry.high for entry in effect.parameters]
+    physics = physics_of(Model(), [(effect, [*values, *effect.defaults.values()])])
+    state = physics.fresh_state()
+    Walk().torques_of(physics, state, motion())
+    assert not state.any()
+    assert {function for function, _ in physics.apart} == {effect.stages['torque']}
