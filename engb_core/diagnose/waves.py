@@ -13,12 +13,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from engb_core.diagnose.constants import LARGER_PART, REPEATS, STANDS_OUT
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.search.more_orders import amplitudes_of, orders_of
 from engb_core.diagnose.uncertainty import estimates
 from engb_core.effects.base import Effect
 
-__all__ = ['comes_often', 'is_line', 'repeats', 'wave_known']
+__all__ = ['comes_often', 'is_line', 'left_at_order', 'repeats', 'wave_known']
 
 
 def repeats(fitter: Fitter, effect: Effect, values: Mapping[str, float]) -> bool:
@@ -34,6 +35,28 @@ def is_line(fitter: Fitter, effect: Effect, values: Mapping[str, float]) -> bool
     among the orders."""
     return effect.reveals == 'motor_angle' and effect.of_kind('order') is not None and repeats(
         fitter, effect, values)
+
+
+def left_at_order(fitter: Fitter, fit: Fit, index: int) -> float:
+    """Return the part (0 to 1) of the waves at the order of one effect of a fit that the effect
+    does not take away: waves that go with direction, speed or effort otherwise than it says."""
+    effect = fit.hypothesis.variants[index].effect
+    order = effect.of_kind('order')
+    assert order is not None, 'it is a line'
+    frequency = fit.hypothesis.named(fit.vector, index)[order.name]
+    columns = []
+    for run in fitter.problem.runs:
+        motion = run.motion
+        wave = np.exp(1j * frequency * motion.position)
+        waves = [by * part for part in (wave.real, wave.imag) for by in (
+            1.0, np.sign(motion.velocity), motion.velocity, motion.effort)]
+        columns.append(np.stack([run.comparison(entry) for entry in waves], axis=1))
+    design = np.concatenate(columns) / fitter.sigma[:, None]
+    left = fit.residual / fitter.sigma
+    said = (fit.predicted - fitter.predict(*without_effects(fit, {index}))) / fitter.sigma
+    waves_left = design @ np.linalg.lstsq(design, left, rcond=None)[0]
+    return float(waves_left @ waves_left / max(waves_left @ waves_left + said @ said,
+                                               np.finfo(float).tiny))
 
 
 def comes_often(fitter: Fitter, order: float) -> bool:

@@ -5,7 +5,11 @@ import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.waves import _beside_chance
+from engb_core.diagnose.hypothesis import variants_of
+from engb_core.diagnose.optimise.fit import Fitter
+from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.waves import _beside_chance, left_at_order
+from engb_core.effects.catalogue import get_effect
 from engb_core.recording import Recording
 
 from .simulated_brake import lively, NOMINAL
@@ -36,3 +40,17 @@ def test_a_slow_wave_of_whole_order_is_named(clean, order, named):
     (6.01, 0.01, 25.0), (6.03, 0.01, 1.0), (0.7, 0.1, 1.0), (1.0, 0.5, 1.0)])
 def test_a_whole_order_counts_for_as_much_as_it_is_rare_by_chance(order, deviation, times):
     assert _beside_chance(order, deviation) == pytest.approx(times)
+
+
+@pytest.mark.parametrize(('of_friction', 'left'), [(False, (0.0, 0.02)), (True, (0.3, 1.0))])
+def test_a_wave_that_turns_with_the_direction_is_left_by_one_that_does_not(
+        clean, of_friction, left):
+    by = np.sign(clean.velocity) if of_friction else 1.0
+    recording = Recording.from_samples(
+        'run', clean.time, clean.position,
+        clean.effort + 0.01 * by * np.sin(3.0 * clean.position + 0.7), clean.velocity)
+    fitter = Fitter(problem_of([recording], NOMINAL))
+    variant, *_ = variants_of(get_effect('cogging_torque'), fitter.problem.scene)
+    starts = fitter.starts(variant, [{'order': 3.0}])
+    fit = fitter.finish(fitter.refine(fitter.fit(variant, starts=starts)))
+    assert left[0] <= left_at_order(fitter, fit, 0) <= left[1]
