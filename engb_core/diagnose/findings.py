@@ -22,6 +22,7 @@ from engb_core.diagnose.numbers.wrong_numbers import (
     number_place,
     NumberFinding,
     numbers_of,
+    refit_of_file,
     still_wrong,
     with_these_refitted,
 )
@@ -37,7 +38,7 @@ from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.uncertainty import estimates, reported_deviations, stands_out
 from engb_core.diagnose.unknown.flexible import form_left
 from engb_core.diagnose.unknown.openset import Explanation
-from engb_core.diagnose.waves import is_line, wave_known
+from engb_core.diagnose.waves import is_line, left_at_order, wave_known
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 
@@ -168,8 +169,12 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         # What leads has no name: a companion may well be a makeshift for its details.
         makeshift = LARGER_PART
     findings = []
+    moved = len(variants) > 1 and any(variant.number_only for variant in variants)
+    by_itself = refit_of_file(fitter, fitter.finished(chosen)).by_itself if moved else {}
     for index, variant in enumerate(variants):
-        if variant.effect.unnamed:
+        # What a refit of the file has moved around the others is in the model, and no finding.
+        itself = by_itself.get(variant.effect.id, 1.0)
+        if variant.effect.unnamed or itself < LARGER_PART:
             continue
         values = told.hypothesis.named(told.vector, index)
         parameters = estimates(told, fitter, index)
@@ -178,10 +183,12 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         if len(variants) > 1:
             surely = min(surely, further_known(fitter, without, smaller[index], chosen, own))
         if is_line(fitter, variant.effect, values):
-            # What else is missing is no line at that order: it says nothing of this one.
-            line = own_part_left(fitter, chosen, index)
+            # What else is missing and no line at that order says nothing of this one.
+            line = max(own_part_left(fitter, chosen, index),
+                       left_at_order(fitter, chosen, index))
             surely = max(surely, something_known(line, line))
-        believed = surely * (variant.effect.credence(values) if variant.effect.credence else 1.0)
+        believed = surely * itself * (
+            variant.effect.credence(values) if variant.effect.credence else 1.0)
         if not stands_out(chosen, fitter, index):
             believed = 0.0
         else:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import math
 
 from engb_core.effects.base import Scene
+from engb_core.effects.contact_shift import EFFECT as CONTACT_SHIFT
 from engb_core.effects.load_curve_shape import EFFECT as LOAD_SHAPE
 from engb_core.model import EffectSetting, Model
 from engb_core.physics.nominal_torque import (
@@ -102,8 +103,9 @@ def nominal_numbers(model: Model, scene: Scene) -> tuple[NominalNumber, ...]:
         return (*numbers, *apart)
     if load.contact_angle is not None:
         reach = max(abs(value - load.contact_angle) for value in scene.position_range)
-        numbers.append(NominalNumber('contact_angle', N_CONTACT, angle, 0.1 * reach,
-                                     load.contact_angle - reach, load.contact_angle + reach))
+        numbers.append(NominalNumber(
+            'contact_angle', N_CONTACT, angle, CONTACT_SHIFT.parameters[0].of_stroke * reach,
+            load.contact_angle - reach, load.contact_angle + reach))
     else:
         reach = max(abs(value) for value in scene.position_range)
     # Beside a table the polynomial stands as the file has it: both would make up for each other

@@ -8,11 +8,14 @@ import pytest
 
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.engine import diagnose
+from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import CURVATURE, DELAY, LOAD_NUMBERS, with_numbers
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.score.ranking import unlikeliness
 from engb_core.diagnose.search.every_effect import search
 from engb_core.diagnose.selection import select, Selection
+from engb_core.effects.catalogue import get_effect
 from engb_core.model import EffectSetting, Model
 from engb_core.recording import Recording
 
@@ -57,6 +60,36 @@ def test_two_causes_that_one_nearly_explains(shift):
                     motor=replace(NOMINAL.motor, inertia=1.03 * NOMINAL.motor.inertia))
     found = selected(brake, refit)
     assert set(found.chosen.hypothesis.ids) == {'torque_offset', 'contact_shift'}
+
+
+def test_a_load_curve_that_was_scaled_around_what_is_missing_hides_no_contact_that_moved():
+    load, friction = NOMINAL.load_torque, NOMINAL.friction
+    brake = brake_with_both(
+        EffectSetting('stribeck_friction', {'breakaway_ratio': 2.5, 'stribeck_velocity': 8.0}),
+        EffectSetting('contact_shift', {'shift': 0.9}))
+    scaled = replace(NOMINAL, load_torque=replace(load, coefficients=tuple(
+        0.92 * entry for entry in load.coefficients)),
+        friction=replace(friction, coulomb=1.2 * friction.coulomb))
+    strokes = strokes_and_waves(2)
+    recording = recorded(brake, lambda time, _: strokes.at(time), strokes.duration, noise=0.002)
+    found = select(search(Fitter(problem_of([recording], scaled))))
+    assert set(found.chosen.hypothesis.ids) == {
+        'stribeck_friction', 'contact_shift', 'load_stiffness_error'}
+
+
+def test_a_shift_of_half_the_stroke_is_less_likely_than_an_offset():
+    fitter = Fitter(problem_of([recorded(
+        NOMINAL, lambda time, _: STROKES.at(time), STROKES.duration)], NOMINAL))
+    low, high = fitter.problem.scene.position_range
+
+    def nats(effect: str, size: float) -> float:
+        variant, = variants_of(get_effect(effect), fitter.problem.scene)
+        hypothesis = fitter.hypothesis((variant,))
+        return unlikeliness(fitter.evaluate(
+            hypothesis, np.append(hypothesis.start_of_numbers(), size)), fitter)
+
+    assert nats('contact_shift', 0.5 * (high - low)) == pytest.approx(12.5)
+    assert nats('contact_shift', 0.0) == nats('torque_offset', 0.01) == 0.0
 
 
 def test_one_cause_needs_no_second_one():

@@ -5,17 +5,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.numbers import load_friction
+from engb_core.diagnose.numbers.held_load_curve import numbers_without_load
 from engb_core.diagnose.numbers.moved_by_refit import posterior
 from engb_core.diagnose.numbers.wrong_numbers import refit_of_file, wrong_numbers
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.catalogue import get_effect
-from engb_core.model import Model
+from engb_core.model import LoadTorque, Model
 from engb_core.recording import Recording
 
 from .simulated_brake import brake_with, NOMINAL, recorded, strokes_and_waves
@@ -126,6 +128,54 @@ def test_a_number_that_is_off_by_many_times_itself_is_off_by_itself(recording):
     refit = refit_of_file(fitter, fit)
     assert refit.by_itself['viscous_friction'] > 0.9
     assert refit.probability < 0.5
+
+
+CREEPS = 'pad_creep'
+SCALE = 'load_stiffness_error'
+
+
+def with_creep(scale: float = 1.0) -> Recording:
+    way = strokes_and_waves(1)
+    brake = replace(brake_with(CREEPS, relaxed_fraction=0.2, time_constant=0.3),
+                    load_torque=with_load(scale))
+    return recorded(brake, lambda time, _: way.at(time), way.duration, seed=2, noise=0.002)
+
+
+def with_load(scale: float) -> LoadTorque:
+    """Return the nominal load curve, scaled as a whole."""
+    load = NOMINAL.load_torque
+    return replace(load, coefficients=tuple(scale * entry for entry in load.coefficients))
+
+
+def with_the_load_scaled(recording: Recording) -> Model:
+    """Return the file refitted with its load curve scaled as a whole, in plain torque."""
+    fitter = Fitter(problem_of([recording], NOMINAL))
+    variant, = variants_of(get_effect(SCALE), fitter.problem.scene)
+    hypothesis = fitter.hypothesis((variant,), tuple(
+        number for number in fitter.numbers if number.name in ('inertia', 'coulomb')))
+    found = least_squares(lambda vector: fitter.predict(hypothesis, vector) - fitter.measured,
+                          np.append(hypothesis.start_of_numbers(), 1.0), x_scale='jac').x
+    return replace(hypothesis.corrected(found), load_torque=with_load(found[-1]), effects=())
+
+
+@pytest.mark.parametrize('moved', [True, False])
+def test_a_load_curve_that_a_refit_scaled_is_told_from_one_that_is_off(moved):
+    recording = with_creep(scale=1.0 if moved else 1.04)
+    file = with_the_load_scaled(recording) if moved else NOMINAL
+    fitter = Fitter(problem_of([recording], file))
+    fit = fitter.refit(fitter.base(), numbers_without_load(fitter))
+    for effect in (CREEPS, SCALE):
+        fit = fitter.refine(fitter.fit(
+            variants_of(get_effect(effect), fitter.problem.scene)[0], fit), 20)
+    by_itself = refit_of_file(fitter, fitter.finish(fit)).by_itself[SCALE]
+    assert by_itself < 0.3 if moved else by_itself > 0.9
+
+
+def test_of_numbers_alone_a_refit_held_one_at_least():
+    found = posterior({SCALE: 0.0, 'contact_shift': 0.0},
+                      lambda moved, groups: {SCALE: 20.0, 'contact_shift': 2.0}, (),
+                      (SCALE, 'contact_shift'))
+    assert found.by_itself['contact_shift'] > 0.5 > found.by_itself[SCALE]
 
 
 @pytest.mark.parametrize(('stand', 'likely'), [((), False), (('inertia', 'coulomb'), True)])

@@ -7,7 +7,9 @@ apart, if it is right.
 
 from __future__ import annotations
 
-from engb_core.diagnose.hypothesis import variants_of
+from collections.abc import Sequence
+
+from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import search_around
@@ -16,10 +18,11 @@ from engb_core.diagnose.search.every_effect import Search, with_variant
 from engb_core.effects.catalogue import get_effect
 
 __all__ = ['BY_ONE_NUMBER', 'MOVE_THE_LOAD', 'best_of_each', 'both_moved', 'load_held',
-           'load_moved', 'numbers_without_load']
+           'load_moved', 'load_scaled', 'numbers_without_load']
 
 # Effects that move the whole load curve: by one number, and each way by another.
-BY_ONE_NUMBER = ('load_stiffness_error', 'contact_shift', 'torque_offset')
+SCALE = 'load_stiffness_error'
+BY_ONE_NUMBER = (SCALE, 'contact_shift', 'torque_offset')
 MOVE_THE_LOAD = (*BY_ONE_NUMBER, 'asymmetric_friction')
 
 
@@ -79,16 +82,30 @@ def numbers_without_load(fitter: Fitter) -> tuple[NominalNumber, ...]:
 def load_moved(result: Search, fit: Fit | None) -> list[Fit]:
     """Return `fit` (None: no effect) with the file's load curve, moved by one number each; beside
     effects also with the asymmetry that a free load curve takes in."""
+    return _moved(result, fit, BY_ONE_NUMBER if fit is None else MOVE_THE_LOAD)
+
+
+def load_scaled(result: Search, fit: Fit) -> Fit | None:
+    """Return `fit` with the file's load curve scaled as a whole; None where it is already."""
+    return next(iter(_moved(result, fit, (SCALE,))), None)
+
+
+def _moved(result: Search, fit: Fit | None, movers: Sequence[str]) -> list[Fit]:
     fitter = result.fitter
     numbers = numbers_without_load(fitter)
-    start = fitter.base(numbers) if fit is None else fitter.refit(fit, numbers)
-    movers = BY_ONE_NUMBER if fit is None else MOVE_THE_LOAD
+    # Beside effects also from where these stand, with the curve as in the file: fitted to that
+    # they may be led far astray.
+    starts = [fitter.base(numbers)] if fit is None else [
+        fitter.refit(fit, numbers), fitter.refit(fit, numbers, rounds=0)]
     effects = [effect for effect in map(get_effect, movers)
-               if effect.id not in start.hypothesis.ids
+               if effect.id not in starts[0].hypothesis.ids
                and (effect.applies is None or effect.applies(fitter.problem.scene))]
     variants = [variant for effect in effects
                 for variant in variants_of(effect, fitter.problem.scene)]
-    # A contact has a kink: derivatives from elsewhere lead astray.
-    return list(parallel_map(
-        lambda variant: fitter.refine(fitter.fit(variant, start, rounds=8, keep=2), 12),
-        variants, fitter.threads))
+
+    def moved(variant: Variant) -> Fit:
+        # A contact has a kink: derivatives from elsewhere lead astray.
+        begun = [fitter.fit(variant, start, rounds=8, keep=2) for start in starts]
+        return fitter.refine(min(begun, key=lambda entry: entry.cost), 12)
+
+    return list(parallel_map(moved, variants, fitter.threads))

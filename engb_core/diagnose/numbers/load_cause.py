@@ -7,6 +7,8 @@ by one number, it tells rivals apart; where all of the file's numbers are right,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from engb_core.diagnose.constants import CLEAN_EXCESS, FORMULA_ERROR
 from engb_core.diagnose.formula import as_refitted, chance_part, formula_error, part_of_formula
 from engb_core.diagnose.held_parameters import LOAD
@@ -15,11 +17,13 @@ from engb_core.diagnose.numbers.held_load_curve import (
     both_moved,
     load_held,
     load_moved,
+    load_scaled,
     MOVE_THE_LOAD,
     numbers_without_load,
 )
 from engb_core.diagnose.numbers.wrong_numbers import refitted, was_refitted
 from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.optimise.multistart import is_multimodal, search_around
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.score.ranking import number_price, plain_price, price, simplest
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
@@ -29,6 +33,8 @@ __all__ = ['moved_by', 'standing', 'selected_by_load_curve']
 
 # Single causes of a moved load curve that may have a second one beside them.
 LEADING = 4
+# Further rounds of a fit that leads.
+MORE_ROUNDS = 12
 # Hypotheses that are tried with the file's numbers as they stand.
 CLOSE = 8
 
@@ -64,11 +70,14 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
         return chosen, rivals
     held = fitter.refit(chosen, numbers_without_load(fitter))
     rise = reduced_chi_square(held, fitter) - reduced_chi_square(chosen, fitter)
-    moved = load_moved(result, chosen) if rise >= CLEAN_EXCESS else []
+    moved = _led(fitter, load_moved(result, chosen)) if rise >= CLEAN_EXCESS else []
     if not moved:
         return chosen, rivals
-    best = min(moved, key=lambda fit: price(fit, fitter)
-               - number_price() * fit.hypothesis.variants[-1].number_only)
+    best = moved[0]
+    if reduced_chi_square(best, fitter) >= limit + formula_error(rise):
+        # A refit that scaled the curve around what moves it has left it scaled.
+        moved = _led(fitter, [scaled for fit in moved if (scaled := load_scaled(result, fit))])
+        best = moved[0]
     # What the fit leaves is the noise that the curve has to stand out of, and what other formulas
     # of the effects miss may lie along it.
     least = max(CLEAN_EXCESS * reduced_chi_square(chosen, fitter), part_of_formula() * before)
@@ -83,6 +92,22 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     best = _better(best, alike, fitter)
     return best, [fit for fit in alike
                   if set(fit.hypothesis.ids) != set(best.hypothesis.ids)]
+
+
+def _led(fitter: Fitter, moved: list[Fit]) -> list[Fit]:
+    """Return fits with one more number that moves the load curve, the best first, those that lead
+    fitted on: what comes to its minimum slowly is not to lose for that."""
+    def ranked(fits: Sequence[Fit]) -> list[Fit]:
+        return sorted(fits, key=lambda fit: price(fit, fitter)
+                      - number_price() * fit.hypothesis.variants[-1].number_only)
+
+    def further(fit: Fit) -> Fit:
+        return fitter.refine(search_around(fitter, fit) if is_multimodal(fit) else fit,
+                             MORE_ROUNDS)
+
+    leading = ranked(moved)
+    return ranked([*parallel_map(further, leading[:LEADING], fitter.threads),
+                   *leading[LEADING:]])
 
 
 def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:

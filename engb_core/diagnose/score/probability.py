@@ -11,6 +11,8 @@ leaves, by the priors in `constants.py`.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from engb_core.diagnose.constants import (
@@ -23,6 +25,7 @@ from engb_core.diagnose.constants import (
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, further_odds, probability
 from engb_core.diagnose.optimise.fit import Fit, Fitter
+from engb_core.diagnose.score.ranking import unlikeliness
 from engb_core.diagnose.score.reduced_chi_square import (
     excess,
     reduced_chi_square_of,
@@ -31,6 +34,9 @@ from engb_core.diagnose.score.reduced_chi_square import (
 from engb_core.diagnose.score.stretch_odds import odds_of_less, stretches
 
 __all__ = ['closer_odds', 'further_known', 'own_part_left', 'part_left', 'rival_weights']
+
+# Nats from which on odds are as good as certain.
+SURELY = 50.0
 
 
 def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float) -> list[float]:
@@ -42,8 +48,8 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
         before: excess that the chosen fit's numbers leave without effects.
     """
     floor = formula_error(before)
-    weights = [1.0] + [closer_odds(fit, chosen, fitter, floor) * _prior(fit, chosen)
-                       for fit in rivals]
+    weights = [1.0] + [closer_odds(fit, chosen, fitter, floor) * _prior(fit, chosen) * math.exp(
+        min(SURELY, unlikeliness(chosen, fitter) - unlikeliness(fit, fitter))) for fit in rivals]
     total = sum(weights)
     return [weight / total for weight in weights]
 

@@ -20,7 +20,7 @@ from engb_core.diagnose.formula import chance_part, further_odds, part_of_formul
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 
-__all__ = ['little_more', 'number_price', 'plain_price', 'price', 'simplest',
+__all__ = ['little_more', 'number_price', 'plain_price', 'price', 'simplest', 'unlikeliness',
            'worth_a_further_effect', 'worth_having']
 
 
@@ -34,9 +34,24 @@ def price(fit: Fit, fitter: Fitter) -> float:
 
 
 def plain_price(fit: Fit, fitter: Fitter) -> float:
-    """Return log mean square plus a price a parameter."""
+    """Return log mean square plus a price a parameter, and of what is far from what files are off
+    by."""
     parameters = fit.hypothesis.size - len(fit.hypothesis.numbers)
-    return math.log(max(reduced_chi_square(fit, fitter), 1e-12)) + PARAMETER_PRICE * parameters
+    return math.log(max(reduced_chi_square(fit, fitter), 1e-12)) + PARAMETER_PRICE * (
+        parameters + unlikeliness(fit, fitter))
+
+
+def unlikeliness(fit: Fit, fitter: Fitter) -> float:
+    """Return by how many nats wrong numbers of a fit that are as far off as they are are less
+    likely beforehand than small ones, where it is known how far files are off."""
+    low, high = fitter.problem.scene.position_range
+    nats = 0.0
+    for index, variant in enumerate(fit.hypothesis.variants):
+        sizing = variant.sizing
+        if variant.number_only and sizing.of_stroke > 0.0 and sizing.none is not None:
+            value = fit.hypothesis.named(fit.vector, index)[sizing.name]
+            nats += 0.5 * ((value - sizing.none) / (sizing.of_stroke * (high - low))) ** 2
+    return nats
 
 
 def number_price() -> float:
