@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from engb_core.diagnose.absent_load import absent_load
+from engb_core.diagnose.begun_again import searched
 from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
 from engb_core.diagnose.constants import CLEAN_EXCESS, LEAST_PROBABILITY
 from engb_core.diagnose.decimated import decimated
@@ -52,7 +53,7 @@ from engb_core.diagnose.load_shape import (
 )
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.nameless import that_carries, without_what_passes_once
-from engb_core.diagnose.noise_level import predicted_of_noise, with_less_noise
+from engb_core.diagnose.noise_level import with_less_noise
 from engb_core.diagnose.numbers.load_friction import missing_load_friction
 from engb_core.diagnose.numbers.wrong_numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
@@ -255,17 +256,10 @@ class _Outcome:
 
 def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
             earlier: Fitter | None = None, found: Fit | None = None) -> _Outcome:
-    fitter = Fitter(problem, threads, earlier)
-    tell('refitting the nominal numbers')
-    by_form = search(fitter, tell, found)
-    nominal, selection = fitter.nominal(), select(by_form)
-    noise_part = predicted_of_noise(by_form) if selection.consistent else None
-    if noise_part is not None:
-        tell('beginning again: most of what passed for noise can be predicted')
-        problem = with_less_noise(problem, noise_part)
-        fitter = Fitter(problem, threads)
-        by_form = search(fitter, tell)
-        nominal, selection = fitter.nominal(), select(by_form)
+    first = searched(problem, tell, threads, earlier, found)
+    by_form, selection, noise_part = first.by_form, first.selection, first.noise_part
+    fitter = by_form.fitter
+    problem, nominal = fitter.problem, fitter.nominal()
     by_file = fitter, nominal, selection
     if not selection.consistent:
         tell('asking whether the load curve has another form')

@@ -15,6 +15,7 @@ from engb_core.diagnose.fit_steps import derivative_step
 from engb_core.diagnose.fitted import Fit
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.nominal import (
+    DELAY,
     Knots,
     nominal_numbers,
     NominalNumber,
@@ -58,7 +59,9 @@ class Objective:
         self._model = with_reference_load(problem.model, problem.scene)
         if load_shape is not None:
             self._model = with_load_shape(self._model, problem.scene, load_shape)
-        self.numbers = nominal_numbers(self._model, problem.scene)
+        self.numbers = tuple(
+            number for number in nominal_numbers(self._model, problem.scene)
+            if number.name != DELAY or not problem.sampled_together)
 
     @property
     def weight(self) -> Array:

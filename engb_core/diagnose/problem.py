@@ -120,7 +120,7 @@ class Problem:
     `bandwidth` [Hz] is the comparison's, lower in a run with coarse counts; `settled` are effects
     that are decided elsewhere and not looked for; `before_stop` [s] is how long before each stop
     nothing is judged; `onsets` says which effects of a model begin within the recordings (id,
-    onset).
+    onset); `sampled_together` says that effort and position were, so that what is late is physics.
     """
 
     runs: tuple[Run, ...]
@@ -132,6 +132,7 @@ class Problem:
     before_stop: float = 0.0
     settled: tuple[str, ...] = ()
     onsets: tuple[tuple[str, Onset], ...] = ()
+    sampled_together: bool = False
 
     @property
     def coarse(self) -> bool:

@@ -11,7 +11,7 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.timing import timing_of
+from engb_core.diagnose.timing import later_than_sampled, timing_of
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 from engb_core.recording import Recording
@@ -51,6 +51,21 @@ def test_less_than_a_sample_is_told_with_its_causes(parts, cause):
 
 def test_what_is_not_apart_is_not_told():
     assert told(apart(0.0)) is None
+
+
+@pytest.mark.parametrize(('parts', 'late'), [(-0.8, False), (0.4, False), (1.3, True)])
+def test_more_than_half_a_sample_is_later_than_samples_are_apart(parts, late):
+    fitter = Fitter(problem_of([apart(parts)], NOMINAL))
+    assert later_than_sampled(fitter, fitter.base()) == late
+
+
+def test_a_lag_of_about_a_sample_has_its_name():
+    recording = apart(1.3)
+    found = diagnose([recording], NOMINAL)
+    assert [finding.effect for finding in found.effects] == ['actuation_lag']
+    step = float(np.median(np.diff(recording.time)))
+    assert found.effects[0].parameters['lag'].value == pytest.approx(1.3 * step, abs=0.4 * step)
+    assert found.effects[0].probability > 0.8
 
 
 def test_more_than_half_a_sample_is_told_as_the_least():
