@@ -95,6 +95,9 @@ def _waves(s: Scales, count: int = MOST_ORDERS) -> Iterator[Atom]:
     while order <= most:
         yield _wave_at(s, order)
         order += step
+    # Higher ones are too many to be tried: of a drive behind a gear, which the joint's own slow
+    # motion shows, those that stand out.
+    yield from (_wave_at(s, entry) for entry in s.orders if entry > most)
 
 
 def _wave_at(s: Scales, order: float) -> Atom:

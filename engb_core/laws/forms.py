@@ -148,7 +148,8 @@ class Scales:
     """How far the coordinates went in the recordings, for starts and bounds.
 
     `disc`, `temperature` are None where nothing was recorded of them; `angle` is 'rad' or 'm';
-    `pulls_both_ways` tells that the load has either sign.
+    `pulls_both_ways` tells that the load has either sign; `orders` [1/rad] are those of waves over
+    the position that the residual shows.
     """
 
     low: float
@@ -163,6 +164,7 @@ class Scales:
     temperature: tuple[float, float] | None
     angle: str = 'rad'
     pulls_both_ways: bool = False
+    orders: tuple[float, ...] = ()
 
     @property
     def stroke(self) -> float:

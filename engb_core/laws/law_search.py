@@ -22,6 +22,7 @@ from engb_core.diagnose.formula import sure_part
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.parallel_map import parallel_map
+from engb_core.diagnose.search.starts import orders_left
 from engb_core.effects.law import law_effect
 from engb_core.errors import InputError
 from engb_core.laws.atoms import (
@@ -140,7 +141,8 @@ def best_of(fitter: Fitter, base: Fit, forms: Iterable[Form]) -> tuple[Screened 
 class _Searching:
     def __init__(self, fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> None:
         self._fitter, self._base, self._tell = fitter, base, tell
-        self._scales = scales_of(fitter)
+        self._scales = replace(scales_of(fitter), orders=tuple(
+            order for by in ('', 'direction') for order in orders_left(fitter, base, by)))
         self._columns = Columns(fitter, base)
         # Beside a law all else moves little: its derivatives are those without the law.
         self._shared = derivatives_of(base)

@@ -139,10 +139,26 @@ def test_a_law_stands_instead_of_names_that_leave_noise_where_it_is_likelier(
     monkeypatch.setattr(competition, '_without_load_shape', lambda fitter: fitter)
     monkeypatch.setattr(competition, '_refitted_numbers', lambda fitter: None)
     monkeypatch.setattr(competition, 'find_law', lambda *_, **__: law)
+    monkeypatch.setattr(competition, '_beats', lambda *_, **__: True)
     monkeypatch.setattr(competition, '_won', lambda *_: 'won')
     told = SimpleNamespace(explanation=SimpleNamespace(fit=None))
     got = competition.law_instead(FITTER, told, likely, print)
     assert got == ('won' if wins else None)
+
+
+@pytest.mark.parametrize(('names', 'beaten', 'wins'), [
+    (('backlash',), True, True), (('backlash',), False, False),
+    (('backlash', 'pad_creep'), False, True)])
+def test_a_law_may_be_another_form_of_one_name_but_hardly_of_several(
+        monkeypatch, names, beaten, wins):
+    for name, value in (('_named', lambda fitter, fit: Fit(names, 9.0)),
+                        ('_without_load_shape', lambda fitter: fitter),
+                        ('_refitted_numbers', lambda fitter: None),
+                        ('find_law', lambda *_, **__: found(1.0)),
+                        ('_beats', lambda *_, **__: beaten), ('_won', lambda *_: 'won')):
+        monkeypatch.setattr(competition, name, value)
+    told = SimpleNamespace(explanation=SimpleNamespace(fit=None))
+    assert competition.law_instead(FITTER, told, 0.05, print) == ('won' if wins else None)
 
 
 @pytest.mark.parametrize(('described', 'part', 'words'), [

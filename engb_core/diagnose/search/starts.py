@@ -19,7 +19,7 @@ from engb_core.diagnose.search.orders import highest_order, leading_orders
 from engb_core.effects.base import Effect
 from engb_core.signals.position_error import effort_of_recording
 
-__all__ = ['settings_from_residual', 'strongest_frequency']
+__all__ = ['orders_left', 'settings_from_residual', 'strongest_frequency']
 
 Array = NDArray[np.float64]
 Settings = list[dict[str, float]]
@@ -48,25 +48,37 @@ def _name(effect: Effect, kind: str) -> str:
 
 
 def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
-    relative = 'actuation' in effect.stages
+    return [{'order': order} for order in orders_left(
+        fitter, fit, 'effort' if 'actuation' in effect.stages else '')]
+
+
+def orders_left(fitter: Fitter, fit: Fit, by: str = '') -> list[float]:
+    """Return the orders [cycles per 2π of the position] of the strongest waves over the position
+    that a fit leaves, the strongest first.
+
+    Args:
+        fitter: of the problem.
+        fit: what is left is its.
+        by: what they are in proportion to, 'effort' or 'direction' ('': nothing).
+    """
     unit = usual_angle(fitter.problem.scene)
     angle, residual, weight, reach = [], [], [], []
     for index, run in enumerate(fitter.problem.runs):
         effort = effort_of_recording(run.recording, run.motion, run.samples,
                                      fit.hypothesis.physics(fit.vector, index))
         left = (run.motion.effort - effort) * run.comparison.weight
-        by = effort if relative else np.ones_like(effort)
+        by_what = {'': np.ones_like(effort), 'effort': effort,
+                   'direction': np.sign(run.motion.velocity)}[by]
         angle.append(run.motion.position)
-        residual.append(left * by)
-        weight.append(run.comparison.weight * by ** 2)
+        residual.append(left * by_what)
+        weight.append(run.comparison.weight * by_what ** 2)
         reach.append(2.0 * np.pi * run.motion.bandwidth
                      / np.maximum(np.abs(run.motion.velocity), 1e-300))
     highest = max(highest_order(run.motion.position, run.motion.velocity, run.motion.bandwidth)
                   for run in fitter.problem.runs)
-    orders = leading_orders(np.concatenate(angle), np.concatenate(residual),
-                            np.concatenate(weight), np.concatenate(reach), LOWEST_ORDER / unit,
-                            highest)
-    return [{'order': order} for order in orders]
+    return leading_orders(np.concatenate(angle), np.concatenate(residual),
+                          np.concatenate(weight), np.concatenate(reach), LOWEST_ORDER / unit,
+                          highest)
 
 
 def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
