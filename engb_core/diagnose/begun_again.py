@@ -41,6 +41,9 @@ def searched(problem: Problem, tell: Callable[[str], None], threads: int,
         earlier: fits of an earlier round, of which a refit of the file can be told.
         found: what an earlier round has chosen.
     """
+    if earlier is not None and earlier.problem.sampled_together:
+        # It was found so before.
+        problem = replace(problem, sampled_together=True)
     fitter = Fitter(problem, threads, earlier)
     tell('refitting the nominal numbers')
     by_form = search(fitter, tell, found)
