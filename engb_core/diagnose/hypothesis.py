@@ -106,7 +106,7 @@ def scaled(effect: Effect, scene: Scene) -> Effect:
     scales = {'rad': (high - low) / USUAL_STROKE, 'rad/s': scene.speed / USUAL_SPEED}
     parameters = tuple(
         _of_waves(entry, usual_angle(scene)) if entry.unit == '1/rev' else
-        entry if entry.kind == 'phase' or entry.unit not in scales else
+        entry if entry.kind in ('phase', 'disc_speed') or entry.unit not in scales else
         replace(entry, low=entry.low * min(scales[entry.unit], 1.0),
                 starts=tuple(start * scales[entry.unit] for start in entry.starts))
         for entry in effect.parameters)

@@ -102,7 +102,7 @@ class Parameter:
             over an angle, a 'frequency' of what repeats in time, a 'place' on the stroke with its
             'width', the 'begin' and the 'end' of a stretch of time are looked for in the
             residual; a 'natural_frequency' is driven to the edge of the band by other causes; an
-            'exponent' bends the curve more than its value says.
+            'exponent' bends the curve more than its value says; a 'disc_speed' is not the joint's.
     """
 
     name: str

@@ -58,7 +58,7 @@ EFFECT = Effect(
         Parameter('middle', '-', -1.0, 2.0, starts=(-0.5, 0.5, 1.5), default=0.5),
         # From here on the disc turns.
         Parameter('turning_speed', 'rad/s', 0.1, 20.0, starts=(0.5,), logarithmic=True,
-                  default=0.5),
+                  default=0.5, kind='disc_speed'),
     ),
     stages={'load': _load},
     of_motion=True,

@@ -26,7 +26,7 @@ EFFECT = Effect(
         Parameter('load_ratio', '-', 0.05, 3.0, none=1.0, starts=(0.8,)),
         # From here on the disc turns; and the time in which its friction builds up.
         Parameter('turning_speed', 'rad/s', 0.1, 20.0, starts=(0.5, 3.0), logarithmic=True,
-                  default=0.5),
+                  default=0.5, kind='disc_speed'),
         Parameter('build_up', 's', 1e-3, 1.0, starts=(0.005, 0.1), logarithmic=True,
                   default=1e-3),
         # By this part pad friction is less at the reference load than at none.

@@ -1,8 +1,13 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """What is said of a linear axis has its units."""
 
+import pytest
+
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
+from engb_core.diagnose.hypothesis import scaled
 from engb_core.diagnose.slider import finding_of_slider
+from engb_core.effects.base import Scene
+from engb_core.effects.catalogue import get_effect
 
 
 def test_lengths_are_metres_and_a_phase_is_an_angle_all_the_same() -> None:
@@ -14,3 +19,14 @@ def test_lengths_are_metres_and_a_phase_is_an_angle_all_the_same() -> None:
     assert {name: entry.unit for name, entry in told.parameters.items()} == {
         'amplitude': 'N', 'order': '1/m', 'phase': 'rad'}
     assert told.statement == 'A force of 6.4 N repeats every 0.00737 m (cogging).'
+
+
+@pytest.mark.parametrize('name', ['self_energizing', 'pad_friction_fade'])
+def test_a_short_stroke_says_nothing_of_the_disc(name):
+    """Starts and bounds of distances and speeds go with the joint's, but not those of the disc."""
+    effect = get_effect(name)
+    scene = Scene(duration=10.0, largest_effort=1.0, largest_load=1.0, speed=0.5, sampling=1e-3,
+                  position_range=(0.0, 1.0), disc_speed_range=(0.0, 50.0), temperature_range=None)
+    of_disc = effect.of_kind('disc_speed')
+    assert of_disc is not None
+    assert scaled(effect, scene).of_kind('disc_speed') == of_disc
