@@ -162,9 +162,8 @@ def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Call
                 ) -> Won | None:
     """Return the law that is likelier than names which leave no more than noise, None if none is.
 
-    Several names, each with numbers of its own, can be bent to what one law says; of one it may be
-    another form. Both are held against the same blocks left out; beforehand the law is the rarer,
-    as each further cause is.
+    Several names can be bent to what one law says; of one name it may be another form. Both are
+    held against the same blocks left out; beforehand the law is the rarer, as each further cause.
 
     Args:
         fitter: of the problem.
@@ -179,9 +178,10 @@ def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Call
         # No law can predict it better.
         return None
     law = find_law(plain, _refitted_numbers(plain), tell, only_if_promising=True)
+    claims = len(named.hypothesis.ids) + len(named.hypothesis.onsets)   # A begin is one, too.
     # Of several forms over other coordinates none is likelier than what has a name.
     if not isinstance(law, Found) or not law.settled or not worth_having(law.after, names.level) \
-            or len(named.hypothesis.ids) == 1 and not _beats(fitter, law, named, likely=True):
+            or claims == 1 and not _beats(fitter, law, named, likely=True):
         return None
     noise = min(law.after, 1.0)
     share = noise_by_block(plain)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from engb_core.diagnose.hypothesis import Variant, variants_of
+from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import search_around
@@ -93,19 +93,13 @@ def load_scaled(result: Search, fit: Fit) -> Fit | None:
 def _moved(result: Search, fit: Fit | None, movers: Sequence[str]) -> list[Fit]:
     fitter = result.fitter
     numbers = numbers_without_load(fitter)
-    # Beside effects also from where these stand, with the curve as in the file: fitted to that
-    # they may be led far astray.
-    starts = [fitter.base(numbers)] if fit is None else [
-        fitter.refit(fit, numbers), fitter.refit(fit, numbers, rounds=0)]
+    start = fitter.base(numbers) if fit is None else fitter.refit(fit, numbers)
     effects = [effect for effect in map(get_effect, movers)
-               if effect.id not in starts[0].hypothesis.ids
+               if effect.id not in start.hypothesis.ids
                and (effect.applies is None or effect.applies(fitter.problem.scene))]
     variants = [variant for effect in effects
                 for variant in variants_of(effect, fitter.problem.scene)]
-
-    def moved(variant: Variant) -> Fit:
-        # A contact has a kink: derivatives from elsewhere lead astray.
-        begun = [fitter.fit(variant, start, rounds=8, keep=2) for start in starts]
-        return fitter.refine(min(begun, key=lambda entry: entry.cost), 12)
-
-    return list(parallel_map(moved, variants, fitter.threads))
+    # A contact has a kink: derivatives from elsewhere lead astray.
+    return list(parallel_map(
+        lambda variant: fitter.refine(fitter.fit(variant, start, rounds=8, keep=2), 12),
+        variants, fitter.threads))

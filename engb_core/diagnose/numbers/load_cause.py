@@ -23,7 +23,6 @@ from engb_core.diagnose.numbers.held_load_curve import (
 )
 from engb_core.diagnose.numbers.wrong_numbers import refitted, was_refitted
 from engb_core.diagnose.optimise.fit import Fit, Fitter
-from engb_core.diagnose.optimise.multistart import is_multimodal, search_around
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.score.ranking import number_price, plain_price, price, simplest
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
@@ -101,13 +100,9 @@ def _led(fitter: Fitter, moved: list[Fit]) -> list[Fit]:
         return sorted(fits, key=lambda fit: price(fit, fitter)
                       - number_price() * fit.hypothesis.variants[-1].number_only)
 
-    def further(fit: Fit) -> Fit:
-        return fitter.refine(search_around(fitter, fit) if is_multimodal(fit) else fit,
-                             MORE_ROUNDS)
-
     leading = ranked(moved)
-    return ranked([*parallel_map(further, leading[:LEADING], fitter.threads),
-                   *leading[LEADING:]])
+    return ranked([*parallel_map(lambda fit: fitter.refine(fit, MORE_ROUNDS), leading[:LEADING],
+                                 fitter.threads), *leading[LEADING:]])
 
 
 def _as_it_stands(fit: Fit, chosen: Fit, fitter: Fitter, rise: float) -> bool:
