@@ -231,11 +231,11 @@ def test_a_gap_that_is_never_crossed_to_its_end_is_named_at_a_rate():
 
     Of these ten brakes eight got `backlash` first (commit 841e3b8; one of them with others
     behind it), one got it behind another name, one got none. A tool that names eight of ten first
-    names none of three in 0.8 % of such draws: one of the first three is asked for.
+    names fewer than two of five in 0.7 % of such draws: two of the first five are asked for.
     """
     generator = np.random.default_rng(20261123)
     first = seed = 0
-    while first < 1 and seed < 3:
+    while first < 2 and seed < 5:
         inertia, friction = generator.uniform(0.2, 0.3), generator.uniform(0.6, 0.8)
         wide = lively(brake_with('backlash', gap=12.0, inertia_fraction=inertia,
                                  friction_fraction=friction), seed=seed)
@@ -244,7 +244,7 @@ def test_a_gap_that_is_never_crossed_to_its_end_is_named_at_a_rate():
             # A width that is told with a deviation is no better than another name.
             first += found.effects[0].parameters['gap'].std is None
         seed += 1
-    assert first == 1
+    assert first == 2
 
 
 def on_a_shaft(inertia: float, frequency: float, friction: float, spring: float, change: float,
