@@ -15,6 +15,7 @@ from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import LOAD_SHAPE
+from engb_core.diagnose.numbers.moved_by_refit import wrong_beside_others
 from engb_core.diagnose.numbers.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.numbers.wrong_numbers import (
     file_stands,
@@ -169,8 +170,8 @@ def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: S
         # What leads has no name: a companion may well be a makeshift for its details.
         makeshift = LARGER_PART
     findings = []
-    moved = len(variants) > 1 and any(variant.number_only for variant in variants)
-    by_itself = refit_of_file(fitter, fitter.finished(chosen)).by_itself if moved else {}
+    by_itself = refit_of_file(fitter, fitter.finished(chosen)).by_itself \
+        if wrong_beside_others(chosen) else {}
     for index, variant in enumerate(variants):
         # What a refit of the file has moved around the others is in the model, and no finding.
         itself = by_itself.get(variant.effect.id, 1.0)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.fit_steps import derivative_step
-from engb_core.diagnose.fitted import Fit
+from engb_core.diagnose.fitted import Fit, without_effects
 from engb_core.diagnose.hypothesis import Hypothesis, Variant
 from engb_core.diagnose.nominal import (
     DELAY,
@@ -25,7 +25,7 @@ from engb_core.diagnose.nominal import (
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.problem import Problem
 
-__all__ = ['Objective']
+__all__ = ['Objective', 'added_by']
 
 Array = NDArray[np.float64]
 
@@ -131,3 +131,8 @@ class Objective:
             # Far from anything real it is infinite.
             squares = scaled @ scaled
         return float(squares + np.sum(((vector - centre) / spread) ** 2))
+
+
+def added_by(objective: Objective, fit: Fit, index: int) -> Array:
+    """Return what one effect adds to the filtered effort of a fit, (m,) [N·m], all else kept."""
+    return fit.predicted - objective.predict(*without_effects(fit, {index}))

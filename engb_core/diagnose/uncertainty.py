@@ -18,7 +18,7 @@ from engb_core.diagnose.discrepancy import (
     PARTS,
     state_cells,
 )
-from engb_core.diagnose.fitted import without_effects
+from engb_core.diagnose.objective import added_by
 from engb_core.diagnose.optimise.descent import delay_held
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.normal_equations import normal_equations
@@ -197,7 +197,7 @@ def _by_formulas(told: _Information, fit: Fit, fitter: Fitter,
     adds (m,) [N·m], and the covariance (size, size) that these give to the entries."""
     for index, variant in enumerate(fit.hypothesis.variants):
         if _has_other_formulas(variant.effect):
-            adds = fit.predicted - fitter.predict(*without_effects(fit, {index}))
+            adds = added_by(fitter, fit, index)
             yield index, adds, _by_formula(told, fit, fitter, variant.effect, adds)
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
-from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.locate import zones
+from engb_core.diagnose.objective import added_by
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.noise_like import is_noise
 from engb_core.diagnose.score.reduced_chi_square import excess
@@ -64,7 +64,7 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
                if variant.effect.unnamed]
     what = fit.residual if table is None else table.predicted
     for index in unnamed:
-        what = what + fit.predicted - fitter.predict(*without_effects(fit, {index}))
+        what = what + added_by(fitter, fit, index)
     where = zones(runs, fitter.problem.split(what), fitter.problem.model)
     velocity = np.concatenate([run.motion.velocity[run.comparison.grid] for run in runs])
     names = [name for index in unnamed for name in _told_by(fit, index)]

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from engb_core.diagnose.constants import LARGER_PART, REPEATS, STANDS_OUT
-from engb_core.diagnose.fitted import without_effects
+from engb_core.diagnose.objective import added_by
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.search.more_orders import amplitudes_of, orders_of
 from engb_core.diagnose.uncertainty import estimates
@@ -53,7 +53,7 @@ def left_at_order(fitter: Fitter, fit: Fit, index: int) -> float:
         columns.append(np.stack([run.comparison(entry) for entry in waves], axis=1))
     design = np.concatenate(columns) / fitter.sigma[:, None]
     left = fit.residual / fitter.sigma
-    said = (fit.predicted - fitter.predict(*without_effects(fit, {index}))) / fitter.sigma
+    said = added_by(fitter, fit, index) / fitter.sigma
     waves_left = design @ np.linalg.lstsq(design, left, rcond=None)[0]
     return float(waves_left @ waves_left / max(waves_left @ waves_left + said @ said,
                                                np.finfo(float).tiny))

@@ -17,12 +17,12 @@ from engb_core.diagnose.constants import (
 )
 from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
-from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, something_known, sure_part
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
 from engb_core.diagnose.load_shape import with_table
 from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.numbers.held_load_curve import MOVE_THE_LOAD
+from engb_core.diagnose.objective import added_by
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.ranking import worth_having
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
@@ -393,7 +393,7 @@ def _corrected_by(found: Found) -> tuple[str, ...]:
         effect = variant.effect
         if effect.unnamed or SAME_AS.get(effect.reveals, effect.reveals) not in told:
             continue
-        own = (fit.predicted - fitter.predict(*without_effects(fit, {index})))[acts]
+        own = added_by(fitter, fit, index)[acts]
         size = float(np.linalg.norm(own) * np.linalg.norm(law[acts]))
         if size > 0.0 and abs(float(own @ law[acts])) >= ALONG * size:
             titles.append(effect.title)

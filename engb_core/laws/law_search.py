@@ -141,8 +141,8 @@ def best_of(fitter: Fitter, base: Fit, forms: Iterable[Form]) -> tuple[Screened 
 class _Searching:
     def __init__(self, fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> None:
         self._fitter, self._base, self._tell = fitter, base, tell
-        self._scales = replace(scales_of(fitter), orders=tuple(
-            order for by in ('', 'direction') for order in orders_left(fitter, base, by)))
+        self._scales = replace(scales_of(fitter),
+                               orders=tuple(orders_left(fitter, base, '', 'direction')))
         self._columns = Columns(fitter, base)
         # Beside a law all else moves little: its derivatives are those without the law.
         self._shared = derivatives_of(base)

@@ -228,7 +228,7 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
     for stage in STAGES:
         stages[stage] = []
         # Those that only add a torque stand last in its stage.
-        for index, (effect, _) in sorted(enumerate(chosen), key=lambda entry: _only_adds(
+        for index, (effect, _) in sorted(enumerate(chosen), key=lambda entry: _is_apart(
                 entry[1][0]) and stage == 'torque'):
             undone = inverse and (effect.correction is not None or stage == 'actuation'
                                   and (effect.time_shift or effect.warp) is not None)
@@ -252,7 +252,7 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
         if effect.time_shift is not None:
             time_shifts.append((effect, index))
     apart = tuple((function, index) for function, index in stages['torque']
-                  if _only_adds(chosen[index][0]))
+                  if _is_apart(chosen[index][0]))
     walked = np.array(bounds, np.int64)
     walked[STAGES.index('torque') + 1] -= len(apart)
     proportional = bool(stages['actuation']) and all(
@@ -271,7 +271,7 @@ def physics_of(model: Model, effects: Iterable[tuple[Effect, Iterable[float]]] |
     return with_values(made, made.nominal, parameters)
 
 
-def _only_adds(effect: Effect) -> bool:
+def _is_apart(effect: Effect) -> bool:
     """Whether the torque that an effect adds hangs on nothing that the walk of one sample through
     the stages hands over."""
     return tuple(effect.stages) == ('torque',) or effect.memoryless

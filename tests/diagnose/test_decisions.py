@@ -14,6 +14,7 @@ from engb_core.diagnose import (
     effort_scale,
     evidence,
     fit_steps,
+    objective,
     selection,
     uncertainty,
     verdict,
@@ -139,7 +140,7 @@ def test_how_much_of_an_effect_is_not_there(monkeypatch, said, left, part):
     fit = SimpleNamespace(predicted=np.array(said), residual=np.array(left))
     fitter = SimpleNamespace(fitted=np.zeros(2, bool), sigma=np.ones(2),
                              predict=lambda *_: np.zeros(2))
-    monkeypatch.setattr(probability, 'without_effects', lambda fit, which: (None, None))
+    monkeypatch.setattr(objective, 'without_effects', lambda fit, which: (None, None))
     assert probability.own_part_left(fitter, fit, 0) == pytest.approx(part)
 
 

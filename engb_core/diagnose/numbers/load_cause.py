@@ -75,7 +75,8 @@ def _with_load_moved(result: Search, chosen: Fit, rivals: list[Fit], limit: floa
     best = moved[0]
     if reduced_chi_square(best, fitter) >= limit + formula_error(rise):
         # A refit that scaled the curve around what moves it has left it scaled.
-        moved = _led(fitter, [scaled for fit in moved if (scaled := load_scaled(result, fit))])
+        scaled = [both for fit in moved if (both := load_scaled(result, fit)) is not None]
+        moved = _led(fitter, scaled) if scaled else moved
         best = moved[0]
     # What the fit leaves is the noise that the curve has to stand out of, and what other formulas
     # of the effects miss may lie along it.

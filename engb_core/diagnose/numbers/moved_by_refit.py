@@ -30,7 +30,7 @@ from engb_core.diagnose.nominal import BELIEVED, LOAD_NUMBERS, NominalNumber
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.uncertainty import vector_deviations
 
-__all__ = ['Refit', 'posterior', 'refit_of']
+__all__ = ['Refit', 'posterior', 'refit_of', 'wrong_beside_others']
 
 Array = NDArray[np.float64]
 _Item = TypeVar('_Item')
@@ -59,7 +59,7 @@ def refit_of(fitter: Fitter, explained: Fit, kept: Mapping[str, float]) -> Refit
         kept: number of the file, none of the load curve → probability that it is as it should be.
     """
     hypothesis = explained.hypothesis
-    minimum = _Minimum.of(fitter.earlier or fitter, _wrong_beside_others(explained))
+    minimum = _Minimum.of(fitter.earlier or fitter, wrong_beside_others(explained))
     deviations = vector_deviations(explained, fitter)
     numbers = {number.name: (number, place) for place, number in enumerate(hypothesis.numbers)}
     start, low = hypothesis.start_of_numbers(), hypothesis.bounds[0]
@@ -116,7 +116,7 @@ def _numbers_alone(hypothesis: Hypothesis) -> bool:
     return all(variant.number_only for variant in hypothesis.variants)
 
 
-def _wrong_beside_others(explained: Fit) -> tuple[Variant, ...]:
+def wrong_beside_others(explained: Fit) -> tuple[Variant, ...]:
     """Return the effects of an explanation that say that a number is wrong, beside another one."""
     variants = explained.hypothesis.variants
     return tuple(variant for variant in variants if variant.number_only) \

@@ -22,8 +22,8 @@ from engb_core.diagnose.constants import (
     PHYSICS_FOR_NUMBER,
     UNNAMED,
 )
-from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, further_odds, probability
+from engb_core.diagnose.objective import added_by
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.ranking import unlikeliness
 from engb_core.diagnose.score.reduced_chi_square import (
@@ -123,7 +123,7 @@ def further_known(fitter: Fitter, whole: Fit, without: Fit, with_it: Fit,
 def own_part_left(fitter: Fitter, fit: Fit, index: int) -> float:
     """Return the part (0 to 1) of what one effect of a fit says that isn't there on what no fit
     has seen: 0 where its part of the residual is gone with it, 1 where it takes nothing away."""
-    said = fit.predicted - fitter.predict(*without_effects(fit, {index}))
+    said = added_by(fitter, fit, index)
     unseen = unseen_rows(fitter)
     said, left = (values[unseen] / fitter.sigma[unseen] for values in (said, fit.residual))
     size = float(said @ said)

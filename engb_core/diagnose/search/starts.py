@@ -52,33 +52,37 @@ def _orders(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
         fitter, fit, 'effort' if 'actuation' in effect.stages else '')]
 
 
-def orders_left(fitter: Fitter, fit: Fit, by: str = '') -> list[float]:
+def orders_left(fitter: Fitter, fit: Fit, *factors: str) -> list[float]:
     """Return the orders [cycles per 2π of the position] of the strongest waves over the position
-    that a fit leaves, the strongest first.
+    that a fit leaves, of each factor the strongest first.
 
     Args:
         fitter: of the problem.
         fit: what is left is its.
-        by: what they are in proportion to, 'effort' or 'direction' ('': nothing).
+        factors: what they are in proportion to, 'effort' or 'direction' ('': nothing).
     """
     unit = usual_angle(fitter.problem.scene)
-    angle, residual, weight, reach = [], [], [], []
-    for index, run in enumerate(fitter.problem.runs):
-        effort = effort_of_recording(run.recording, run.motion, run.samples,
-                                     fit.hypothesis.physics(fit.vector, index))
-        left = (run.motion.effort - effort) * run.comparison.weight
-        by_what = {'': np.ones_like(effort), 'effort': effort,
-                   'direction': np.sign(run.motion.velocity)}[by]
-        angle.append(run.motion.position)
-        residual.append(left * by_what)
-        weight.append(run.comparison.weight * by_what ** 2)
-        reach.append(2.0 * np.pi * run.motion.bandwidth
-                     / np.maximum(np.abs(run.motion.velocity), 1e-300))
+    efforts = [effort_of_recording(run.recording, run.motion, run.samples,
+                                   fit.hypothesis.physics(fit.vector, index))
+               for index, run in enumerate(fitter.problem.runs)]
     highest = max(highest_order(run.motion.position, run.motion.velocity, run.motion.bandwidth)
                   for run in fitter.problem.runs)
-    return leading_orders(np.concatenate(angle), np.concatenate(residual),
-                          np.concatenate(weight), np.concatenate(reach), LOWEST_ORDER / unit,
-                          highest)
+    orders: list[float] = []
+    for factor in factors:
+        angle, residual, weight, reach = [], [], [], []
+        for run, effort in zip(fitter.problem.runs, efforts, strict=True):
+            by = {'': np.ones_like(effort), 'effort': effort,
+                  'direction': np.sign(run.motion.velocity)}[factor]
+            left = (run.motion.effort - effort) * run.comparison.weight
+            angle.append(run.motion.position)
+            residual.append(left * by)
+            weight.append(run.comparison.weight * by ** 2)
+            reach.append(2.0 * np.pi * run.motion.bandwidth
+                         / np.maximum(np.abs(run.motion.velocity), 1e-300))
+        orders += leading_orders(np.concatenate(angle), np.concatenate(residual),
+                                 np.concatenate(weight), np.concatenate(reach),
+                                 LOWEST_ORDER / unit, highest)
+    return orders
 
 
 def _frequencies(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
