@@ -26,21 +26,29 @@ from engb_core.physics.dry_friction import slowed_rate
 
 # Flanks as stiff as sampled motion can tell, without a bounce: the impact itself is over within a
 # sample or two.
-_RIGID = {'flank_frequency': 80.0, 'flank_damping': 1.0, 'gives': 0.0}
+_RIGID = {'flank_frequency': 80.0, 'flank_damping': 1.0, 'gives': 0.0, 'load_stays': 0.0}
+# Place in the parameters.
+_LOAD_STAYS = 7
 
 
 @effect_function
 def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # state: 0 how far the load is ahead of the motor (0…gap: free), 1 the rate of that,
-    # 2 the last velocity of the motor
+    # 2 the last velocity of the motor; with a load that stays, how far it is ahead of the middle
+    # of the gap
     if sample[TIME] <= 0.0:
         state[0] = 0.0
         state[1] = 0.0
+    elif parameters[_LOAD_STAYS] != 0.0:
+        half = 0.5 * parameters[0]
+        state[0] = min(max(state[0] - sample[VELOCITY] * sample[TIME_STEP], -half), half)
     return state[0]
 
 
 @effect_function
 def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
+    if parameters[_LOAD_STAYS] != 0.0:
+        return 0.0
     gap = parameters[0]
     inertia = parameters[1] * sample[INERTIA]
     # What drifts below the constant part leaves none that load adds.
@@ -97,6 +105,9 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 def _statement(p: Mapping[str, float]) -> str:
     text = (f"There are {p['gap']:.3g} rad of lost motion between motor and load; the gap is "
             'crossed where the transmitted torque changes sign')
+    if p['load_stays']:
+        return (f"There are {p['gap']:.3g} rad of lost motion on the way to the load, which stays "
+                'where it is until a reversal has crossed them.')
     if not p['gives']:
         return f'{text}.'
     return (f"{text}, and the flanks give: against a motor that is held the load rings at "
@@ -139,7 +150,8 @@ _RIGID_GAP = Effect(
     # What the flanks do at the edge of the band is a resonance's, too.
     apart=('drivetrain_resonance',),
     multimodal=True,
-    constants=(('flank_frequency', 'Hz'), ('flank_damping', '-'), ('gives', '-')),
+    constants=(('flank_frequency', 'Hz'), ('flank_damping', '-'), ('gives', '-'),
+               ('load_stays', '-')),
     defaults=_RIGID,
     set_constants=lambda scene: _RIGID,
 )
@@ -150,7 +162,16 @@ _ELASTIC = replace(
         *_RIGID_GAP.parameters,
         Parameter('flank_frequency', 'Hz', 2.0, 80.0, logarithmic=True, starts=(24.0,)),
         Parameter('flank_damping', '-', 0.005, 1.0, logarithmic=True, starts=(0.1,))),
-    constants=(('gives', '-'),), set_constants=lambda scene: {'gives': 1.0},
+    constants=(('gives', '-'), ('load_stays', '-')), set_constants=lambda scene: {'gives': 1.0},
     begins=_elastic_starts)
+# A light load that its own friction holds, or a spring on a screw that holds itself: its position
+# follows by the play operator, and so does its torque.
+_LOAD_STAYS_WHERE_IT_IS = {'inertia_fraction': 0.01, 'friction_fraction': 0.0,
+                           'loaded_friction_fraction': 0.0, **_RIGID, 'load_stays': 1.0}
+_PLAY = replace(
+    _RIGID_GAP, parameters=_RIGID_GAP.parameters[:1],
+    constants=tuple((entry.name, entry.unit) for entry in _RIGID_GAP.parameters[1:])
+    + _RIGID_GAP.constants, set_constants=lambda scene: _LOAD_STAYS_WHERE_IT_IS,
+    applies=lambda scene: scene.largest_load > 0, multimodal=False)
 
-EFFECT = replace(_RIGID_GAP, richer=(_ELASTIC,))
+EFFECT = replace(_RIGID_GAP, plainer=(_PLAY,), richer=(_ELASTIC,))

@@ -223,6 +223,8 @@ class Effect:
             (a law's formula).
         written: (values) → the setting of the model file, where it is more than numbers.
         formerly: ids that it had in older versions; model files with them are read.
+        plainer: the same effect with fewer parameters, the others fixed: forms that are tried
+            beside it from the beginning.
         richer: the same effect with further parameters behind those that it has, tried where it
             leaves more than noise.
         begins: (values of the plainer effect) → where the fit of a richer one may begin.
@@ -265,6 +267,7 @@ class Effect:
     made_of: Callable[[EffectSetting], tuple[Effect, list[float]]] | None = None
     written: Callable[[Mapping[str, float]], EffectSetting] | None = None
     formerly: tuple[str, ...] = ()
+    plainer: tuple[Effect, ...] = ()
     richer: tuple[Effect, ...] = ()
     begins: Callable[[Mapping[str, float]], list[dict[str, float]]] | None = None
 

@@ -261,7 +261,7 @@ def in_richer_form(fitter: Fitter, fit: Fit) -> Fit:
         return fit
     for index, variant in enumerate(fit.hypothesis.variants):
         plain = get_effect(variant.effect.id)
-        if variant.effect.names != plain.names:
+        if len(variant.effect.parameters) != len(plain.parameters):
             continue
         rest = fitter.without(fit, index)
         for effect in plain.richer:
