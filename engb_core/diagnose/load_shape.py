@@ -184,7 +184,7 @@ def _may_be_the_curve(fitter: Fitter, fit: Fit) -> set[int]:
         effect, values = variant.effect, fit.hypothesis.named(fit.vector, index)
         at_a_place = effect.unnamed and effect.reveals == 'position' \
             and not values.get('by_direction', 0.0)
-        if at_a_place or wave_known(fitter, fit, index) < SURE:
+        if at_a_place or effect.reveals == 'since_reversal' or wave_known(fitter, fit, index) < SURE:
             found.add(index)
     return found
 
