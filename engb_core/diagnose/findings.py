@@ -14,7 +14,7 @@ from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.load_shape import LOAD_SHAPE
+from engb_core.diagnose.load_shape import in_files_form, LOAD_SHAPE
 from engb_core.diagnose.numbers.moved_by_refit import wrong_beside_others
 from engb_core.diagnose.numbers.spike_and_slab import with_averaged_numbers
 from engb_core.diagnose.numbers.wrong_numbers import (
@@ -255,7 +255,7 @@ def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chos
         effect = get_effect(finding.effect)
         parameters = _estimates(fitter, finding)
         others = sum(weight for _, weight in finding.rivals)
-        surely = something_known(left) if finding.effect == LOAD_SHAPE else _number_known(
+        surely = (_shape_known if finding.effect == LOAD_SHAPE else _number_known)(
             fitter, finding, whole, left)
         findings.append((EffectFinding(
             effect=effect.id, probability=surely * finding.moved * (1.0 - others),
@@ -277,6 +277,16 @@ def _number_known(fitter: Fitter, finding: NumberFinding, whole: Fit, left: floa
     if not finding.fit.hypothesis.variants:
         return surely
     return min(surely, further_known(fitter, whole, held, finding.fit, own))
+
+
+def _shape_known(fitter: Fitter, finding: NumberFinding, whole: Fit, left: float) -> float:
+    """Return the probability that the load curve has another form: beside effects, that this is
+    none of what their formulas miss along the angle."""
+    surely = something_known(left)
+    if not finding.fit.hypothesis.variants:
+        return surely
+    whole, held = (in_files_form(fitter, fit) for fit in (whole, finding.fit))
+    return min(surely, further_known(fitter, whole, held, finding.fit))
 
 
 def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[EffectFinding],

@@ -47,7 +47,7 @@ from engb_core.effects.base import POSITION, SAMPLE_SIZE, STATE_SIZE
 from engb_core.effects.load_curve_shape import EFFECT, KNOTS
 from engb_core.physics.compiled import PARAMETER_SIZE
 
-__all__ = ['LOAD_SHAPE', 'load_shape_finding', 'moved_as_a_whole', 'nameless_curve',
+__all__ = ['LOAD_SHAPE', 'in_files_form', 'load_shape_finding', 'moved_as_a_whole', 'nameless_curve',
            'with_free_load_curve', 'with_table']
 
 LOAD_SHAPE = EFFECT.id
@@ -203,21 +203,25 @@ def _freed(free: Fitter, fit: Fit) -> Fit:
 def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
     """Return the table beside the load curve as a finding, where the fit has one free and the data
     insist on it."""
-    numbers = explained.hypothesis.numbers
-    values = [value for number, value in zip(numbers, explained.vector, strict=False)
-              if number.name in SHAPE_NUMBERS]
+    values = [value for number, value in zip(explained.hypothesis.numbers, explained.vector,
+                                             strict=False) if number.name in SHAPE_NUMBERS]
     if not values:
         return None
-    others = [number for number in numbers if number.name not in SHAPE_NUMBERS]
-    names = {number.name for number in others}
-    # Against the file's own form, refitted.
-    others += [number for number in nominal_numbers(fitter.problem.model, fitter.problem.scene)
-               if number.name not in names]
-    held = fitter.refit(explained, tuple(others))
+    held = in_files_form(fitter, explained)
     rise = reduced_chi_square(held, fitter) - reduced_chi_square(explained, fitter)
     if rise < CLEAN_EXCESS:
         return None
     return NumberFinding(LOAD_SHAPE, explained, rise, float(max(values, key=abs)))
+
+
+def in_files_form(fitter: Fitter, fit: Fit) -> Fit:
+    """Return a fit with no table beside the load curve, all numbers of the file's form refitted.
+    """
+    others = [number for number in fit.hypothesis.numbers if number.name not in SHAPE_NUMBERS]
+    names = {number.name for number in others}
+    others += [number for number in nominal_numbers(fitter.problem.model, fitter.problem.scene)
+               if number.name not in names]
+    return fitter.refit(fit, tuple(others))
 
 
 def nameless_curve(findings: Sequence[EffectFinding]) -> Unexplained | None:
