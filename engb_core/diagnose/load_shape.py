@@ -177,14 +177,14 @@ def _without_slow_waves(fitter: Fitter, fit: Fit, instead: set[int]) -> Fit:
 
 def _may_be_the_curve(fitter: Fitter, fit: Fit) -> set[int]:
     """Return the places of a fit's effects that may be the form of the load curve: a wave that
-    hardly repeats along the stroke, or a description of a torque at one place, the same both
-    ways."""
+    hardly repeats along the stroke, a description of a torque at one place, the same both ways, or
+    loops: one that remembers longer than the stroke is none."""
     found = set()
     for index, variant in enumerate(fit.hypothesis.variants):
         effect, values = variant.effect, fit.hypothesis.named(fit.vector, index)
         at_a_place = effect.unnamed and effect.reveals == 'position' \
             and not values.get('by_direction', 0.0)
-        if at_a_place or effect.reveals == 'since_reversal' or wave_known(fitter, fit, index) < SURE:
+        if at_a_place or effect.knows_reversals or wave_known(fitter, fit, index) < SURE:
             found.add(index)
     return found
 

@@ -280,6 +280,11 @@ class Effect:
         return next((entry for entry in self.parameters if entry.kind == kind), None)
 
     @property
+    def knows_reversals(self) -> bool:
+        """Whether it makes loops, which nothing does that follows the position alone."""
+        return self.reveals == 'since_reversal'
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of parameters and constants, in the order in which the functions read them."""
         return (*(entry.name for entry in self.parameters),

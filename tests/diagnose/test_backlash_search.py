@@ -1,6 +1,7 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A gap is found wherever the friction lies."""
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -16,6 +17,7 @@ from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.recording import Recording
 from tests.tables.other_benches import Drive, recorded
 
+from .simulated_brake import NOMINAL, recorded as recorded_brake, strokes_and_waves
 from .swings import swung
 
 
@@ -28,7 +30,7 @@ def test_a_gap_beyond_all_of_the_friction():
         run = recorded(Drive(gap=0.25, load=0.1, ratio=20.0, reach=30.0), seed, 20)
         recording = Recording.from_samples('gear', run['t'], run['phi'], 0.06 * run['i'])
         fitter = Fitter(problem_of([recording], first_model([recording]).model))
-        (variant,) = variants_of(get_effect('backlash'), fitter.problem.scene)
+        variant, *_ = variants_of(get_effect('backlash'), fitter.problem.scene)
         fit = fitter.fit(variant)
         gap = fit.hypothesis.named(fit.vector, 0)['gap']
         found += fit.cost < 0.5 * fitter.base().cost and 0.22 < gap < 0.28
@@ -79,3 +81,23 @@ def test_flanks_that_give():
     assert first.parameters['gap'].value == pytest.approx(GAP, rel=0.05)
     assert first.parameters['flank_frequency'].value == pytest.approx(FLANK, rel=0.1)
     assert not any(entry.effect == 'contact_shift' for entry in found.effects)
+
+
+def test_lost_motion_in_front_of_a_load_that_stays():
+    """The spring on a screw that holds itself lags by half the gap, either way: no force is lost,
+    and the loop is as wide in angle everywhere, not as a part of the load."""
+    gap, travel = 0.8, strokes_and_waves(5)
+    run = recorded_brake(NOMINAL, lambda time, _: travel.at(time), travel.duration)
+    follows, carried = run.position[0], []
+    for place in run.position:
+        follows = min(max(follows, place - 0.5 * gap), place + 0.5 * gap)
+        carried.append(follows)
+    there, here = (np.polyval(NOMINAL.load_torque.coefficients[::-1], np.maximum(angle, 0.0))
+                   for angle in (np.array(carried), run.position))
+    more = there - here
+    found = diagnose([replace(run, effort=run.effort + more)], NOMINAL)
+    assert [entry.effect for entry in found.effects if entry.probability >= 0.5] == ['backlash']
+    assert found.effects[0].parameters['gap'].value == pytest.approx(gap, rel=0.05)
+    assert found.verdict == 'explained'
+    setting = next(entry for entry in found.model.effects if entry.effect == 'backlash')
+    assert setting.parameters['load_stays'] == 1.0

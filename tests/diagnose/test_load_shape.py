@@ -192,3 +192,14 @@ def test_the_load_curve_s_last_slope_goes_on_for_one_knot():
     effort_of_motion(samples, 1.0, physics_of(model))
     assert np.allclose(samples[:, LOAD], 1e-3 * np.array([-1.0, -0.5, 0.0, 5.5, 11.0, 11.5, 12.0]),
                        atol=1e-7)
+
+
+def test_a_buffer_at_the_end_is_no_loop():
+    """A loop that remembers longer than the stroke is hardly one, and bends the load curve as a
+    buffer does: what knows nothing of reversals and does as much takes its place."""
+    run = lively(NOMINAL)
+    buffer = 0.04 * (np.maximum(run.position - 12.0, 0.0) / 8.0) ** 1.5
+    found = diagnose([replace(run, effort=run.effort + buffer)], NOMINAL)
+    assert 'load_hysteresis' not in [entry.effect for entry in found.effects]
+    assert LOAD_SHAPE in [entry.effect for entry in found.effects] \
+        or found.unexplained.depends_on == ('position',)

@@ -125,6 +125,10 @@ def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
         return base, []
     limit = reduced_chi_square(base, fitter) + formula_error(rise)
     held = load_held(result, result.of_size(1))
+    if fitter.load_shape:
+        # Where any curve over the position leaves nothing, there is no loop.
+        held = [fit for fit in held if not any(variant.effect.knows_reversals
+                                               for variant in fit.hypothesis.variants)]
     decided, rivals = _decided(fitter, base, held, [], limit)
     if decided is not base:
         return _or_two(result, decided, rivals, held)
