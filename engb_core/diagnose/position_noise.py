@@ -13,6 +13,8 @@ random.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -55,14 +57,16 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
     own = np.sqrt(max(noise.white ** 2 - count ** 2 / 12.0, 0.0))
     fast = passing(recording)
     smooth = gaussian_kernel(motion.bandwidth, recording.interval)
-    smoothed = np.interp(recording.time, motion.time, motion.position)
     random = np.random.default_rng(SEED)
 
-    def needed(position: Array) -> Array:
-        moved = with_position(motion, recording, position)
+    def derived(position: Array) -> Motion:
+        return with_position(motion, recording, position)
+
+    def needed(moved: Motion) -> Array:
         return comparison(effort_of_motion(moved.samples(), moved.step, physics))
 
-    drawn_efforts = np.empty((DRAWS, comparison.grid.size))
+    wrong = np.empty((DRAWS, comparison.grid.size))
+    true, of_motion = motion, needed(motion)
     for draw in range(DRAWS):
         # The smoothed motion has what the smoothing lets through of the roundings that it was
         # made of, and would be rounded like them again: where several counts pass from sample to
@@ -70,12 +74,23 @@ def position_noise(recording: Recording, motion: Motion, comparison: Comparison,
         # Journal 27 (1948) 446), the true motion is as far from it.
         apart = fast * filtered(random.uniform(-0.5, 0.5, fast.size) * count, smooth)
         taken = recording.time + noise.jitter * random.standard_normal(recording.time.size)
-        true = np.interp(taken, motion.time, motion.position) + apart
-        shown = true + own * random.standard_normal(taken.size)
+        place = np.interp(taken, motion.time, true.position) + apart
+        shown = place + own * random.standard_normal(taken.size)
         phase = random.uniform()
         counted = shown_in_counts(shown, count, phase) if count > 0.0 else shown
-        drawn_efforts[draw] = needed(counted)
-        if apart.any():
-            drawn_efforts[draw] -= needed(smoothed + apart)
-    spread: Array = drawn_efforts.std(axis=0, ddof=1)
+        moved = derived(counted)
+        there = needed(derived(np.interp(recording.time, motion.time, true.position) + apart)) \
+            if apart.any() else of_motion if true is motion else needed(true)
+        wrong[draw] = needed(moved) - there
+        # The true motion is not known better than this: at which speeds counts and samples beat,
+        # so that roundings last, is another one in each draw.
+        true = _apart(motion, moved, true)
+    spread: Array = wrong.std(axis=0, ddof=1)
     return spread
+
+
+def _apart(motion: Motion, moved: Motion, true: Motion) -> Motion:
+    """Return a motion that is off by as much as one that was `moved` is from the true one."""
+    return replace(motion, **{
+        name: getattr(motion, name) + getattr(moved, name) - getattr(true, name)
+        for name in ('position', 'velocity', 'acceleration')})
