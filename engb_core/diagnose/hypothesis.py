@@ -74,9 +74,9 @@ LEAST_STROKE = 4.0      # rad
 
 
 def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
-    """Return the effect's variants for what was recorded, those of its plainer forms last."""
-    plainer = [variant for form in effect.plainer if form.applies is None or form.applies(scene)
-               for variant in variants_of(form, scene)]
+    """Return the effect's variants for what was recorded, those of its other forms last."""
+    others = [variant for form in effect.forms if form.applies is None or form.applies(scene)
+              for variant in variants_of(form, scene)]
     if effect.written is None:
         # An adopted law starts where it was found.
         effect = scaled(effect, scene)
@@ -88,7 +88,7 @@ def variants_of(effect: Effect, scene: Scene) -> list[Variant]:
         if effect.set_constants is not None:
             values |= effect.set_constants(scene)
         found.append(Variant(effect, tuple(float(values[name]) for name, _ in effect.constants)))
-    return found + plainer
+    return found + others
 
 
 def usual_angle(scene: Scene) -> float:

@@ -174,4 +174,4 @@ _PLAY = replace(
     + _RIGID_GAP.constants, set_constants=lambda scene: _LOAD_STAYS_WHERE_IT_IS,
     applies=lambda scene: scene.largest_load > 0, multimodal=False)
 
-EFFECT = replace(_RIGID_GAP, plainer=(_PLAY,), richer=(_ELASTIC,))
+EFFECT = replace(_RIGID_GAP, forms=(_PLAY,), richer=(_ELASTIC,))

@@ -166,6 +166,12 @@ class Scene:
     effective_load: float = 0.2
     commanded: bool = False
 
+    @property
+    def disc_turned_both_ways(self) -> bool:
+        """Whether a disc was recorded that turned forwards as well as backwards."""
+        return self.disc_speed_range is not None and (
+            self.disc_speed_range[0] < 0.0 < self.disc_speed_range[1])
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -223,8 +229,8 @@ class Effect:
             (a law's formula).
         written: (values) → the setting of the model file, where it is more than numbers.
         formerly: ids that it had in older versions; model files with them are read.
-        plainer: the same effect with fewer parameters, the others fixed: forms that are tried
-            beside it from the beginning.
+        forms: the same effect with some of its parameters fixed, or other constants, which is
+            tried beside it from the beginning where it applies.
         richer: the same effect with further parameters behind those that it has, tried where it
             leaves more than noise.
         begins: (values of the plainer effect) → where the fit of a richer one may begin.
@@ -267,7 +273,7 @@ class Effect:
     made_of: Callable[[EffectSetting], tuple[Effect, list[float]]] | None = None
     written: Callable[[Mapping[str, float]], EffectSetting] | None = None
     formerly: tuple[str, ...] = ()
-    plainer: tuple[Effect, ...] = ()
+    forms: tuple[Effect, ...] = ()
     richer: tuple[Effect, ...] = ()
     begins: Callable[[Mapping[str, float]], list[dict[str, float]]] | None = None
 

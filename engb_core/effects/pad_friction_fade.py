@@ -1,6 +1,7 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """While the disc turns the load ratio changes with disc speed or pad temperature."""
 
+from dataclasses import replace
 import math
 
 from engb_core.effects.base import DISC_SPEED, Effect, LOAD, PAD_TEMPERATURE, Parameter, Scene
@@ -31,23 +32,26 @@ def _progress(parameters: Numbers, sample: Numbers) -> float:
 
 @effect_function
 def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
-    turning = math.tanh(sample[DISC_SPEED] / parameters[4])
+    speed = sample[DISC_SPEED]
+    turning = math.tanh((abs(speed) if parameters[10] > 0.5 else speed) / parameters[4])
     progress = _progress(parameters, sample)
     return sample[LOAD] * (
         1.0 + turning * (parameters[1] - 1.0 + parameters[0] * (progress - 0.5)))
 
 
-def _ranges(scene: Scene) -> dict[str, float]:
+def _constants(scene: Scene, either_way: bool = False) -> dict[str, float]:
     low, high = scene.disc_speed_range or (0.0, 1.0)
     fast = max(abs(low), abs(high))
     # A disc that turned both ways also stood.
     slow = max(0.0 if low < 0.0 < high else min(abs(low), abs(high)), TURNING * fast)
     cold, hot = scene.temperature_range or (0.0, 1.0)
     return {'speed_from': slow, 'speed_to': max(fast, slow + 1e-3),
-            'temperature_from': cold, 'temperature_to': max(hot, cold + 1e-3)}
+            'temperature_from': cold, 'temperature_to': max(hot, cold + 1e-3),
+            # Of a disc that only turned backwards the change is told with the sign it has there.
+            'either_way': float(either_way or high <= 0.0)}
 
 
-EFFECT = Effect(
+_BY_DIRECTION = Effect(
     id='pad_friction_fade',
     title='Pad friction fade',
     parameters=(
@@ -76,11 +80,16 @@ EFFECT = Effect(
     confused='self-energizing, of one speed only',
     measure='the same stroke at several disc speeds and temperatures',
     constants=(('by_temperature', '-'), ('speed_from', 'rad/s'), ('speed_to', 'rad/s'),
-               ('temperature_from', '°C'), ('temperature_to', '°C')),
+               ('temperature_from', '°C'), ('temperature_to', '°C'), ('either_way', '-')),
     defaults={'by_temperature': 0.0, 'speed_from': 0.0, 'speed_to': 90.0,
-              'temperature_from': 20.0, 'temperature_to': 400.0},
-    set_constants=_ranges,
+              'temperature_from': 20.0, 'temperature_to': 400.0, 'either_way': 0.0},
+    set_constants=_constants,
     applies=lambda scene: bool(scene.disc_speed_range) and scene.largest_load > 0,
     variants=({'by_temperature': 0.0}, {'by_temperature': 1.0}),
     contains=('self_energizing',),
 )
+_EITHER_WAY = replace(
+    _BY_DIRECTION, set_constants=lambda scene: _constants(scene, either_way=True),
+    applies=lambda scene: scene.disc_turned_both_ways and scene.largest_load > 0)
+
+EFFECT = replace(_BY_DIRECTION, forms=(_EITHER_WAY,))

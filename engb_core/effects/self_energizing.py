@@ -1,16 +1,18 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The load changes while the disc turns: pad friction helps or hinders the wedge."""
 
+from dataclasses import replace
 import math
 
-from engb_core.effects.base import DISC_SPEED, Effect, LOAD, Parameter, TIME, TIME_STEP
+from engb_core.effects.base import DISC_SPEED, Effect, LOAD, Parameter, Scene, TIME, TIME_STEP
 from engb_core.physics.compiled import effect_function, Numbers
 
 
 @effect_function
 def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # state: 0 how much of the pad's friction acts, −1 to 1
-    turning = math.tanh(sample[DISC_SPEED] / parameters[1])
+    speed = sample[DISC_SPEED]
+    turning = math.tanh((abs(speed) if parameters[5] > 0.5 else speed) / parameters[1])
     if sample[TIME] <= 0.0:
         state[0] = turning
     state[0] += (turning - state[0]) * (1.0 - math.exp(-sample[TIME_STEP] / parameters[2]))
@@ -19,7 +21,14 @@ def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return sample[LOAD] * (1.0 + (parameters[0] - 1.0) * state[0] * share)
 
 
-EFFECT = Effect(
+def _constants(scene: Scene, either_way: bool = False) -> dict[str, float]:
+    # Of a disc that only turned backwards the ratio is told, too, as turning over standing.
+    backwards = scene.disc_speed_range is not None and scene.disc_speed_range[1] <= 0.0
+    return {'reference_load': max(scene.effective_load, 1e-9),
+            'either_way': float(either_way or backwards)}
+
+
+_BY_DIRECTION = Effect(
     id='self_energizing',
     title='Self-energizing',
     parameters=(
@@ -44,8 +53,14 @@ EFFECT = Effect(
     seen='The load is higher, or lower, by one factor while the disc turns.',
     confused='a wrong load stiffness, fade',
     measure='the same stroke with the disc standing and turning',
-    constants=(('reference_load', 'N·m'),),
-    defaults={'reference_load': 0.2},
-    set_constants=lambda scene: {'reference_load': max(scene.effective_load, 1e-9)},
+    constants=(('reference_load', 'N·m'), ('either_way', '-')),
+    defaults={'reference_load': 0.2, 'either_way': 0.0},
+    set_constants=_constants,
     applies=lambda scene: bool(scene.disc_speed_range) and scene.largest_load > 0,
 )
+# Two wedges back to back, or a pad that is pulled along on either side.
+_EITHER_WAY = replace(
+    _BY_DIRECTION, set_constants=lambda scene: _constants(scene, either_way=True),
+    applies=lambda scene: scene.disc_turned_both_ways and scene.largest_load > 0)
+
+EFFECT = replace(_BY_DIRECTION, forms=(_EITHER_WAY,))
