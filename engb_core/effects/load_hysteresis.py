@@ -1,6 +1,7 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The caliper's load differs between loading and unloading and remembers turning points."""
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -115,8 +116,8 @@ def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     else:
         distances = sample[VELOCITY] * sample[TIME_STEP] / parameters[_DISTANCE]
         contact = load > 0.0
-    if not contact:
-        # Out of contact the pad has no memory.
+    if not contact and not (parameters[_OVER_LOAD] > 0.5 and parameters[_EXPONENT] == 0.0):
+        # Out of contact the pad has no memory; what rubs alike everywhere keeps its own.
         _forget(state)
         return load
     peak = parameters[_PEAK]
@@ -124,7 +125,7 @@ def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     return load + peak * weight * _remembered(parameters, state, distances)
 
 
-EFFECT = Effect(
+_PAD = Effect(
     id='load_hysteresis',
     title='Load hysteresis',
     parameters=(
@@ -167,3 +168,11 @@ EFFECT = Effect(
     # A loop of the second sense gives energy; a friction that ages at rest can look like it.
     credence=lambda p: 1.0 if p['sense'] > 0 else 0.95,
 )
+# What is dragged along with the load rubs alike everywhere: a guide, a seal of the linkage.
+_GUIDE = replace(
+    _PAD, parameters=_PAD.parameters[:2],
+    constants=(('load_exponent', '-'), ('sharpness', '-'), *_PAD.constants),
+    defaults={**_PAD.defaults, 'load_exponent': 0.0, 'sharpness': 1.0},
+    variants=({'sense': 1.0, 'elements': 1.0, 'over_load': 1.0},))
+
+EFFECT = replace(_PAD, forms=(_GUIDE,))
