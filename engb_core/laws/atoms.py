@@ -381,19 +381,25 @@ def limits_of(form: Form) -> Iterator[Form]:
             yield replace(form, factors=around)
 
 
-# A side of the stroke or its other one: the load curve takes up the difference.
-_MIRRORED = {'positive(position - {0})': 'positive({0} - position)',
-             'positive(position - {0})**2': 'positive({0} - position)**2',
-             'step(position - {0}, {1})': 'step({0} - position, {1})'}
+# One side of a place or its other one: the load curve, or the friction of the file, takes up the
+# difference. What acts until some way is gone is another part than what acts from there on.
+_MIRRORED = {
+    ('hinge', 'positive(position - {0})'): ('hinge', 'positive({0} - position)'),
+    ('hinge2', 'positive(position - {0})**2'): ('hinge2', 'positive({0} - position)**2'),
+    ('zone', 'step(position - {0}, {1})'): ('zone', 'step({0} - position, {1})'),
+    ('load step', 'step(load - {0}, {1})'): ('load step', 'step({0} - load, {1})'),
+    ('picked up', 'step(since_reversal - {0}, {1})'): ('let go',
+                                                       'step({0} - since_reversal, {1})')}
 _MIRRORS = {**_MIRRORED, **{other: own for own, other in _MIRRORED.items()}}
 
 
 def mirrors_of(form: Form) -> Iterator[Form]:
     """Yield the form with one shape turned to the other side of its place."""
     for place, atom in enumerate(form.factors):
-        if atom.text in _MIRRORS:
+        other = _MIRRORS.get((atom.kind, atom.text))
+        if other is not None:
             yield replace(form, factors=(
-                *form.factors[:place], replace(atom, text=_MIRRORS[atom.text]),
+                *form.factors[:place], replace(atom, kind=other[0], text=other[1]),
                 *form.factors[place + 1:]))
 
 

@@ -17,13 +17,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import LARGER_PART, MOST_NOISE, UNNAMED
+from engb_core.diagnose.constants import FORMULA_ERROR, LARGER_PART, MOST_NOISE, UNNAMED
 from engb_core.diagnose.decimated import decimated
 from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.formula import no_more, part_of_formula, sure_part
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.score.ranking import worth_having
+from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.timing import BEFORE_STOP
 from engb_core.diagnose.uncertainty import autocorrelation, estimates
 from engb_core.effects.base import EFFORT, STATE_SIZE, TORQUE
@@ -33,7 +33,15 @@ from engb_core.laws.atoms import first_forms
 from engb_core.laws.blocks import Blocks, HEARD, kinds_of_motion
 from engb_core.laws.columns import scales_of
 from engb_core.laws.grammar import coordinates_of, has_memory, parse
-from engb_core.laws.law_search import best_of, Candidate, is_promising, Search, search_laws
+from engb_core.laws.law_search import (
+    as_good,
+    best_of,
+    Candidate,
+    fewest,
+    is_promising,
+    Search,
+    search_laws,
+)
 from engb_core.laws.resolved import orders_of, resolved_parts
 from engb_core.physics.inverse_dynamics import effort_of_motion
 
@@ -232,18 +240,28 @@ def _delays(fitter: Fitter, law: Candidate) -> Array:
 def _plainest(fitter: Fitter, candidates: Sequence[Candidate],
               ) -> tuple[Candidate, list[Candidate]]:
     """Return of candidates, best first, the law with the fewest parameters that predicts about as
-    well as the best, of those that can't be told apart the one that asks for the least torque;
-    and all that do as well."""
-    best = candidates[0].score.level
-    alike = [entry for entry in candidates if not worth_having(best, entry.score.level)]
-    fewest = min(entry.form.count for entry in alike)
-    short = sorted((entry for entry in alike if entry.form.count == fewest),
-                   key=lambda entry: entry.score.level)
+    well as the best, of those that can't be told apart one that needs none of the file's numbers
+    changed, if there is such a one, and of these the one that asks for the least torque; and all
+    that do as well."""
+    as_well = as_good(candidates)
+    short = fewest(as_well)
     same = [entry for entry in short
             if no_more(entry.score.level, short[0].score.level)]
-    chosen = min(same, key=lambda entry: float(np.mean(
+    chosen = min(_standing(fitter, same), key=lambda entry: float(np.mean(
         contribution_of_last(fitter, entry.fit) ** 2)))
-    return chosen, alike
+    return chosen, as_well
+
+
+def _standing(fitter: Fitter, candidates: list[Candidate]) -> list[Candidate]:
+    """Return those of laws which do as well that do so with the numbers that the file has; all,
+    where none does, or there is no choice. What is more on one side of a place is less on the
+    other one beside a number that is off."""
+    if len(candidates) < 2:
+        return candidates
+    leave = [(reduced_chi_square(fitter.refine(fitter.with_file(entry.fit)), fitter),
+              reduced_chi_square(entry.fit, fitter)) for entry in candidates]
+    return [entry for entry, (held, free) in zip(candidates, leave, strict=True)
+            if held < free + FORMULA_ERROR] or candidates
 
 
 def contribution_of_last(fitter: Fitter, fit: Fit) -> Array:

@@ -9,7 +9,7 @@ from there factors are multiplied, replaced and dropped.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 import itertools
@@ -22,6 +22,7 @@ from engb_core.diagnose.formula import sure_part
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.parallel_map import parallel_map
+from engb_core.diagnose.score.ranking import worth_having
 from engb_core.diagnose.search.starts import orders_left
 from engb_core.effects.law import law_effect
 from engb_core.errors import InputError
@@ -37,8 +38,8 @@ from engb_core.laws.blocks import Blocks, derivatives_of, HEARD, Score, stretche
 from engb_core.laws.columns import Columns, scales_of
 from engb_core.laws.forms import Form
 
-__all__ = ['Candidate', 'Screened', 'Search', 'best_of', 'is_promising', 'nothing_left',
-           'search_laws']
+__all__ = ['Candidate', 'Screened', 'Search', 'as_good', 'best_of', 'fewest', 'is_promising',
+           'nothing_left', 'search_laws']
 
 Array = NDArray[np.float64]
 
@@ -119,6 +120,18 @@ def nothing_left(level: float) -> bool:
     return level <= NOTHING_LEFT
 
 
+def as_good(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates, best first, that predict about as well as the best of them."""
+    best = candidates[0].score.level
+    return [entry for entry in candidates if not worth_having(best, entry.score.level)]
+
+
+def fewest(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates that have the fewest parameters."""
+    least = min(entry.form.count for entry in candidates)
+    return [entry for entry in candidates if entry.form.count == least]
+
+
 def search_laws(fitter: Fitter, base: Fit, tell: Callable[[str], None], least: float = 0.0,
                 ) -> Search:
     """Return the laws that explain most of what a finished fit leaves.
@@ -177,10 +190,12 @@ class _Searching:
         leading = self._leading()
         if not leading or not is_promising(leading[0], before):
             return Search(self._fitter, self._base, before, tuple(leading), None, self._forms)
-        limits = {form.kinds: form for entry in leading[:LIMITED]
-                  for form in (*limits_of(entry.form), *mirrors_of(entry.form))
-                  if form.kinds not in self._seen}
-        self._polish(self._screened(limits.values()))
+        others = {form.kinds: form for entry in leading[:LIMITED]
+                  for form in limits_of(entry.form)}
+        others |= {form.kinds: form for entry in (*leading[:LIMITED], *fewest(as_good(leading)))
+                   for form in mirrors_of(entry.form)}
+        self._polish(self._screened(form for kinds, form in others.items()
+                                    if kinds not in self._seen))
         onsets = self._screened(onset_forms(self._scales))
         onset = self._polished(onsets[0]) if onsets and self._hopeful(onsets[0]) else None
         return Search(self._fitter, self._base, before, tuple(self._leading()), onset,

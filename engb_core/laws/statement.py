@@ -51,6 +51,7 @@ _CAUSES = {
     'lag effort': 'a supply that has not yet recovered from the current that was drawn',
     'voltage': 'a supply with less voltage than resistance and back-EMF ask for',
     'picked up': 'a part with play that is picked up after some way',
+    'let go': 'a lip, brush or part with play that a reversal turns over after some way',
     'load stop': 'a joint that bends under load before it slips',
     'load drag': 'a joint that bends under load before it slips',
     'run in': 'a part that runs in along its way',
