@@ -17,7 +17,8 @@ from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.recording import Recording
 from tests.tables.other_benches import Drive, recorded
 
-from .simulated_brake import NOMINAL, recorded as recorded_brake, strokes_and_waves
+from .simulated_brake import NOMINAL, strokes_and_waves
+from .simulated_brake import recorded as recorded_brake
 from .swings import swung
 
 

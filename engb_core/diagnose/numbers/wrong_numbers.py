@@ -90,7 +90,9 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
         return _beside_physics(fitter, explained)
     found = _told_by_file(fitter, explained)
     if not variants:
-        return found
+        # What the file misses may be another load curve, around which it was refitted.
+        return _wrong_by_themselves(fitter, explained, found) \
+            if found and fitter.load_shape else found
     # One that a refit held, it has not moved.
     held = [] if beside_physics else [finding for finding in found if finding.kept]
     others = [finding for finding in found if finding not in held]
