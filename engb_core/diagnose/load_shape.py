@@ -47,8 +47,8 @@ from engb_core.effects.base import POSITION, SAMPLE_SIZE, STATE_SIZE
 from engb_core.effects.load_curve_shape import EFFECT, KNOTS
 from engb_core.physics.compiled import PARAMETER_SIZE
 
-__all__ = ['LOAD_SHAPE', 'in_files_form', 'load_shape_finding', 'moved_as_a_whole', 'nameless_curve',
-           'with_free_load_curve', 'with_table']
+__all__ = ['LOAD_SHAPE', 'in_files_form', 'load_shape_finding', 'moved_as_a_whole',
+           'nameless_curve', 'with_free_load_curve', 'with_table']
 
 LOAD_SHAPE = EFFECT.id
 # Places along the stroke about which knots are laid, within which parts of it, and what part of

@@ -1,13 +1,15 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Loads with memory, by formulas of their own: a spring that rubs in its guide, a pad that was
-held before the recording, a load that swings from a hook."""
+held before the recording, a load that swings from a hook, a disc that drags the pad along."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from engb_core.diagnose.engine import diagnose
 from engb_core.model import Friction, LoadTorque, Model, Motor
-from engb_core.recording import Recording
+from engb_core.recording import Recording, Signal
 
 NOISE = 1e-3
 SPRING = Model(load_torque=LoadTorque(coefficients=(-0.15, 0.015)),
@@ -75,6 +77,43 @@ def test_a_hysteresis_that_goes_with_the_load_is_named_on_a_spring_of_both_signs
     width = 0.5 * np.abs(loop[:1000] - loop[:999:-1]).max()
     assert first.parameters['hysteresis_ratio'].value == pytest.approx(
         width / np.abs(load).max(), rel=0.15)
+
+
+CALIPER = Model(load_torque=LoadTorque(coefficients=(0.0, 0.006, 6e-4), contact_angle=5.0),
+                friction=Friction(0.012, 0.0, 0.5))
+
+
+def test_what_rubs_alike_everywhere_is_no_offset_beside_a_loop():
+    """A guide that is dragged along with the load keeps what it was dragged to, also where there
+    is none, and rubs no less where there is little: no load exponent does that."""
+    motion = walk(9, duration=50.0)
+    load = np.polynomial.Polynomial(CALIPER.load_torque.coefficients)(
+        np.maximum(motion[1] - 5.0, 0.0))
+    widths = load.max() * np.array([0.06, 0.18, 0.4])
+    extra = 0.09 * load.max() * sum(part * rubbing(load, (width,)) / width for part, width in zip(
+        (0.4, 0.35, 0.25), widths, strict=True))
+    extra += 0.1 * load * np.clip(motion[2] / CALIPER.friction.saturation_velocity, -1.0, 1.0)
+    plain = replace(CALIPER, load_torque=LoadTorque(coefficients=(0.0,)))
+    model = replace(CALIPER, friction=replace(CALIPER.friction, load_gain=0.1))
+    diagnosis = diagnose([recorded(motion, needed(plain, motion) + load + extra)], model)
+    assert [entry.effect for entry in diagnosis.effects if entry.probability > 0.5] == [
+        'load_hysteresis']
+
+
+@pytest.mark.parametrize(('either_way', 'ratio'), [(1.0, 1.12), (0.0, 1.12)])
+def test_the_disc_drags_the_pad_along_either_way_or_by_its_direction(either_way, ratio):
+    motion = walk(7, duration=50.0)
+    load = np.polynomial.Polynomial(CALIPER.load_torque.coefficients)(
+        np.maximum(motion[1] - 5.0, 0.0))
+    turns = np.interp(motion[0], [0.0, 12.0, 13.0, 25.0, 26.0, 38.0, 39.0, 60.0],
+                      [-18.0, -18.0, 0.0, 0.0, 25.0, 25.0, 1.5, 1.5])
+    acts = np.tanh((np.abs(turns) if either_way else turns) / 2.0)
+    plain = replace(CALIPER, load_torque=LoadTorque(coefficients=(0.0,)))
+    effort = needed(plain, motion) + load * (1.0 + (ratio - 1.0) * acts)
+    run = replace(recorded(motion, effort), signals={'disc_speed': Signal(motion[0], turns)})
+    (first,) = (entry for entry in diagnose([run], CALIPER).effects if entry.probability > 0.5)
+    assert first.effect == 'self_energizing'
+    assert first.parameters['load_ratio'].value == pytest.approx(ratio, abs=0.01)
 
 
 def relaxed(load: np.ndarray, constant: float, held: float) -> np.ndarray:

@@ -146,3 +146,27 @@ def test_the_noise_of_counts_above_the_band_is_what_counts_do():
                - exact.predicted(physics_of(model))[before])
         ratios.append(np.mean(off ** 2) / np.mean(rounded.counts[after] ** 2))
     assert 0.7 < np.mean(ratios) < 1.4
+
+
+def test_where_counts_and_samples_beat_is_not_known():
+    """At a constant speed roundings last where nearly a whole number of samples falls upon a
+    count: a motion that is known to a count does not say where that is."""
+    count, interval = 2.0 * np.pi / 200.0, 1e-3
+    time = np.arange(0.0, 40.0, interval)
+    squares = []
+    for seed in (1, 2, 3):
+        random = np.random.default_rng(seed)
+        speeds = np.repeat(random.uniform(4.0, 12.0, 40) * np.tile([1.0, -1.0], 20), 1000)
+        true = gaussian_filter1d(np.cumsum(speeds) * interval, 0.03 / interval)
+        exact, counted = (problem_of([Recording(
+            name='run', time=time, position=position,
+            effort=3e-3 * random.standard_normal(true.size))], MODEL).runs[0]
+            for position in (true, count * np.round(true / count)))
+        # Each motion has a grid of its own.
+        at, other = (run.motion.time[run.comparison.grid] for run in (counted, exact))
+        inside = (at > other[0]) & (at < other[-1])
+        off = counted.predicted(physics_of(MODEL)) - np.interp(
+            at, other, exact.predicted(physics_of(MODEL)))
+        squares.append(np.mean((off / counted.counts)[inside] ** 2))
+    # Were each true motion the one that is seen, 4.
+    assert 0.6 < np.mean(squares) < 2.0
