@@ -182,7 +182,8 @@ def _located(problem: Problem, outcome: _Outcome, resonance: Resonance | None,
     residual = not explanation.fit.hypothesis.variants and all(
         entry.effect in (LOAD_SHAPE, RESONANCE) for entry in findings)
     if resonance is not None and all(
-            entry.effect == RESONANCE or entry.probability < 0.5 for entry in findings):
+            entry.effect == resonance.setting.effect or entry.probability < 0.5
+            for entry in findings):
         runs, parts, rest = list(resonance.runs), list(resonance.parts), list(resonance.left)
         bandwidth, residual = resonance.bandwidth, False
     real = mismatched([run.time for run in runs], parts, rest, [run.sigma for run in runs],
@@ -412,7 +413,7 @@ def _beside(resonance: Resonance, outcome: _Outcome) -> _Outcome:
     findings = in_order([resonance.finding, *(replace(entry, share=left * entry.share)
                                               for entry in outcome.findings)])
     without = replace(outcome.corrected, effects=tuple(
-        entry for entry in outcome.corrected.effects if entry.effect != RESONANCE))
+        entry for entry in outcome.corrected.effects if entry.effect != resonance.setting.effect))
     adds = np.concatenate([run.predicted(physics_of(outcome.corrected))
                            - run.predicted(physics_of(without))
                            for run in outcome.fitter.problem.runs])

@@ -1,5 +1,6 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
-"""Does the drivetrain resonate? Asked in a wider band than everything else.
+"""Does the drivetrain resonate? Asked in a wider band than everything else; so is whether what
+rings has play: flanks that give ring like a shaft, but for a moment behind each reversal.
 
 A shaft rings above the low-pass through which all other effects are judged; below it there is
 only a remnant, which a softer load curve explains as well. The wide band holds more noise (counts
@@ -35,10 +36,10 @@ from engb_core.diagnose.optimise.multistart import followed, Promise, promises, 
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.problem import holding, Problem, problem_of, Run
 from engb_core.diagnose.score.probability import part_left
-from engb_core.diagnose.score.ranking import worth_a_further_effect
+from engb_core.diagnose.score.ranking import worth_a_further_effect, worth_having
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
 from engb_core.diagnose.search.starts import strongest_frequency
-from engb_core.diagnose.uncertainty import estimates, vector_deviations
+from engb_core.diagnose.uncertainty import estimates, stands_out, vector_deviations
 from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
@@ -71,12 +72,14 @@ HOPE = 0.1
 # Part of the inertia beyond the shaft at which frequencies are tried, and how many are followed; a
 # light one, and what is known of a load that swings.
 FRACTION, PROMISED = 0.3, 3
+RUBS = (0.1, 0.5, 0.9)    # Part of the friction behind the play.
 LIGHT, HANGING = 0.1, {'damping_ratio': LIGHTLY, 'friction_fraction': 0.0}
 
 
 @dataclass(frozen=True)
 class Resonance:
-    """A resonance that was found: what is said of it, and what it does to the effort.
+    """A resonance that was found, or play between flanks that ring: what is said of it, and what it
+    does to the effort.
 
     `runs` are the recordings in the wide band, whose comparison has `bandwidth` [Hz]; `parts` (one
     (m,) [N·m] a run) what the resonance adds to their filtered effort, `left` what the fit with it
@@ -139,6 +142,12 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
         if any(reduced_chi_square(rival, fitter) < left
                for rival in _rivals(fitter, corrected, problem.onsets)):
             return None
+        loose = _with_play(fitter, fit)
+        if loose is not None:
+            # What the narrow band has found of it stands.
+            return None if any(entry.effect == RIVAL for entry in corrected.effects) \
+                else _resonance(fitter, loose, something_known(part_left(fitter, base, loose)),
+                                1.0 - excess(loose, fitter) / excess(base, fitter), {})
         return _resonance(fitter, fit, known, 1.0 - excess(fit, fitter) / excess(base, fitter),
                           _over_formulations(fitter, base, fit, tried))
     return None
@@ -172,6 +181,28 @@ def _rivals(fitter: Fitter, corrected: Model, onsets: tuple[tuple[str, Onset], .
             starts = fitter.starts(begins, [dict(known.parameters)])
             yield fitter.refine(fitter.fit(begins, starts=starts, rounds=8))
     yield fitter.refine(fitter.fit(variant, rounds=8))
+
+
+def _with_play(fitter: Fitter, shaft: Fit) -> Fit | None:
+    """Return the finished fit of play between flanks that ring as a shaft does, where it is worth
+    its parameters and more than none; else None."""
+    values, (elastic,) = _values(shaft), get_effect(RIVAL).richer
+    (variant,) = variants_of(elastic, fitter.problem.scene)
+    gap, damping = variant.effect.parameters[0], variant.effect.parameters[-1]
+    settings = [{'gap': start, 'inertia_fraction': values['inertia_fraction'],
+                 'friction_fraction': rubs, 'loaded_friction_fraction': rubs,
+                 'flank_frequency': values['frequency'],
+                 'flank_damping': min(values['damping_ratio'], damping.high)}
+                for start in gap.starts for rubs in RUBS]
+    promised = promises(fitter, fitter.base(), fitter.hypothesis((variant,)), settings)
+    loose = min(followed(fitter, promised[:PROMISED], 8, fitter.iterate),
+                key=lambda fit: fit.cost)
+    loose = fitter.finish(fitter.refine(loose))
+    added = len(variant.effect.parameters) - len(shaft.hypothesis.variants[0].effect.parameters)
+    if worth_having(reduced_chi_square(loose, fitter), reduced_chi_square(shaft, fitter),
+                    max(added, 1)) and stands_out(loose, fitter, 0):
+        return loose
+    return None
 
 
 def _linear(fitter: Fitter) -> Fit:
@@ -340,12 +371,12 @@ def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float,
         name: replace(entry, std=None if entry.std is None else float(
             np.hypot(entry.std, apart.get(name, 0.0))))
         for name, entry in estimates(fit, fitter, 0).items()}
-    effect = get_effect(RESONANCE)
+    effect = fit.hypothesis.variants[0].effect
     without = fitter.predict(fitter.hypothesis(()), fit.vector[:len(fit.hypothesis.numbers)])
     finding = EffectFinding(
-        effect=RESONANCE, probability=probability,
+        effect=effect.id, probability=probability,
         parameters=parameters, share=float(np.clip(share, 0.0, 1.0)),
         alternatives=(), statement=effect.statement(values))
-    return Resonance(finding, EffectSetting(RESONANCE, values), fitter.problem.runs,
+    return Resonance(finding, EffectSetting(effect.id, values), fitter.problem.runs,
                      tuple(fitter.problem.split(fit.predicted - without)),
                      tuple(fitter.problem.split(fit.residual)), fitter.problem.bandwidth)

@@ -31,11 +31,19 @@ TRIED = (0.0, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, LINEAR, 1.2)
 
 def with_resonance(problem: Problem, resonance: EffectSetting, threads: int) -> Problem:
     """Return the problem with a resonance in its model, twisted by the load as the motion allows
-    and as the file's load curve fits best. Its rival is settled with it."""
+    and as the file's load curve fits best; or with play as it is. Its rival is settled with it."""
+    settled = replace(problem, settled=(*problem.settled, RESONANCE, RIVAL))
+
+    def beyond_of(setting: EffectSetting) -> Problem:
+        return replace(settled, model=replace(
+            problem.model, effects=(*problem.model.effects, setting)))
+
+    if resonance.effect == RIVAL:
+        return beyond_of(resonance)
+
     def tried(part: float) -> _Tried:
         setting = replace(resonance, parameters={**resonance.parameters, 'load_beyond': part})
-        beyond = replace(problem, settled=(*problem.settled, RESONANCE, RIVAL), model=replace(
-            problem.model, effects=(*problem.model.effects, setting)))
+        beyond = beyond_of(setting)
         fitter = Fitter(beyond)
         held = fitter.base(numbers_without_load(fitter))
         return _Tried(beyond, excess(fitter.base(), fitter), excess(held, fitter),
