@@ -257,10 +257,15 @@ class _Minimum:
 
 
 def _moves(fitter: Fitter, base: Fit, variant: Variant) -> Array:
-    """Return what the file's torque (m,) changes by with the size of an effect that is none."""
+    """Return what the torque (m,) of the file's load curve, with the friction that it makes of the
+    load in the base, changes by with the size of an effect that is none."""
     beside = fitter.hypothesis((variant,), base.hypothesis.numbers)
     count = len(beside.numbers)
-    none = fitter.evaluate(beside, beside.prior[0])
+    vector = beside.prior[0].copy()
+    for place, number in enumerate(beside.numbers):
+        if number.name not in LOAD_NUMBERS:
+            vector[place] = base.vector[place]
+    none = fitter.evaluate(beside, vector)
     return fitter.columns(none, range(count, count + 1))[:, 0]
 
 
