@@ -63,13 +63,15 @@ from engb_core.physics.compiled import EffectFunction
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
            'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'NUMBER_OFF', 'PAD_TEMPERATURE', 'POSITION',
            'REFERENCE', 'SAMPLE_SIZE', 'SATURATION', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME',
-           'TIME_STEP', 'TORQUE', 'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Scene']
+           'TIME_STEP', 'TORQUE', 'TURNING', 'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Scene']
 
 # Places in a sample, the array that every effect function receives.
 (TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED, DISC_ANGLE, PAD_TEMPERATURE,
  SHIFT, LOAD, LEVEL, DIRECTION, EFFORT, INERTIA, VISCOUS, COULOMB, LOAD_GAIN,
  TORQUE, REFERENCE, SATURATION) = range(20)
 SAMPLE_SIZE = 20
+# Part of the highest disc speed from which the disc turns.
+TURNING = 0.04
 STATE_SIZE = 72
 # How the statement begins of an effect that is no missing physics.
 NUMBER_OFF = 'A number is off, which is no missing physics: '
@@ -168,9 +170,10 @@ class Scene:
 
     @property
     def disc_turned_both_ways(self) -> bool:
-        """Whether a disc was recorded that turned forwards as well as backwards."""
-        return self.disc_speed_range is not None and (
-            self.disc_speed_range[0] < 0.0 < self.disc_speed_range[1])
+        """Whether a disc was recorded that turned forwards as well as backwards, by more than the
+        noise of a disc that stands."""
+        low, high = self.disc_speed_range or (0.0, 0.0)
+        return min(-low, high) > TURNING * max(-low, high, 0.0)
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,16 @@
 from dataclasses import replace
 import math
 
-from engb_core.effects.base import DISC_SPEED, Effect, LOAD, PAD_TEMPERATURE, Parameter, Scene
+from engb_core.effects.base import (
+    DISC_SPEED,
+    Effect,
+    LOAD,
+    PAD_TEMPERATURE,
+    Parameter,
+    Scene,
+    TURNING,
+)
 from engb_core.physics.compiled import compiled, effect_function, Numbers
-
-# Part of the highest disc speed from which the disc turns.
-TURNING = 0.04
 
 
 @compiled
