@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,12 +15,12 @@ from engb_core.diagnose.constants import (
     UNNAMED,
     WORTH_PART,
 )
-from engb_core.diagnose.diagnosis import LawFinding, LawPicture, Unexplained
+from engb_core.diagnose.diagnosis import LawFinding, Unexplained
 from engb_core.diagnose.evidence import pooled, unseen_errors
 from engb_core.diagnose.formula import formula_error, something_known, sure_part
 from engb_core.diagnose.full_bandwidth import at_full_bandwidth, CorrectedModels
+from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.load_shape import with_table
-from engb_core.diagnose.locate import coordinates
 from engb_core.diagnose.numbers.held_load_curve import MOVE_THE_LOAD
 from engb_core.diagnose.objective import added_by
 from engb_core.diagnose.optimise.fit import Fit, Fitter
@@ -50,6 +50,7 @@ from engb_core.laws.judgement import (
     Nearest,
 )
 from engb_core.laws.law_search import nothing_left
+from engb_core.laws.picture import column, picture_of
 from engb_core.laws.statement import formula_of, said_line, said_names, statement_of, told_as
 from engb_core.model import Model
 from engb_core.physics.plant import physics_of
@@ -58,7 +59,6 @@ __all__ = ['Won', 'law_for', 'law_instead', 'nearest_told']
 
 Array = NDArray[np.float64]
 
-BINS = 30
 # Where a law is this part of its largest size it acts; and it goes with a name's torque if half of
 # the one is along the other there (cosine of the angle between them).
 ACTS, ALONG = 0.1, 0.5
@@ -98,7 +98,7 @@ class Won:
     def told(self, unexplained: Unexplained | None, share: float) -> Unexplained:
         """Return what is said of the rest, with the law."""
         found = self.found
-        parity = parity_in_velocity(found.contribution, _column(found.fitter, 'velocity'))
+        parity = parity_in_velocity(found.contribution, column(found.fitter, 'velocity'))
         return Unexplained(
             share=share, depends_on=depends_on(found.candidate), parity_in_velocity=parity,
             memory=found.memory, where=() if unexplained is None else unexplained.where,
@@ -155,7 +155,15 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
     if not likely or not named.hypothesis.variants:
         return nearest
     law = find_law(fitter, named, tell)
-    return _won(fitter, _without_idle_names(law), told, named) if isinstance(law, Found) else law
+    if not isinstance(law, Found):
+        return law
+    alone = _without_idle_names(law)
+    kept = alone.candidate.fit.hypothesis.ids
+    if _speaks_of(law, (variant for variant in named.hypothesis.variants
+                        if variant.effect.id not in kept)):
+        # Another formula of a likely name is no law beside it.
+        return Nearest(law.candidate, law.explained)
+    return _won(fitter, alone, told, named)
 
 
 def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Callable[[str], None],
@@ -287,7 +295,7 @@ def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
     unsaid = (left - law.after) / max(law.before - law.after, 1e-12)
     if not likely or something_known(min(1.0, max(0.0, unsaid))) < LARGER_PART:
         return True
-    return _speaks_of_else(law, named) and not _without_idle_names(
+    return not _speaks_of(law, named.hypothesis.variants) and not _without_idle_names(
         _beside(law, named)).candidate.fit.hypothesis.variants[:-1]
 
 
@@ -301,13 +309,12 @@ def _on(fitter: Fitter, fit: Fit) -> Fit:
     return fitter.finish(fitter.refine(fitter.evaluate(hypothesis, vector)))
 
 
-def _speaks_of_else(law: Found, named: Fit) -> bool:
-    """Whether a law leaves out the coordinates that reveal the names: else it may be theirs, in
+def _speaks_of(law: Found, variants: Iterable[Variant]) -> bool:
+    """Whether a law speaks of a coordinate that reveals one of these names: then it may be that in
     another form."""
     told = {SAME_AS.get(name, name) for name in depends_on(law.candidate)}
-    names = {SAME_AS.get(variant.effect.reveals, variant.effect.reveals)
-             for variant in named.hypothesis.variants}
-    return not names & told
+    return any(SAME_AS.get(variant.effect.reveals, variant.effect.reveals) in told
+               for variant in variants)
 
 
 def _beside(law: Found, named: Fit) -> Found:
@@ -408,43 +415,4 @@ def _finding(found: Found, corrects: Sequence[str] = ()) -> LawFinding:
         parameters=found.parameters, line=line.text, below=line.below,
         statement=statement_of(found, corrects),
         alternatives=tuple(told_as(entry) for entry in found.alternatives),
-        settled=found.settled, explained=found.explained, picture=_picture(found))
-
-
-def _column(fitter: Fitter, name: str) -> Array:
-    return np.concatenate([coordinates(run, fitter.problem.model)[name][0]
-                           for run in fitter.problem.runs])
-
-
-def _picture(found: Found) -> LawPicture | None:
-    """Return the remainder over the coordinate in which its bins tell most of the law."""
-    fitter, law = found.fitter, found.contribution
-    tables = [coordinates(run, fitter.problem.model) for run in fitter.problem.runs]
-    names = [name for name in (*depends_on(found.candidate), 'position', 'velocity')
-             if all(name in table for table in tables) and name != 'direction']
-    best: tuple[float, LawPicture] | None = None
-    applying = _column(fitter, 'velocity') > 0.0
-    left = found.candidate.fit.residual
-    for name in dict.fromkeys(names):
-        values = np.concatenate([table[name][0] for table in tables])
-        edges = np.linspace(float(np.quantile(values, 0.002)), float(np.quantile(values, 0.998)),
-                            BINS + 1)
-        if not np.all(np.diff(edges) > 0.0):
-            continue
-        place = np.clip(np.digitize(values, edges) - 1, 0, BINS - 1)
-        means = [[_means(place, rows, what) for rows in (applying, ~applying)]
-                 for what in (left + law, law, left)]
-        told = np.where(applying, means[1][0][place], means[1][1][place])
-        missed = float(np.nanmean((law - told) ** 2))
-        if best is None or missed < best[0]:
-            best = missed, LawPicture(
-                name, tables[0][name][1], 0.5 * (edges[1:] + edges[:-1]),
-                (means[0][0], means[0][1]), (means[1][0], means[1][1]),
-                (means[2][0], means[2][1]))
-    return None if best is None else best[1]
-
-
-def _means(place: NDArray[np.int64], rows: NDArray[np.bool_], values: Array) -> Array:
-    count = np.bincount(place[rows], minlength=BINS)
-    total = np.bincount(place[rows], values[rows], BINS)
-    return np.where(count > 2, total / np.maximum(count, 1), np.nan)
+        settled=found.settled, explained=found.explained, picture=picture_of(found))

@@ -60,10 +60,11 @@ _BRINGS = {'torque': (), 'friction_gain': ('direction',), 'load_gain': ('load',)
            'position_shift': ('position',), 'delay': ('velocity',),
            'position_delay': ('velocity',), 'load_shift': ('position',)}
 # What a function depends on beside its argument: bristles, play and a late direction on how long
-# ago the motion turned, the rate of a load on the speed.
+# ago the motion turned, the load with it; the rate of a load on the speed.
 _TELLS = {'heat(': 'heat', 'rested(': 'time_at_rest', 'rate(load': 'velocity',
           'stop(position': 'since_reversal',
-          'drag(position': 'since_reversal', 'lag(direction': 'since_reversal'}
+          'drag(position': 'since_reversal', 'lag(direction': 'since_reversal',
+          'stop(load': 'since_reversal', 'drag(load': 'since_reversal'}
 _DELAYS = ('delay', 'position_delay')
 
 
