@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from engb_core.diagnose.constants import (
     CLEAN_EXCESS,
     LARGER_PART,
+    SURE,
     UNNAMED,
     WORTH_PART,
 )
@@ -159,9 +160,10 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
         return law
     alone = _without_idle_names(law)
     kept = alone.candidate.fit.hypothesis.ids
-    if _speaks_of(law, (variant for variant in named.hypothesis.variants
-                        if variant.effect.id not in kept)):
-        # Another formula of a likely name is no law beside it.
+    fallen = [variant for variant in named.hypothesis.variants if variant.effect.id not in kept]
+    if _speaks_of(law, fallen) and something_known(
+            _unsaid(alone, _on_blocks(fitter, named))) >= SURE:
+        # Another formula of what is surely named is no law beside it.
         return Nearest(law.candidate, law.explained)
     return _won(fitter, alone, told, named)
 
@@ -292,11 +294,17 @@ def _beats(fitter: Fitter, law: Found, named: Fit, likely: bool) -> bool:
         and law.candidate.fit.hypothesis.size < named.hypothesis.size
     if worth_having(left, law.after) if plainer else not worth_having(law.after, left):
         return False
-    unsaid = (left - law.after) / max(law.before - law.after, 1e-12)
-    if not likely or something_known(min(1.0, max(0.0, unsaid))) < LARGER_PART:
+    if not likely or something_known(_unsaid(law, left)) < LARGER_PART:
         return True
     return not _speaks_of(law, named.hypothesis.variants) and not _without_idle_names(
         _beside(law, named)).candidate.fit.hypothesis.variants[:-1]
+
+
+def _unsaid(law: Found, left: float) -> float:
+    """Return the part (0 to 1) of what a law explains that names leave, which leave a mean square
+    of `left` on blocks left out."""
+    unsaid = (left - law.after) / max(law.before - law.after, 1e-12)
+    return min(1.0, max(0.0, unsaid))
 
 
 def _on(fitter: Fitter, fit: Fit) -> Fit:

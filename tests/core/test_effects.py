@@ -288,7 +288,7 @@ def test_friction_beyond_a_gap_stays_friction_where_it_has_drifted_down():
 
     def passed(loaded: float) -> list[float]:
         state = np.zeros(STATE_SIZE)
-        values = np.array([0.5, 0.3, 0.2, loaded, 80.0, 1.0, 0.0])
+        values = np.array([0.5, 0.3, 0.2, loaded, 80.0, 1.0, 0.0, 0.0])
         return [float(torque(values, state, _at(sample, moment)))
                 for moment in (0.0, 1e-3, 2e-3, 3e-3)]
 

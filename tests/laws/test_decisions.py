@@ -77,7 +77,7 @@ def levels(monkeypatch):
     (2.0, 1.0, True, True, True),           # … of other things, and add nothing beside the law
 ])
 def test_a_law_beats_names_by_what_they_leave(monkeypatch, named, law, likely, else_, beats):
-    monkeypatch.setattr(competition, '_speaks_of_else', lambda law, named: else_)
+    monkeypatch.setattr(competition, '_speaks_of', lambda law, variants: not else_)
     monkeypatch.setattr(competition, '_beside', lambda law, named: law)
     monkeypatch.setattr(competition, '_without_idle_names', lambda law: law)
     assert competition._beats(FITTER, found(law), Fit(('backlash',), named), likely) == beats
@@ -93,7 +93,8 @@ def test_who_speaks_of_the_direction_speaks_of_the_velocity(coordinate, name, el
     law = found(1.0)
     form = Form('torque', (Atom(coordinate, coordinate),), 1.0)
     law = replace(law, candidate=replace(law.candidate, form=form))
-    assert competition._speaks_of_else(law, Fit((name,), 1.0)) == else_
+    variants = Fit((name,), 1.0).hypothesis.variants
+    assert competition._speaks_of(law, variants) == (not else_)
 
 
 def test_a_plainer_law_needs_to_be_about_as_good_as_a_free_load_curve():
@@ -253,7 +254,8 @@ def test_a_resonance_stands_beside_what_a_round_with_it_found(monkeypatch, verdi
     monkeypatch.setattr(engine, 'physics_of', lambda model: len(model.effects))
     finding = EffectFinding('drivetrain_resonance', 0.9, {}, 0.6, (), 'It rings.')
     rest = None if left is None else Unexplained(left, (), 'none', False, (), 'x')
-    told = engine._beside(SimpleNamespace(finding=finding), outcome(verdict, (), rest))
+    resonance = SimpleNamespace(finding=finding, setting=finding)
+    told = engine._beside(resonance, outcome(verdict, (), rest))
     assert told.verdict == said and told.findings == [finding]
     assert told.mismatch.tolist() == [1.0]      # the model with it less the one without
     if left is not None:
