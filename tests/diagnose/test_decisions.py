@@ -33,7 +33,7 @@ from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
 from engb_core.diagnose.unknown import openset
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
-from engb_core.model import LoadTorque, Model
+from engb_core.model import EffectSetting, LoadTorque, Model
 
 
 @dataclass(frozen=True)
@@ -318,7 +318,8 @@ def test_without_candidates_the_base_stays(monkeypatch):
 @pytest.fixture
 def wide(levels, monkeypatch):
     """Return what looks for a resonance among these shafts, beside these rivals."""
-    def look(file, base, shafts, rivals, known=0.9, ring=True):
+    def look(file, base, shafts, rivals, known=0.9, ring=True, play=None, corrected=None):
+        monkeypatch.setattr(wide_band, '_with_play', lambda fitter, shaft: play)
         monkeypatch.setattr(wide_band, 'judged_wide', lambda problem: True)
         monkeypatch.setattr(wide_band, '_band', lambda problem: 100.0)
         monkeypatch.setattr(wide_band, 'problem_of', lambda *_, **__: problem)
@@ -335,13 +336,20 @@ def wide(levels, monkeypatch):
                             lambda fitter, fit, known, share, apart: (fit, share))
         monkeypatch.setattr(wide_band, '_over_formulations', lambda *_: {})
         problem = SimpleNamespace(runs=(), onsets=())
-        return wide_band.resonance_beside(problem, Model())
+        return wide_band.resonance_beside(problem, corrected or Model())
     return look
 
 
 def test_a_shaft_that_rings_and_explains_more_than_a_gap_is_named(wide):
     shaft = Level(('drivetrain_resonance',), 0.5)
     assert wide(9.0, 5.0, [shaft], [Level(('backlash',), 2.0)]) == (shaft, 0.9)
+
+
+def test_play_that_explains_more_than_the_shaft_is_named_unless_it_is_already(wide):
+    shaft, play = Level(('drivetrain_resonance',), 1.0), Level(('backlash',), 0.5)
+    assert wide(9.0, 5.0, [shaft], [], play=play) == (play, 0.9)
+    told = Model(effects=(EffectSetting('backlash', {'gap': 0.1}),))
+    assert wide(9.0, 5.0, [shaft], [], play=play, corrected=told) is None
 
 
 @pytest.mark.parametrize(('file', 'base', 'shafts', 'rivals', 'known', 'ring'), [
@@ -575,7 +583,8 @@ def replace_problem(problem, **more):
 def test_a_variant_by_temperature_needs_one(monkeypatch):
     fade = get_effect('pad_friction_fade')
     scene = {'joint_type': 'revolute', 'stroke': 30.0, 'speed': 50.0, 'largest_load': 0.1,
-             'disc_speed_range': (0.0, 9.0), 'position_range': (0.0, 30.0)}
+             'disc_speed_range': (0.0, 9.0), 'position_range': (0.0, 30.0),
+             'disc_turned_both_ways': False}
     monkeypatch.setattr('engb_core.diagnose.hypothesis.scaled', lambda effect, scene: effect)
     cold, warm = (variants_of(fade, SimpleNamespace(temperature_range=span, **scene))
                   for span in (None, (20.0, 300.0)))

@@ -11,6 +11,7 @@ from engb_core.diagnose.constants import FORMULA_ERROR
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.hypothesis import Hypothesis, Variant, variants_of
 from engb_core.diagnose.optimise.fit import Fit, Fitter, StartColumns
+from engb_core.diagnose.optimise.linear_start import frictionless
 from engb_core.diagnose.optimise.multistart import (
     followed,
     is_multimodal,
@@ -31,6 +32,8 @@ __all__ = ['Search', 'extend', 'in_other_form', 'in_richer_form', 'physics_effec
 # Companions that are fitted for the best singles, best first: of two effects the greater one
 # nearly always fits best alone.
 COMPANIONS = (8, 4, 3)
+# Starts of an effect alone that are followed.
+KEPT = 2
 # Variants of one effect among the companions of one.
 ALIKE = 2
 # Starts of a multimodal effect that are tried to see whether it may be a companion.
@@ -382,7 +385,9 @@ def _screened(fitter: Fitter, first: Fit, effect: Effect) -> list[_Companion]:
 
 
 def _with_effect(fitter: Fitter, start: Fit, effect: Effect) -> list[Fit]:
-    return [fitter.fit(variant, start, starts, keep=2)
+    # Of numbers that have lost their friction linear least squares say little.
+    lost = frictionless(fitter, start)
+    return [fitter.fit(variant, start, starts, keep=len(starts) if lost else KEPT)
             for variant, starts in variants_and_starts(fitter, start, effect)]
 
 
