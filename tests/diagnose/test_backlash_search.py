@@ -11,13 +11,14 @@ from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.resonance.wide_band import linear_shaft, with_play
 from engb_core.effects.catalogue import get_effect
 from engb_core.identify.first_model import first_model
 from engb_core.model import Friction, LoadTorque, Model, Motor
 from engb_core.recording import Recording
 from tests.tables.other_benches import Drive, recorded
 
-from .simulated_brake import NOMINAL, strokes_and_waves
+from .simulated_brake import brake_with, lively, NOMINAL, strokes_and_waves
 from .simulated_brake import recorded as recorded_brake
 from .swings import swung
 
@@ -41,7 +42,8 @@ def test_a_gap_beyond_all_of_the_friction():
 GAP, INERTIA, BEYOND, FLANK = 0.02, 1.2e-3, 0.5, 22.0
 
 
-def _behind_an_elastic_gap(duration: float, rate: float, seed: int) -> Recording:
+def _behind_an_elastic_gap(duration: float, rate: float, seed: int,
+                           gap: float = GAP) -> Recording:
     """A pendulum behind a gap whose flanks are springs: each side rings at 22 Hz against them."""
     rng = np.random.default_rng(seed)
     fine = 20
@@ -56,8 +58,8 @@ def _behind_an_elastic_gap(duration: float, rate: float, seed: int) -> Recording
     for row in range(time.size):
         twist = angle[row] - place
         contact = 0.0
-        if abs(twist) > 0.5 * GAP:
-            contact = stiffness * (twist - math.copysign(0.5 * GAP, twist)) \
+        if abs(twist) > 0.5 * gap:
+            contact = stiffness * (twist - math.copysign(0.5 * gap, twist)) \
                 + damping * (speed[row] - pace)
             contact = max(contact, 0.0) if twist > 0.0 else min(contact, 0.0)
         passed[row] = contact
@@ -102,3 +104,19 @@ def test_lost_motion_in_front_of_a_load_that_stays():
     assert found.verdict == 'explained'
     setting = next(entry for entry in found.model.effects if entry.effect == 'backlash')
     assert setting.parameters['load_stays'] == 1.0
+
+
+def _wide(recording: Recording, model: Model) -> Fitter:
+    return Fitter(problem_of([recording], model, bandwidth=60.0, motion_bandwidth=120.0))
+
+
+def test_flanks_that_ring_are_told_from_a_shaft_in_the_wide_band():
+    """Each looks like the other one where they ring; behind a reversal only the load is gone."""
+    model = Model(Motor(1.0, INERTIA, 1.5e-3), LoadTorque('sinusoid', amplitude=0.15),
+                  Friction(0.021, 0.0, 0.04))
+    loose = _wide(_behind_an_elastic_gap(20.0, 500.0, 4, gap=0.002), model)
+    play = with_play(loose, loose.finish(linear_shaft(loose)))
+    assert play.hypothesis.named(play.vector, 0)['gap'] == pytest.approx(0.002, rel=0.1)
+    tight = _wide(lively(brake_with('drivetrain_resonance', inertia_fraction=0.4, frequency=18.0,
+                                    damping_ratio=0.1)), NOMINAL)
+    assert with_play(tight, tight.finish(linear_shaft(tight))) is None

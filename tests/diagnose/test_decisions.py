@@ -319,7 +319,7 @@ def test_without_candidates_the_base_stays(monkeypatch):
 def wide(levels, monkeypatch):
     """Return what looks for a resonance among these shafts, beside these rivals."""
     def look(file, base, shafts, rivals, known=0.9, ring=True, play=None, corrected=None):
-        monkeypatch.setattr(wide_band, '_with_play', lambda fitter, shaft: play)
+        monkeypatch.setattr(wide_band, 'with_play', lambda fitter, shaft: play)
         monkeypatch.setattr(wide_band, 'judged_wide', lambda problem: True)
         monkeypatch.setattr(wide_band, '_band', lambda problem: 100.0)
         monkeypatch.setattr(wide_band, 'problem_of', lambda *_, **__: problem)
@@ -370,7 +370,7 @@ def test_the_straight_shaft_stands_where_the_bent_one_leads_astray(levels, monke
     for linear, made, found in ((straight, bent, [bent, straight]),
                                 (straight, straight, [straight]),
                                 (Level(('drivetrain_resonance',), 0.0), bent, None)):
-        monkeypatch.setattr(wide_band, '_linear', lambda fitter, linear=linear: linear)
+        monkeypatch.setattr(wide_band, 'linear_shaft', lambda fitter, linear=linear: linear)
         monkeypatch.setattr(wide_band, '_bent', lambda fitter, fit, tried, made=made: made)
         assert list(wide_band._shafts(fitter, [])) == (found or [linear])
 

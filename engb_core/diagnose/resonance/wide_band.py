@@ -46,8 +46,8 @@ from engb_core.model import EffectSetting, Model
 from engb_core.signals.motion import MOST_OF_RATE, MOTION_BANDWIDTH
 from engb_core.signals.motion_band import outweighed_from, position_variance
 
-__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'silent_shafts',
-           'resonance_beside', 'rings']
+__all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'linear_shaft', 'resonance_beside',
+           'rings', 'silent_shafts', 'with_play']
 
 RESONANCE = 'drivetrain_resonance'
 RIVAL = 'backlash'
@@ -142,7 +142,7 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
         if any(reduced_chi_square(rival, fitter) < left
                for rival in _rivals(fitter, corrected, problem.onsets)):
             return None
-        loose = _with_play(fitter, fit)
+        loose = with_play(fitter, fit)
         if loose is not None:
             # What the narrow band has found of it stands.
             return None if any(entry.effect == RIVAL for entry in corrected.effects) \
@@ -183,7 +183,7 @@ def _rivals(fitter: Fitter, corrected: Model, onsets: tuple[tuple[str, Onset], .
     yield fitter.refine(fitter.fit(variant, rounds=8))
 
 
-def _with_play(fitter: Fitter, shaft: Fit) -> Fit | None:
+def with_play(fitter: Fitter, shaft: Fit) -> Fit | None:
     """Return the finished fit of play between flanks that ring as a shaft does, where it is worth
     its parameters and more than none; else None."""
     values, (elastic,) = _values(shaft), get_effect(RIVAL).richer
@@ -205,7 +205,7 @@ def _with_play(fitter: Fitter, shaft: Fit) -> Fit | None:
     return None
 
 
-def _linear(fitter: Fitter) -> Fit:
+def linear_shaft(fitter: Fitter) -> Fit:
     """Return the best fit of a linear shaft; each further variant starts where the best so far
     has come to."""
     first, *further = variants_of(get_effect(RESONANCE), fitter.problem.scene)
@@ -236,7 +236,7 @@ def _shafts(fitter: Fitter, tried: list[Fit]) -> Iterator[Fit]:
     """Yield finished fits of shafts that may ring, what explains more first: one that isn't
     linear, and the linear one, which stands where the other one was led astray. All that were
     fitted are added to `tried`."""
-    linear = fitter.finish(_linear(fitter))
+    linear = fitter.finish(linear_shaft(fitter))
     tried.append(linear)
     if excess(linear, fitter) > CLEAN_EXCESS:
         other = _bent(fitter, linear, tried) if _rings(linear, fitter) \
