@@ -47,7 +47,7 @@ _BY_DIRECTION = Effect(
     reference='chapter 5, equations (43), (44) corrected',
     statement=lambda p: ('While the disc turns the load torque is '
                          f"{p['load_ratio']:.3f} times that with the disc standing "
-                         '(self-energizing).'),
+                         f"(self-energizing){', whichever way it turns' * (p['either_way'] > 0.5)}."),
     reveals='load',
     picture='load_over_position',
     seen='The load is higher, or lower, by one factor while the disc turns.',
