@@ -45,9 +45,9 @@ _BY_DIRECTION = Effect(
     equation='T_L = (1 + (P − 1) z f) · T_L(θ), z → tanh(ω_disc/turning_speed) within build_up, '
              'P = 1 − μ r/d, f = 1 − fall · (T_L(θ)/T_ref − 1)',
     reference='chapter 5, equations (43), (44) corrected',
-    statement=lambda p: ('While the disc turns the load torque is '
-                         f"{p['load_ratio']:.3f} times that with the disc standing "
-                         f"(self-energizing){', whichever way it turns' * (p['either_way'] > 0.5)}."),
+    statement=lambda p: (
+        f"While the disc turns{', whichever way,' if p['either_way'] > 0.5 else ''} the load "
+        f"torque is {p['load_ratio']:.3f} times that with the disc standing (self-energizing)."),
     reveals='load',
     picture='load_over_position',
     seen='The load is higher, or lower, by one factor while the disc turns.',
