@@ -34,6 +34,7 @@ from engb_core.diagnose.findings import (
     in_order,
     still_told,
     with_numbers_alone,
+    with_parts,
 )
 from engb_core.diagnose.formula import something_known
 from engb_core.diagnose.full_bandwidth import (
@@ -135,7 +136,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is None:
         outcome = _with_law(outcome, tell)
     problem = outcome.judged_on(problem)
-    explanation, findings = outcome.explanation, outcome.findings
+    explanation, findings = outcome.explanation, with_parts(outcome.findings)
     located, where = _located(problem, outcome, resonance)
     tell('simulating the loop')
     last: tuple[Callable[[], Any], ...] = (

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engb_core.diagnose.constants import LARGER_PART, MEASURED, SURE
+from engb_core.diagnose.constants import LARGER_PART, MEASURED, STANDS_OUT, SURE
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import something_known
@@ -43,7 +43,8 @@ from engb_core.diagnose.waves import is_line, left_at_order, wave_known
 from engb_core.effects.base import NUMBER_OFF
 from engb_core.effects.catalogue import catalogue, get_effect
 
-__all__ = ['findings_of', 'in_order', 'number_findings', 'still_told', 'with_numbers_alone']
+__all__ = ['findings_of', 'in_order', 'number_findings', 'still_told', 'with_numbers_alone',
+           'with_parts']
 
 Array = NDArray[np.float64]
 # A rival is worth telling from here on.
@@ -113,6 +114,37 @@ def _beyond_relaxation(findings: list[EffectFinding]) -> list[EffectFinding]:
         f"{creep.statement.removesuffix('.')}; the model file's load is the relaxed one."))
     return [both if finding is creep else finding for finding in findings
             if finding is not stiff]
+
+
+def with_parts(findings: Sequence[EffectFinding]) -> list[EffectFinding]:
+    """Return the findings, and what one of them stands for as well: another effect, where what
+    sizes that is more than none by its deviation, with its share of what both change."""
+    told = list[EffectFinding]()
+    for finding in findings:
+        part = get_effect(finding.effect).part
+        if part is None or any(other.effect == part.effect for other in findings):
+            told.append(finding)
+            continue
+        effect = get_effect(part.effect)
+        sizing, own = effect.parameters[0], finding.parameters
+        assert sizing.none is not None, 'a part vanishes at some size'
+        value = sum(weight * own[name].value for name, weight in part.weights.items())
+        std = float(np.hypot.reduce([weight * (own[name].std or 0.0)
+                                     for name, weight in part.weights.items()]))
+        away = abs(value - sizing.none)
+        if std == 0.0 or away <= STANDS_OUT * std:
+            told.append(finding)
+            continue
+        sized = next(iter(own))
+        share = finding.share * away ** 2 / (
+            away ** 2 + (part.weights[sized] * own[sized].value) ** 2)
+        title = get_effect(finding.effect).title.lower()
+        told += [replace(finding, share=finding.share - share), EffectFinding(
+            part.effect, finding.probability,
+            {sizing.name: ParameterEstimate(value, std, sizing.unit)}, share, (),
+            f"{effect.statement({**effect.defaults, sizing.name: value})} The {title} of the "
+            'corrected model holds it.', onset=finding.onset)]
+    return sorted(told, key=lambda finding: -finding.share)
 
 
 def in_order(findings: list[EffectFinding], stands: bool = False) -> list[EffectFinding]:

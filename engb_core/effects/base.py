@@ -63,7 +63,8 @@ from engb_core.physics.compiled import EffectFunction
 __all__ = ['ACCELERATION', 'COULOMB', 'DIRECTION', 'DISC_ANGLE', 'DISC_SPEED', 'EFFORT',
            'INERTIA', 'LEVEL', 'LOAD', 'LOAD_GAIN', 'NUMBER_OFF', 'PAD_TEMPERATURE', 'POSITION',
            'REFERENCE', 'SAMPLE_SIZE', 'SATURATION', 'SHIFT', 'STAGES', 'STATE_SIZE', 'TIME',
-           'TIME_STEP', 'TORQUE', 'TURNING', 'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Scene']
+           'TIME_STEP', 'TORQUE', 'TURNING', 'VELOCITY', 'VISCOUS', 'Effect', 'Parameter', 'Part',
+           'Scene']
 
 # Places in a sample, the array that every effect function receives.
 (TIME_STEP, TIME, POSITION, VELOCITY, ACCELERATION, DISC_SPEED, DISC_ANGLE, PAD_TEMPERATURE,
@@ -120,6 +121,19 @@ class Parameter:
     formerly: tuple[str, ...] = ()
     of_stroke: float = 0.0
     kind: str = ''
+
+
+@dataclass(frozen=True)
+class Part:
+    """Another effect that is part of one: what sizes it is a sum of that one's parameters.
+
+    Attributes:
+        effect: id of the other one.
+        weights: parameter → factor [-] of the sum.
+    """
+
+    effect: str
+    weights: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -215,6 +229,7 @@ class Effect:
         unnamed: no cause, only a description of what is left; never claimed.
         only_here: bound to the times of one recording; not carried over to others.
         contains: ids of effects that this one includes as a special case.
+        part: another effect that it holds, and that is named beside it where it is there.
         apart: ids of effects that are not tried together with this one: beside it they would
             stand for its details.
         credence: (values) → how far a good fit is believed, 0 to 1 (None: fully); for forms of
@@ -266,6 +281,7 @@ class Effect:
     unnamed: bool = False
     only_here: bool = False
     contains: tuple[str, ...] = ()
+    part: Part | None = None
     apart: tuple[str, ...] = ()
     multimodal: bool = False
     at_once: Mapping[str, float] = field(default_factory=dict)

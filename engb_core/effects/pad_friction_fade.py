@@ -10,6 +10,7 @@ from engb_core.effects.base import (
     LOAD,
     PAD_TEMPERATURE,
     Parameter,
+    Part,
     Scene,
     TURNING,
 )
@@ -92,6 +93,8 @@ _BY_DIRECTION = Effect(
     applies=lambda scene: bool(scene.disc_speed_range) and scene.largest_load > 0,
     variants=({'by_temperature': 0.0}, {'by_temperature': 1.0}),
     contains=('self_energizing',),
+    # What is there before anything fades.
+    part=Part('self_energizing', {'load_ratio': 1.0, 'ratio_change': -0.5}),
 )
 _EITHER_WAY = replace(
     _BY_DIRECTION, set_constants=lambda scene: _constants(scene, either_way=True),

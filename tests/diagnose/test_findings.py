@@ -1,12 +1,14 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The order of what is claimed, and how sure a wave is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from engb_core.diagnose.diagnosis import EffectFinding
+from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.findings import in_order
+from engb_core.diagnose.findings import in_order, with_parts
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.waves import repeats
@@ -88,3 +90,22 @@ def test_a_position_error_comes_once_a_turn():
     fitter = Fitter(problem_of([lively(NOMINAL)], NOMINAL))
     assert not repeats(fitter, get_effect('unexplained_eccentricity'), {'error': 0.1})
     assert repeats(fitter, get_effect('cogging_torque'), {'order': 9.0})
+
+
+@pytest.mark.parametrize(('ratio', 'std', 'named'), [
+    (1.044, 0.014, True),    # 1.134 before anything fades
+    (0.914, 0.014, False),   # 1.004: it fades from none on
+    (1.044, 0.080, False)])  # 1.134, by a deviation and a half
+def test_what_is_there_before_a_pad_fades_is_self_energizing(ratio, std, named):
+    fade = EffectFinding('pad_friction_fade', 0.9, {
+        'ratio_change': ParameterEstimate(-0.18, 0.024, '-'),
+        'load_ratio': ParameterEstimate(ratio, std, '-')}, 0.8, (), 'It fades.')
+    told = with_parts([fade])
+    assert [entry.effect for entry in told] == (
+        ['self_energizing', 'pad_friction_fade'] if named else ['pad_friction_fade'])
+    assert sum(entry.share for entry in told) == pytest.approx(0.8)
+    if named:
+        assert told[0].parameters['load_ratio'].value == pytest.approx(1.134)
+        assert told[0].probability == fade.probability
+        already = replace(told[0], share=0.1)
+        assert with_parts([fade, already]) == [fade, already]
