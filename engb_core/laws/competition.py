@@ -68,6 +68,9 @@ ACTS, ALONG = 0.1, 0.5
 TOLD_AS = {'position_delay': 'delay', 'load_shift': 'position_shift'}
 # Coordinates that are another one, or follow from it: whoever tells of one speaks of both.
 SAME_AS = {'motor_angle': 'position', 'direction': 'velocity'}
+# What an effect acts on, by its stage; friction goes with the direction.
+_ACTS_ON = {'shift': 'load', 'load': 'load', 'level': 'velocity', 'direction': 'velocity',
+            'actuation': 'effort'}
 
 
 @dataclass(frozen=True)
@@ -161,7 +164,7 @@ def law_for(fitter: Fitter, told: CorrectedModels, likely: bool, tell: Callable[
     alone = _without_idle_names(law)
     kept = alone.candidate.fit.hypothesis.ids
     fallen = [variant for variant in named.hypothesis.variants if variant.effect.id not in kept]
-    if _speaks_of(law, fallen) and something_known(
+    if any(_is_one_of(law, variant) for variant in fallen) and something_known(
             _unsaid(alone, _on_blocks(fitter, named))) >= SURE:
         # Another formula of what is surely named is no law beside it.
         return Nearest(law.candidate, law.explained)
@@ -323,6 +326,16 @@ def _speaks_of(law: Found, variants: Iterable[Variant]) -> bool:
     told = {SAME_AS.get(name, name) for name in depends_on(law.candidate)}
     return any(SAME_AS.get(variant.effect.reveals, variant.effect.reveals) in told
                for variant in variants)
+
+
+def _is_one_of(law: Found, name: Variant) -> bool:
+    """Whether a law may be another formula of a name: it speaks of the coordinate that reveals the
+    name, and of what the name acts on, be it by the position that it follows from."""
+    told = {SAME_AS.get(entry, entry) for entry in depends_on(law.candidate)}
+    if 'position' in told:
+        told.add('load')
+    acts_on = {_ACTS_ON[stage] for stage in name.effect.stages if stage in _ACTS_ON}
+    return acts_on <= told and _speaks_of(law, [name])
 
 
 def _beside(law: Found, named: Fit) -> Found:

@@ -14,7 +14,7 @@ from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.effects.catalogue import get_effect
 from engb_core.errors import InputError
 from engb_core.laws import competition, judgement
-from engb_core.laws.forms import Atom, Form
+from engb_core.laws.forms import Atom, Form, Slot
 from engb_core.laws.judgement import Found, Nearest
 from engb_core.model import EffectSetting, Model
 
@@ -95,6 +95,20 @@ def test_who_speaks_of_the_direction_speaks_of_the_velocity(coordinate, name, el
     law = replace(law, candidate=replace(law.candidate, form=form))
     variants = Fit((name,), 1.0).hypothesis.variants
     assert competition._speaks_of(law, variants) == (not else_)
+
+
+@pytest.mark.parametrize(('text', 'name', 'one'), [
+    ('drag(load, {0})', 'load_hysteresis', True),
+    ('drag(position, {0})', 'load_hysteresis', True),         # from which the load follows
+    ('step({0} - since_reversal, 1.0)', 'load_hysteresis', False),   # whatever the load
+    ('exp(-abs(velocity) / {0})', 'stribeck_friction', True),
+    ('exp(-abs(velocity) / {0})', 'asymmetric_friction', True)])
+def test_another_formula_of_a_name_speaks_of_what_the_name_acts_on(text, name, one):
+    law = found(1.0)
+    form = Form('torque', (Atom(text, text, (Slot('rad', 1.0, 0.1, 9.0),)),), 1.0)
+    law = replace(law, candidate=replace(law.candidate, form=form))
+    (variant,) = Fit((name,), 1.0).hypothesis.variants
+    assert competition._is_one_of(law, variant) == one
 
 
 def test_a_plainer_law_needs_to_be_about_as_good_as_a_free_load_curve():
