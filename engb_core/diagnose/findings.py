@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,34 +118,38 @@ def _beyond_relaxation(findings: list[EffectFinding]) -> list[EffectFinding]:
 
 
 def with_parts(findings: Sequence[EffectFinding]) -> list[EffectFinding]:
-    """Return the findings, and what one of them stands for as well: another effect, where what
-    sizes that is more than none by its deviation, with its share of what both change."""
+    """Return the findings, and what one of them stands for as well: another effect that it holds,
+    with its share of what both change."""
     told = list[EffectFinding]()
     for finding in findings:
-        part = get_effect(finding.effect).part
+        part = _part_of(finding)
         if part is None or any(other.effect == part.effect for other in findings):
             told.append(finding)
-            continue
-        effect = get_effect(part.effect)
-        sizing, own = effect.parameters[0], finding.parameters
-        assert sizing.none is not None, 'a part vanishes at some size'
-        value = sum(weight * own[name].value for name, weight in part.weights.items())
-        std = float(np.hypot.reduce([weight * (own[name].std or 0.0)
-                                     for name, weight in part.weights.items()]))
-        away = abs(value - sizing.none)
-        if std == 0.0 or away <= STANDS_OUT * std:
-            told.append(finding)
-            continue
-        sized = next(iter(own))
-        share = finding.share * away ** 2 / (
-            away ** 2 + (part.weights[sized] * own[sized].value) ** 2)
-        title = get_effect(finding.effect).title.lower()
-        told += [replace(finding, share=finding.share - share), EffectFinding(
-            part.effect, finding.probability,
-            {sizing.name: ParameterEstimate(value, std, sizing.unit)}, share, (),
-            f"{effect.statement({**effect.defaults, sizing.name: value})} The {title} of the "
-            'corrected model holds it.', onset=finding.onset)]
+        else:
+            told += [replace(finding, share=finding.share - part.share), part]
     return sorted(told, key=lambda finding: -finding.share)
+
+
+def _part_of(finding: EffectFinding) -> EffectFinding | None:
+    """Return the effect that a finding holds, where what sizes that is more than none by its
+    deviation."""
+    holder, own = get_effect(finding.effect), finding.parameters
+    if holder.part is None:
+        return None
+    effect, weights = get_effect(holder.part.effect), holder.part.weights
+    sizing, sized = effect.parameters[0], holder.parameters[0].name
+    assert sizing.none is not None, 'a part vanishes at some size'
+    value = sum(weight * own[name].value for name, weight in weights.items())
+    std = math.hypot(*(weight * (own[name].std or 0.0) for name, weight in weights.items()))
+    away = abs(value - sizing.none)
+    if std == 0.0 or away <= STANDS_OUT * std:
+        return None
+    share = finding.share * away ** 2 / (away ** 2 + (weights[sized] * own[sized].value) ** 2)
+    return EffectFinding(
+        effect.id, finding.probability,
+        {sizing.name: ParameterEstimate(value, std, sizing.unit)}, share, (),
+        f"{effect.statement({**effect.defaults, sizing.name: value})} The {holder.title.lower()} "
+        'of the corrected model holds it.', onset=finding.onset)
 
 
 def in_order(findings: list[EffectFinding], stands: bool = False) -> list[EffectFinding]:

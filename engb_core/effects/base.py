@@ -189,6 +189,12 @@ class Scene:
         low, high = self.disc_speed_range or (0.0, 0.0)
         return min(-low, high) > TURNING * max(-low, high, 0.0)
 
+    @property
+    def disc_turned_only_backwards(self) -> bool:
+        """Whether a disc was recorded that turned backwards and, but for noise, not forwards."""
+        low, high = self.disc_speed_range or (0.0, 0.0)
+        return -low > high and not self.disc_turned_both_ways
+
 
 @dataclass(frozen=True)
 class Effect:

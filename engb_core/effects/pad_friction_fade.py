@@ -54,7 +54,7 @@ def _constants(scene: Scene, either_way: bool = False) -> dict[str, float]:
     return {'speed_from': slow, 'speed_to': max(fast, slow + 1e-3),
             'temperature_from': cold, 'temperature_to': max(hot, cold + 1e-3),
             # Of a disc that only turned backwards the change is told with the sign it has there.
-            'either_way': float(either_way or high <= 0.0)}
+            'either_way': float(either_way or scene.disc_turned_only_backwards)}
 
 
 _BY_DIRECTION = Effect(

@@ -22,10 +22,9 @@ def _load(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
 
 
 def _constants(scene: Scene, either_way: bool = False) -> dict[str, float]:
-    # Of a disc that only turned backwards the ratio is told, too, as turning over standing.
-    backwards = scene.disc_speed_range is not None and scene.disc_speed_range[1] <= 0.0
     return {'reference_load': max(scene.effective_load, 1e-9),
-            'either_way': float(either_way or backwards)}
+            # Of a disc that only turned backwards it is turning over standing, too.
+            'either_way': float(either_way or scene.disc_turned_only_backwards)}
 
 
 _BY_DIRECTION = Effect(

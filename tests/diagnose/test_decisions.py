@@ -584,7 +584,7 @@ def test_a_variant_by_temperature_needs_one(monkeypatch):
     fade = get_effect('pad_friction_fade')
     scene = {'joint_type': 'revolute', 'stroke': 30.0, 'speed': 50.0, 'largest_load': 0.1,
              'disc_speed_range': (0.0, 9.0), 'position_range': (0.0, 30.0),
-             'disc_turned_both_ways': False}
+             'disc_turned_both_ways': False, 'disc_turned_only_backwards': False}
     monkeypatch.setattr('engb_core.diagnose.hypothesis.scaled', lambda effect, scene: effect)
     cold, warm = (variants_of(fade, SimpleNamespace(temperature_range=span, **scene))
                   for span in (None, (20.0, 300.0)))

@@ -4,7 +4,7 @@
 import pytest
 
 from engb_core.diagnose.diagnosis import EffectFinding, ParameterEstimate
-from engb_core.diagnose.hypothesis import scaled
+from engb_core.diagnose.hypothesis import scaled, variants_of
 from engb_core.diagnose.slider import finding_of_slider
 from engb_core.effects.base import Scene
 from engb_core.effects.catalogue import get_effect
@@ -30,3 +30,14 @@ def test_a_short_stroke_says_nothing_of_the_disc(name):
     of_disc = effect.of_kind('disc_speed')
     assert of_disc is not None
     assert scaled(effect, scene).of_kind('disc_speed') == of_disc
+
+
+@pytest.mark.parametrize('name', ['self_energizing', 'pad_friction_fade'])
+@pytest.mark.parametrize(('speeds', 'ways'), [
+    ((0.0, 55.0), [0.0]), ((-0.2, 55.0), [0.0]), ((-18.0, 55.0), [0.0, 1.0]),
+    ((-55.0, 0.0), [1.0]), ((-55.0, 0.2), [1.0])])   # the noise of a disc that stands
+def test_a_disc_that_turned_both_ways_may_act_alike(name, speeds, ways):
+    scene = Scene(duration=10.0, largest_effort=1.0, largest_load=1.0, speed=50.0, sampling=1e-3,
+                  position_range=(0.0, 30.0), disc_speed_range=speeds, temperature_range=None)
+    found = variants_of(get_effect(name), scene)
+    assert [variant.constants[-1] for variant in found] == ways
