@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from engb_core.diagnose.formula import no_more
-from engb_core.diagnose.noise_level import predicted_of_noise, with_less_noise
+from engb_core.diagnose.noise_level import predicted_of_noise
 from engb_core.diagnose.optimise.fit import Fit, Fitter
-from engb_core.diagnose.problem import Problem
+from engb_core.diagnose.problem import Problem, with_less_noise
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search.every_effect import Search, search
 from engb_core.diagnose.selection import select, Selection

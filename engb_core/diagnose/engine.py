@@ -54,7 +54,6 @@ from engb_core.diagnose.load_shape import (
 )
 from engb_core.diagnose.locate import intervals, zones
 from engb_core.diagnose.nameless import that_carries, without_what_passes_once
-from engb_core.diagnose.noise_level import with_less_noise
 from engb_core.diagnose.numbers.load_friction import missing_load_friction
 from engb_core.diagnose.numbers.wrong_numbers import NumberFinding, wrong_numbers
 from engb_core.diagnose.onset_search import with_onset
@@ -62,7 +61,7 @@ from engb_core.diagnose.optimise.cross_entropy import middle_of_basin
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import is_multimodal, search_around
 from engb_core.diagnose.parallel_map import parallel_map, processors
-from engb_core.diagnose.problem import Problem, problem_of
+from engb_core.diagnose.problem import Problem, problem_of, with_less_noise
 from engb_core.diagnose.resonance.wide_band import (
     judged_wide,
     RESONANCE,
@@ -74,7 +73,7 @@ from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.search.every_effect import search
 from engb_core.diagnose.search.more_orders import without_idle_orders
 from engb_core.diagnose.selection import makeshifts, select, Selection
-from engb_core.diagnose.slider import finding_of_slider, unexplained_of_slider
+from engb_core.diagnose.slider import of_slider
 from engb_core.diagnose.timing import BEFORE_STOP, lateness, timing_of, with_timing
 from engb_core.diagnose.unknown.openset import explain, Explanation
 from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of, with_nearest
@@ -87,7 +86,7 @@ from engb_core.model import Model
 from engb_core.physics.plant import physics_of
 from engb_core.recording import Recording
 from engb_core.signals.absent_effort import with_effort
-from engb_core.signals.data_faults import cleaned, DataFault
+from engb_core.signals.data_faults import cleaned, DataFault, without_motion
 from engb_core.signals.plausibility import refuse_implausible
 
 __all__ = ['diagnose']
@@ -123,6 +122,9 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     recordings, faults = _cleaned(recordings, model)
     holdout, further = _cleaned(holdout, model)
     problem, outcome = _without_stops(recordings, model, holdout, tell, threads)
+    used = [run.recording for run in (*problem.runs, *problem.held_out)]
+    still = [without_motion(recording) for recording in (*recordings, *holdout)
+             if all(recording is not other for other in used)]
     tell('listening for a resonance above the band')
     resonance = resonance_beside(outcome.judged_on(problem), outcome.corrected, threads)
     if resonance is not None:
@@ -144,10 +146,7 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         partial(simulated_loops, problem, outcome.corrected))
     proposal, loops = parallel_map(lambda work: work(), last, threads)
     unexplained = with_nearest(outcome.unexplained) or nameless_curve(findings)
-    if model.joint.type == 'prismatic':
-        findings = [finding_of_slider(finding) for finding in findings]
-        unexplained = unexplained_of_slider(unexplained)
-    return Diagnosis(
+    diagnosis = Diagnosis(
         verdict=outcome.verdict, effects=with_cause_sets(findings), time=tuple(located),
         where=tuple(where), unexplained=unexplained,
         held_out=quality_of_fit(problem, outcome.corrected, loops),
@@ -155,8 +154,8 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
         evidence=evidence_of(problem, outcome.fitter, explanation.fit, outcome.selection,
                              outcome.corrected, findings, loops,
                              time.perf_counter() - started),
-        data_faults=(*faults, *further),
-        timing=outcome.timing)
+        data_faults=(*faults, *further, *still), timing=outcome.timing)
+    return of_slider(diagnosis) if model.joint.type == 'prismatic' else diagnosis
 
 
 def _proposed(outcome: _Outcome) -> NextExperiment | None:

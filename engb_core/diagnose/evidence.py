@@ -164,9 +164,8 @@ def _pictures(problem: Problem, traces: list[Trace], corrected: Model,
                                                                            'velocity']
     tables = [coordinates(run, corrected) for run in problem.runs]
     found = []
-    for name in dict.fromkeys(names):
-        if not all(name in table for table in tables):
-            name = 'velocity'
+    for name in dict.fromkeys(name if all(name in table for table in tables) else 'velocity'
+                              for name in names):
         values = np.concatenate([table[name][0] for table in tables])
         own = traces[:len(problem.runs)]
         applying = np.concatenate([trace.velocity for trace in own]) > 0

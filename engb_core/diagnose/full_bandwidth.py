@@ -140,7 +140,9 @@ def fitted_to_all(fitter: Fitter, told: CorrectedModels, place: int) -> Model:
         moved = other.finish(moved)
         table = None if explanation.table is None else best_table(other, moved)
         explanation = replace(explanation, fit=moved, table=table)
-    return at_full_bandwidth(other, explanation).models[place - len(told.models)]
+    # Fitted to all, a table may be worth nothing any more: then there is the plain one alone.
+    models = at_full_bandwidth(other, explanation).models
+    return models[max(place - len(told.models), -len(models))]
 
 
 def _is_told_sharper(fitter: Fitter, fit: Fit) -> bool:

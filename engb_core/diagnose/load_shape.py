@@ -22,9 +22,9 @@ from engb_core.diagnose.formula import formula_error, something_known
 from engb_core.diagnose.nominal import Knots, nominal_numbers, SHAPE_NUMBERS
 from engb_core.diagnose.numbers.held_load_curve import (
     BY_ONE_NUMBER,
-    load_held,
     MOVE_THE_LOAD,
     numbers_without_load,
+    singles_with_load_held,
 )
 from engb_core.diagnose.numbers.wrong_numbers import NumberFinding
 from engb_core.diagnose.optimise.fit import Fit, Fitter
@@ -146,7 +146,7 @@ def moved_as_a_whole(result: Search, selection: Selection) -> Selection | None:
             effect in MOVE_THE_LOAD or index in forms
             for index, effect in enumerate(chosen.hypothesis.ids)):
         return None
-    every = load_held(result, result.of_size(1))
+    every = singles_with_load_held(result)
     held = fitter.refine(fitter.base(numbers))
     near = min((excess(fit, fitter) for fit in every), default=0.0) + formula_error(
         excess(held, fitter))

@@ -20,7 +20,6 @@ Array = NDArray[np.float64]
 # mismatch "lies in" is the least time that holds four fifths of it.
 HELD = 0.8
 # A low-pass of the comparison's own width; shorter pauses in between are no pauses.
-SMOOTHING = 0.025    # s
 BRIDGED = 0.05       # s
 BINS = 24
 

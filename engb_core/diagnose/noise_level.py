@@ -8,17 +8,12 @@ if an effect leaves much less than that of values that no fit has seen.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-
 from engb_core.diagnose.constants import LARGER_PART
-from engb_core.diagnose.problem import Problem, Run
 from engb_core.diagnose.resonance.wide_band import RESONANCE
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square_of, unseen_rows
 from engb_core.diagnose.search.every_effect import Search
 
-__all__ = ['predicted_of_noise', 'with_less_noise']
+__all__ = ['predicted_of_noise']
 
 
 def predicted_of_noise(result: Search) -> float | None:
@@ -32,18 +27,3 @@ def predicted_of_noise(result: Search) -> float | None:
     least = min((reduced_chi_square_of(fit, fitter, rows) for fit in result.fits.values()
                  if RESONANCE not in fit.hypothesis.ids), default=left)
     return least if least < LARGER_PART * min(left, 1.0) else None
-
-
-def with_less_noise(problem: Problem, part: float) -> Problem:
-    """Return the problem with a part of the mean square of the effort's noise; what counts and
-    timing make stays."""
-    def quieter(run: Run) -> Run:
-        noise = np.sqrt(np.maximum(run.noise ** 2 - run.counts ** 2, 0.0) * part
-                        + run.counts ** 2)
-        timing = np.maximum(run.sigma ** 2 - run.noise ** 2, 0.0)
-        return replace(run, noise=noise, sigma=np.sqrt(noise ** 2 + timing))
-
-    runs = tuple(map(quieter, problem.runs))
-    floor = float(np.sqrt(np.mean(np.concatenate([run.noise for run in runs]) ** 2)))
-    return replace(problem, runs=runs, held_out=tuple(map(quieter, problem.held_out)),
-                   noise_floor=floor)

@@ -48,7 +48,7 @@ from engb_core.signals.position_error import effort_of_recording
 from engb_core.signals.sampling_noise import sampling_noise, SamplingNoise
 from engb_core.signals.sharp_motion import sharp_motion_of
 
-__all__ = ['Problem', 'holding', 'Run', 'problem_of', 'sharper']
+__all__ = ['Problem', 'holding', 'Run', 'problem_of', 'sharper', 'with_less_noise']
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,8 @@ class Problem:
     `bandwidth` [Hz] is the comparison's, lower in a run with coarse counts; `settled` are effects
     that are decided elsewhere and not looked for; `before_stop` [s] is how long before each stop
     nothing is judged; `onsets` says which effects of a model begin within the recordings (id,
-    onset); `sampled_together` says that effort and position were, so that what is late is physics.
+    onset); `sampled_together` says that effort and position were, so that what is late is physics;
+    `noise_part` (0 to 1) is which part of the effort's noise's mean square is noise.
     """
 
     runs: tuple[Run, ...]
@@ -133,6 +134,7 @@ class Problem:
     settled: tuple[str, ...] = ()
     onsets: tuple[tuple[str, Onset], ...] = ()
     sampled_together: bool = False
+    noise_part: float = 1.0
 
     @property
     def coarse(self) -> bool:
@@ -222,28 +224,46 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     motions = [motion_of(recording, highest if highest < COMPARED else motion_bandwidth)
                for recording, highest in zip((*recordings, *held_out), told, strict=True)]
     fitted = motions[:len(recordings)]
-    scene = scene_of(recordings, fitted, model)
-    slowest = slowest_speed(fitted, model.friction.saturation_velocity, scene.speed)
+    slowest = slowest_speed(fitted, model.friction.saturation_velocity,
+                            max(motion.speed for motion in fitted))
+    bands = [min(bandwidth, highest) for highest in told]
+    comparisons = [comparison_of(motion, band, slowest, before_stop)
+                   for motion, band in zip(motions, bands, strict=True)]
+    # A shaft that stands throughout a recording tells nothing of the machine.
+    moves = [comparison.grid.size > 0 for comparison in comparisons]
     physics = physics_of(model)
-
-    def ready(recording: Recording, motion: Motion, highest: float, noise: SamplingNoise,
-              judged: bool) -> Run:
-        corner = min(bandwidth, highest)
-        comparison = comparison_of(motion, corner, slowest, before_stop)
-        run = _run(recording, motion, comparison, corner, judged,
-                   position_noise(recording, motion, comparison, physics, noise), physics, noise)
-        return replace(run, coarse=highest < COMPARED)
-
-    every = tuple(ready(*given, place >= len(recordings)) for place, given in enumerate(
-        zip((*recordings, *held_out), motions, told, noises, strict=True)))
-    runs, judged = every[:len(recordings)], every[len(recordings):]
+    runs, judged = list[Run](), list[Run]()
+    for place, (recording, motion, comparison, band, highest, noise) in enumerate(zip(
+            (*recordings, *held_out), motions, comparisons, bands, told, noises, strict=True)):
+        if moves[place]:
+            counts = position_noise(recording, motion, comparison, physics, noise)
+            run = _run(recording, motion, comparison, band, place >= len(recordings), counts,
+                       physics, noise)
+            (judged if run.held_out else runs).append(replace(run, coarse=highest < COMPARED))
     points = sum(int(run.fitted.sum()) for run in runs)
     if points < LEAST_POINTS:
         raise InputError(
             f'{recordings[0].name}: too little motion to judge a model by ({points} filtered '
-            f'values above {slowest:.3g} rad/s, {LEAST_POINTS} are needed); record strokes')
+            f'values above {slowest:.3g} {"m" if model.joint.type == "prismatic" else "rad"}/s, '
+            f'{LEAST_POINTS} are needed); record strokes')
+    scene = scene_of([run.recording for run in runs], [run.motion for run in runs], model)
     floor = float(np.sqrt(np.mean(np.concatenate([run.noise for run in runs]) ** 2)))
-    return Problem(runs, judged, model, scene, floor, bandwidth, before_stop)
+    return Problem(tuple(runs), tuple(judged), model, scene, floor, bandwidth, before_stop)
+
+
+def with_less_noise(problem: Problem, part: float) -> Problem:
+    """Return the problem with a part of the mean square of the effort's noise; what counts and
+    timing make stays."""
+    runs = tuple(_quieter(run, part) for run in problem.runs)
+    floor = float(np.sqrt(np.mean(np.concatenate([run.noise for run in runs]) ** 2)))
+    return replace(problem, runs=runs, noise_floor=floor, noise_part=part * problem.noise_part,
+                   held_out=tuple(_quieter(run, part) for run in problem.held_out))
+
+
+def _quieter(run: Run, part: float) -> Run:
+    noise = np.sqrt(np.maximum(run.noise ** 2 - run.counts ** 2, 0.0) * part + run.counts ** 2)
+    timing = np.maximum(run.sigma ** 2 - run.noise ** 2, 0.0)
+    return replace(run, noise=noise, sigma=np.sqrt(noise ** 2 + timing))
 
 
 def sharper(problem: Problem) -> Problem:
@@ -258,8 +278,8 @@ def sharper(problem: Problem) -> Problem:
         # The sharper chain takes the samples as they stand beside the counts' edges: what the
         # smoothed one makes of the counts is no measure of that.
         counts = np.zeros(comparison.grid.size)
-        made = _run(run.recording, motion, comparison, problem.bandwidth, False, counts,
-                    physics_of(problem.model), run.sampling_noise)
+        made = _quieter(_run(run.recording, motion, comparison, problem.bandwidth, False, counts,
+                             physics_of(problem.model), run.sampling_noise), problem.noise_part)
         return replace(made, fitted=np.ones_like(made.fitted)) if run.fitted.all() else made
 
     return replace(problem, runs=tuple(map(ready, problem.runs, motions)), held_out=())

@@ -26,6 +26,8 @@ MOVES, IN_CONTACT = 0.02, 0.1
 POWERS = (1.0, 4.0)
 # Every so many samples the load's slope is taken, over this part of the stroke on both sides.
 EVERY, WAY = 20, 1e-3
+# Part of a value that sums of its terms may miss by how numbers are kept.
+ROUNDING = 1e-9
 
 
 def scene_of(recordings: Sequence[Recording], motions: Sequence[Motion], model: Model) -> Scene:
@@ -68,7 +70,14 @@ def scene_of(recordings: Sequence[Recording], motions: Sequence[Motion], model: 
         sampling=max(motion.recorded_step for motion in motions),
         position_range=(low, high), disc_speed_range=span(disc), temperature_range=span(warm),
         joint_type=model.joint.type,
-        commanded=all(motion.commanded is not None for motion in motions))
+        commanded=all(motion.commanded is not None for motion in motions),
+        load_is_straight=_is_straight(along))
+
+
+def _is_straight(along: Array) -> bool:
+    """Return whether values (n,) at even steps lie on a straight line but for rounding."""
+    straight = np.linspace(along[0], along[-1], along.size)
+    return bool(np.max(np.abs(along - straight)) <= ROUNDING * float(np.max(np.abs(along))))
 
 
 def _moves(motion: Motion) -> NDArray[np.bool_]:
@@ -120,7 +129,7 @@ def _load_slope(motions: Sequence[Motion], nominal: Array, largest: float) -> fl
         if motion.has_disc:
             turning = np.abs(motion.disc_speed[rows])
             position = position[turning > MOVES * turning.max()]
-        position = position[load_torques(nominal, position) > IN_CONTACT * largest]
+        position = position[np.abs(load_torques(nominal, position)) > IN_CONTACT * largest]
         ahead, behind = (load_torques(nominal, position + side) for side in (way, -way))
         squares.append(((ahead - behind) / (2.0 * way)) ** 2)
     together = np.concatenate(squares)
@@ -130,6 +139,8 @@ def _load_slope(motions: Sequence[Motion], nominal: Array, largest: float) -> fl
 def _load_power(nominal: Array, low: float, high: float) -> float:
     """Return the power of travel that the load roughly goes with, by its value at half the way."""
     half, whole = load_torques(nominal, np.array([low + 0.5 * (high - low), high]))
+    if max(half, whole) < 0.0:
+        half, whole = -half, -whole
     if half <= 0.0 or whole <= half:
         return POWERS[1] if whole > 0.0 >= half else POWERS[0]
     return float(np.clip(np.log2(whole / half), *POWERS))

@@ -52,7 +52,7 @@ class Selection:
 
     Attributes:
         chosen: the fit of the chosen effects (the base where none is).
-        rivals: (effects, fit) of other sets of the same size, best first.
+        rivals: fits of other sets of the same size, best first.
         nominal_excess: of the model file as it stands.
         excess_before: of the refitted nominal model.
         excess_after: of the chosen.
@@ -71,13 +71,6 @@ class Selection:
     believed: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     consistent: bool = False
     further: tuple[tuple[str, float], ...] = ()
-
-    @property
-    def share(self) -> float:
-        """Part of the base's excess that the chosen effects take away."""
-        if self.excess_before <= 0.0:
-            return 0.0
-        return min(1.0, max(0.0, 1.0 - self.excess_after / self.excess_before))
 
 
 def select(result: Search) -> Selection:

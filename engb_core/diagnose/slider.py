@@ -7,10 +7,10 @@ from dataclasses import replace
 import math
 import re
 
-from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
+from engb_core.diagnose.diagnosis import Diagnosis, EffectFinding, Unexplained
 from engb_core.effects.catalogue import catalogue
 
-__all__ = ['finding_of_slider', 'unexplained_of_slider']
+__all__ = ['finding_of_slider', 'of_slider', 'unexplained_of_slider']
 
 # How often something repeats per revolution is, along a line, the wave number of a sine.
 _REPEATS = re.compile(r'repeats (\d[\d.]*(?:e[-+]?\d+)?) times')
@@ -19,13 +19,22 @@ _TORQUE = re.compile(r'\b[Tt]orque\b(?! constant)')
 _MILLI = re.compile(r'([-+]?\d[\d.]*(?:e[-+]?\d+)?) mN·m')
 
 
+def of_slider(diagnosis: Diagnosis) -> Diagnosis:
+    """Return the diagnosis with the units and words of a linear axis."""
+    timing = diagnosis.timing
+    return replace(
+        diagnosis, effects=tuple(map(finding_of_slider, diagnosis.effects)),
+        unexplained=unexplained_of_slider(diagnosis.unexplained),
+        timing=None if timing is None else replace(timing, statement=_text(timing.statement)))
+
+
 def finding_of_slider(finding: EffectFinding) -> EffectFinding:
     """Return the finding with the units of a linear axis."""
     effect = catalogue().get(finding.effect)
-    # The phase of a wave is an angle along a line, too.
-    phases = {entry.name for entry in effect.parameters if entry.kind == 'phase'} \
-        if effect is not None else set()
-    parameters = {name: entry if name in phases else replace(entry, unit=_unit(entry.unit))
+    # The phase of a wave is an angle along a line, too, and a disc turns.
+    turning = {entry.name for entry in effect.parameters
+               if entry.kind in ('phase', 'disc_speed')} if effect is not None else set()
+    parameters = {name: entry if name in turning else replace(entry, unit=_unit(entry.unit))
                   for name, entry in finding.parameters.items()}
     return replace(finding, parameters=parameters, statement=_text(finding.statement))
 

@@ -285,6 +285,8 @@ def inflation(residual: NDArray[np.float64]) -> float:
     if variance <= 0.0:
         return 1.0
     centred = residual - residual.mean()
+    if not centred.any():
+        return variance
     lags = range(1, min(26, centred.size // 4))
     colour = 1.0
     for lag in lags:

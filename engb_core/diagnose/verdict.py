@@ -19,6 +19,12 @@ from engb_core.diagnose.unknown.openset import Explanation
 
 __all__ = ['parity_in_velocity', 'unless_nothing_helps', 'verdict_of', 'with_nearest']
 
+Array = NDArray[np.float64]
+
+# Values at a place of the stroke that are averaged, both ways together, and how much of them
+# (correlation) has to be alike or opposite to be called so: four fifths of the mean square.
+VALUES_A_PLACE, MOST_OF_IT = 20, 0.6
+
 
 def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
                findings: list[EffectFinding], mismatch: NDArray[np.float64],
@@ -66,7 +72,9 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
     for index in unnamed:
         what = what + added_by(fitter, fit, index)
     where = zones(runs, fitter.problem.split(what), fitter.problem.model)
-    velocity = np.concatenate([run.motion.velocity[run.comparison.grid] for run in runs])
+    position, velocity = (np.concatenate([values[run.comparison.grid] for run, values in zip(
+        runs, column, strict=True)]) for column in (
+            [run.motion.position for run in runs], [run.motion.velocity for run in runs]))
     names = [name for index in unnamed for name in _told_by(fit, index)]
     names += list(table.table.names) if table else []
     if not names:
@@ -89,9 +97,10 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
     memory = any(_remembers(fit, index) for index in unnamed) or (
         table is None and not unnamed and left > 0.3
         and not (where and where[0].variable == 'time'))
-    return Unexplained(share=left, depends_on=tuple(dict.fromkeys(names)),
-                       parity_in_velocity=parity_in_velocity(what, velocity), memory=memory,
-                       where=tuple(where), statement=text)
+    return Unexplained(
+        share=left, depends_on=tuple(dict.fromkeys(names)),
+        parity_in_velocity=parity_in_velocity(what, position, velocity), memory=memory,
+        where=tuple(where), statement=text)
 
 
 def with_nearest(rest: Unexplained | None) -> Unexplained | None:
@@ -121,8 +130,29 @@ def _described(fit: Fit, index: int) -> str:
     return effect.statement(fit.hypothesis.named(fit.vector, index))
 
 
-def parity_in_velocity(torque: NDArray[np.float64], velocity: NDArray[np.float64]) -> str:
-    """Return whether a torque (m,) [N·m] turns with the sign of the velocity (m,) [rad/s]: 'odd',
-    'even', or 'none' where neither is most of it."""
-    odd, even = abs(float(np.mean(torque * np.sign(velocity)))), abs(float(np.mean(torque)))
-    return 'odd' if odd > 2.0 * even else 'even' if even > 2.0 * odd else 'none'
+def parity_in_velocity(torque: Array, position: Array, velocity: Array) -> str:
+    """Return whether a torque turns with the sign of the velocity: 'odd', 'even', or 'none' where
+    neither is most of it.
+
+    At each place of the stroke the means of both ways are compared, as the product of both is to
+    the mean of their squares: 1 where they are alike, −1 where they are opposite, and nearer to 0
+    the more of either is noise.
+
+    Args:
+        torque: (m,) [N·m].
+        position: (m,) where [rad].
+        velocity: (m,) [rad/s].
+    """
+    places = max(1, torque.size // VALUES_A_PLACE)
+    edges = np.quantile(position, np.linspace(0.0, 1.0, places + 1)[1:-1])
+    place = np.searchsorted(edges, position)
+    ways = [velocity > 0.0, velocity < 0.0]
+    counts = np.array([np.bincount(place[way], minlength=places) for way in ways])
+    sums = np.array([np.bincount(place[way], torque[way], places) for way in ways])
+    both = counts.min(axis=0) > 0
+    if not both.any():
+        return 'none'
+    up, down = sums[:, both] / counts[:, both]
+    weight = counts[:, both].sum(axis=0)
+    alike = float(weight @ (up * down)) / max(float(weight @ (up ** 2 + down ** 2)) / 2.0, 1e-300)
+    return 'even' if alike > MOST_OF_IT else 'odd' if alike < -MOST_OF_IT else 'none'

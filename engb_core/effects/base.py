@@ -162,6 +162,8 @@ class Scene:
         effective_load: where a share of the load that changes in proportion to it has the value
             that least squares give for all loads [N·m].
         commanded: whether effort is a command that follows from the reference.
+        load_is_straight: whether the load is one straight line over the whole range: moved along
+            the angle it is itself and an offset.
     """
 
     duration: float
@@ -181,6 +183,7 @@ class Scene:
     reference_load: float = 0.2
     effective_load: float = 0.2
     commanded: bool = False
+    load_is_straight: bool = False
 
     @property
     def disc_turned_both_ways(self) -> bool:
@@ -225,6 +228,8 @@ class Effect:
         time_shift: (parameters) → (delay, time constant) [s] by which torque comes after measured
             effort; inverse dynamics undoes both.
         number_only: no physics is missing, a nominal number is wrong.
+        not_in_file: of such a number, that no file holds it: it is none that was measured wrong,
+            and as likely beforehand as physics that acts like it.
         proportional: (values) → whether the torque that it makes of an effort is proportional to
             that (None: no): inverse dynamics then divides, and need not search.
         of_motion: it looks at motion, time and disc alone, not at what passed the stages before;
@@ -281,6 +286,7 @@ class Effect:
     variants: tuple[Mapping[str, float], ...] = field(default=({},))
     time_shift: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
     number_only: bool = False
+    not_in_file: bool = False
     proportional: Callable[[Mapping[str, float]], bool] | None = None
     of_motion: bool = False
     memoryless: bool = False

@@ -28,5 +28,6 @@ EFFECT = Effect(
     confused='a wrong load stiffness',
     measure='one full stroke from clearance into contact',
     number_only=True,
-    applies=lambda scene: scene.largest_load > 0,
+    # There is no contact in a load that is straight throughout; what moves it is an offset.
+    applies=lambda scene: scene.largest_load > 0 and not scene.load_is_straight,
 )

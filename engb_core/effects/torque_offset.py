@@ -27,4 +27,5 @@ EFFECT = Effect(
     confused='asymmetric friction',
     measure='stand still without load, then slow strokes both ways',
     number_only=True,
+    not_in_file=True,
 )

@@ -29,6 +29,8 @@ from engb_core.laws.forms import Atom, Form, Scales
 from engb_core.laws.grammar import parse
 from engb_core.laws.machine import program_of
 from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.nominal_torque import nominal_vector
+from engb_core.physics.plant import load_torques
 from engb_core.signals.position_error import at_recorded_samples, carried
 
 __all__ = ['Columns', 'scales_of']
@@ -49,8 +51,8 @@ def scales_of(fitter: Fitter) -> Scales:
     scene, runs = problem.scene, problem.runs
     acceleration = max(float(np.quantile(np.abs(run.motion.acceleration), 0.99)) for run in runs)
     disc = scene.disc_speed_range
-    # The load as the last prediction left it in the samples.
-    loads = np.concatenate([run.samples[:, LOAD] for run in runs])
+    nominal = nominal_vector(problem.model)
+    loads = np.concatenate([load_torques(nominal, run.motion.position) for run in runs])
     return Scales(
         low=scene.position_range[0], high=scene.position_range[1], speed=scene.speed,
         load=scene.largest_load, effort=scene.largest_effort, acceleration=acceleration,

@@ -102,7 +102,8 @@ class Won:
     def told(self, unexplained: Unexplained | None, share: float) -> Unexplained:
         """Return what is said of the rest, with the law."""
         found = self.found
-        parity = parity_in_velocity(found.contribution, column(found.fitter, 'velocity'))
+        parity = parity_in_velocity(found.contribution, *(
+            column(found.fitter, name) for name in ('position', 'velocity')))
         return Unexplained(
             share=share, depends_on=depends_on(found.candidate), parity_in_velocity=parity,
             memory=found.memory, where=() if unexplained is None else unexplained.where,
@@ -197,7 +198,10 @@ def law_instead(fitter: Fitter, told: CorrectedModels, likely: float, tell: Call
             or claims == 1 and not _beats(fitter, law, named, likely=True):
         return None
     noise = min(law.after, 1.0)
-    share = noise_by_block(plain)
+    if law.fitter is not plain:
+        # It was found in a part of what was recorded.
+        names = _score_on_blocks(law.fitter, _on(law.fitter, named))
+    share = noise_by_block(law.fitter)
     weight = odds_of_less(names.by_block - noise * share,
                           law.candidate.score.by_block - noise * share, share,
                           formula_error(law.before - noise))

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 import math
 
@@ -22,7 +21,7 @@ from engb_core.diagnose.decimated import decimated
 from engb_core.diagnose.diagnosis import ParameterEstimate
 from engb_core.diagnose.formula import no_more, part_of_formula, sure_part
 from engb_core.diagnose.optimise.fit import Fit, Fitter
-from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.problem import problem_of, with_less_noise
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.timing import BEFORE_STOP
 from engb_core.diagnose.uncertainty import autocorrelation, estimates
@@ -219,9 +218,14 @@ def _without_stops(search: Search, law: Candidate, tell: Callable[[str], None]) 
                              before_stop=longest)
     except InputError:
         return search
+    if len(shorter.runs) < len(problem.runs):
+        # Which recording an effect begins in is told by its place.
+        return search
     threads = search.fitter.threads
-    other = Fitter(decimated(replace(shorter, settled=problem.settled), threads), threads,
-                   search.fitter, load_shape=search.fitter.load_shape)
+    same = replace(with_less_noise(shorter, problem.noise_part), settled=problem.settled,
+                   onsets=problem.onsets, sampled_together=problem.sampled_together)
+    other = Fitter(decimated(same, threads), threads, search.fitter,
+                   load_shape=search.fitter.load_shape)
     base = other.finish(other.refine(other.evaluate(search.base.hypothesis, search.base.vector)))
     return search_laws(other, base, tell)
 
@@ -351,8 +355,7 @@ def fits_elsewhere(fitter: Fitter, fit: Fit) -> bool:
         for label in told:
             out = labels == label
             rows = fitter.fitted & out
-            part = copy(fitter)
-            part.fitted = fitter.fitted & ~out
+            part = fitter.on_rows(fitter.fitted & ~out)
             again = part.refine(part.evaluate(fit.hypothesis, fit.vector), ROUNDS)
             left += float(np.sum((again.residual[rows] / fitter.spread[rows]) ** 2))
             left -= float(noise[rows].sum())

@@ -31,7 +31,7 @@ from engb_core.errors import InputError
 from engb_core.laws.grammar import Call, COORDINATES, Expression, Name, Number, parameters_of
 from engb_core.physics.compiled import compiled, Numbers, PARAMETER_SIZE
 
-__all__ = ['ACTS_AS', 'AXES', 'DELAY_MODE', 'LONGEST', 'MODE', 'MOST_DEPTH', 'MOST_INSTRUCTIONS',
+__all__ = ['ACTS_AS', 'AXES', 'LONGEST', 'MODE', 'MOST_DEPTH', 'MOST_INSTRUCTIONS',
            'MOST_PARAMETERS', 'TURN', 'bounded_exp', 'followed', 'power', 'program_of',
            'quotient', 'remembered', 'value_of']
 
@@ -45,7 +45,6 @@ _MOST_AXES = (TURN - AXES) // 3
 _STACK = 56          # where the stack begins in an effect's state; memory lies below
 MOST_DEPTH = 16
 _DELAY_RING = 48     # a delay's past efforts take what memory there is
-DELAY_MODE = ACTS_AS.index('delay')
 
 # Coordinates that are followed, and the direction of stages that come before friction's own.
 _MOTOR_ANGLE, _SINCE, _REST, _DISTANCE, _TURNED, _SINCE_TIME = 100, 101, 102, 103, 104, 105

@@ -9,7 +9,6 @@ else.
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,8 +57,7 @@ def resolved_parts(fitter: Fitter, base: Fit) -> list[Resolved]:
         if seen.sum() < LEAST_PART * fitter.fitted.sum():
             break
         if not np.array_equal(seen, before):
-            part = copy(fitter)
-            part.fitted = seen
+            part = fitter.on_rows(seen)
             part.judged = fitter.judged & near
             found.append(Resolved(order, part, part.finish(part.refine(base))))
         order, before = 2 * order, seen

@@ -28,7 +28,7 @@ from engb_core.signals.spread import robust_deviation
 from engb_core.signals.stale_samples import stale_samples
 from engb_core.signals.stamps import evenly_timed, stamps_vary, VARY
 
-__all__ = ['DataFault', 'cleaned']
+__all__ = ['DataFault', 'cleaned', 'without_motion']
 
 Array = NDArray[np.float64]
 
@@ -102,6 +102,14 @@ def cleaned(recording: Recording, model: Model) -> tuple[Recording, list[DataFau
         keep &= np.append(True, (np.diff(recording.position) != 0.0)
                           | (np.diff(recording.effort) != 0.0))
     return _kept(recording, keep), faults
+
+
+def without_motion(recording: Recording) -> DataFault:
+    """Return the fault of a recording in which the shaft never moves fast enough to be judged."""
+    return DataFault(
+        'no_motion', recording.name, 0.0, float(recording.time[-1]),
+        'The shaft never moves fast enough to be judged; nothing of this recording is used. '
+        'Record strokes.')
 
 
 def _kept(recording: Recording, keep: NDArray[np.bool_]) -> Recording:

@@ -14,11 +14,16 @@ from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import search_around
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.search.every_effect import Search, with_variant
+from engb_core.diagnose.search.every_effect import (
+    each_alone,
+    physics_effects,
+    Search,
+    with_variant,
+)
 from engb_core.effects.catalogue import get_effect
 
 __all__ = ['BY_ONE_NUMBER', 'MOVE_THE_LOAD', 'best_of_each', 'both_moved', 'load_held',
-           'load_moved', 'load_scaled', 'numbers_without_load']
+           'load_moved', 'load_scaled', 'numbers_without_load', 'singles_with_load_held']
 
 # Effects that move the whole load curve: by one number, and each way by another.
 SCALE = 'load_stiffness_error'
@@ -41,6 +46,18 @@ def load_held(result: Search, fits: list[Fit]) -> list[Fit]:
     return best_of_each([*parallel_map(
         lambda fit: _refitted(result, fit, numbers), result.alike(fits), fitter.threads),
         *load_moved(result, None)])
+
+
+def singles_with_load_held(result: Search) -> list[Fit]:
+    """Return each effect alone with the load curve's numbers as the model file has them, as
+    `load_held`. Where a free load curve leaves nothing to explain, what an effect was fitted to
+    beside it is noise, and derivatives need not lead back from there: each is begun anew as well.
+    """
+    fitter, numbers = result.fitter, numbers_without_load(result.fitter)
+    held = load_held(result, result.of_size(1))
+    effects = [effect for effect in physics_effects(fitter) if effect.id not in result.left_out]
+    anew = each_alone(fitter, fitter.base(numbers), effects) if held else []
+    return best_of_each([*held, *(fit for fits in anew for fit in fits)])
 
 
 def both_moved(result: Search, firsts: list[Fit]) -> list[Fit]:

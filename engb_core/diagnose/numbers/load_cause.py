@@ -20,6 +20,7 @@ from engb_core.diagnose.numbers.held_load_curve import (
     load_scaled,
     MOVE_THE_LOAD,
     numbers_without_load,
+    singles_with_load_held,
 )
 from engb_core.diagnose.numbers.wrong_numbers import refitted, was_refitted
 from engb_core.diagnose.optimise.fit import Fit, Fitter
@@ -124,7 +125,7 @@ def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     if rise < max(CLEAN_EXCESS, part_of_formula() * nominal):
         return base, []
     limit = reduced_chi_square(base, fitter) + formula_error(rise)
-    held = load_held(result, result.of_size(1))
+    held = singles_with_load_held(result)
     if fitter.load_shape:
         # Where any curve over the position leaves nothing, there is no loop.
         held = [fit for fit in held if not any(variant.effect.knows_reversals

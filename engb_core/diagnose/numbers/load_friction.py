@@ -14,7 +14,7 @@ from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.nominal import CURVATURE
 from engb_core.diagnose.numbers.wrong_numbers import NumberFinding, refit_of_file
 from engb_core.diagnose.optimise.fit import Fit, Fitter
-from engb_core.diagnose.score.recording_folds import better_on_others
+from engb_core.diagnose.score.recording_folds import better_on_others, LEAST_RECORDINGS
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 
 __all__ = ['missing_load_friction']
@@ -27,7 +27,8 @@ def missing_load_friction(fitter: Fitter, explained: Fit) -> NumberFinding | Non
     recordings do without; its gain is that of a straight line over the load, unless they insist on
     a curve."""
     numbers = explained.hypothesis.numbers
-    if GAIN not in [number.name for number in numbers]:
+    if GAIN not in [number.name for number in numbers] \
+            or len(fitter.problem.runs) < LEAST_RECORDINGS:
         return None
     straight = fitter.refine(fitter.refit(explained, tuple(
         number for number in numbers if number.name != CURVATURE)))

@@ -9,6 +9,7 @@ the last steps before an answer is given (`Fitter.refine`) compute them anew.
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cached_property
 import math
 
@@ -80,6 +81,14 @@ class Fitter(Objective):
         return np.sqrt(self.sigma ** 2 + (MISSED_PART * typical) ** 2
                        + (MISSED_PART * late * rate) ** 2)
 
+    def on_rows(self, fitted: NDArray[np.bool_]) -> Fitter:
+        """Return one that fits the values `fitted` (m,) of the same problem alone."""
+        part = copy(self)
+        part.fitted = fitted
+        part._shared, part._base, part._starts = {}, {}, {}
+        part.__dict__.pop('finished_base', None)
+        return part
+
     @cached_property
     def held(self) -> tuple[str, ...]:
         """The numbers that a refit of the model file likely held (LOAD: the load curve)."""
@@ -115,11 +124,12 @@ class Fitter(Objective):
     def starts(self, variant: Variant, settings: list[dict[str, float]] | None = None,
                ) -> list[StartColumns]:
         """Return what each start of an effect does to the effort, on top of the base fit."""
-        key = (variant.effect.id, variant.effect.names, variant.constants, str(settings))
+        settings = variant.starts() if settings is None else settings
+        key = (variant.effect.id, variant.effect.names, variant.constants, variant.sizing.none,
+               str(settings))
         if key not in self._starts:
             base = self.base()
             hypothesis = self.hypothesis((variant,))
-            settings = variant.starts() if settings is None else settings
             rubs = frictionless(self, base) and not {'level', 'direction'}.isdisjoint(
                 variant.effect.stages) and not variant.effect.of_kind('phase')
 

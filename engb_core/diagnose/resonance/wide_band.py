@@ -34,7 +34,7 @@ from engb_core.diagnose.onset import Onset
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import followed, Promise, promises, search_around
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.problem import holding, Problem, problem_of, Run
+from engb_core.diagnose.problem import holding, Problem, problem_of, Run, with_less_noise
 from engb_core.diagnose.score.probability import part_left
 from engb_core.diagnose.score.ranking import worth_a_further_effect, worth_having
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
@@ -120,8 +120,8 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
     named = tuple(entry for entry in given if entry not in problem.model.effects)
     wide = problem_of([run.recording for run in problem.runs],
                       replace(corrected, effects=given), bandwidth=bandwidth,
-                      motion_bandwidth=2.0 * bandwidth)
-    wide = replace(wide, onsets=tuple(
+                      motion_bandwidth=2.0 * bandwidth, before_stop=problem.before_stop)
+    wide = replace(with_less_noise(wide, problem.noise_part), onsets=tuple(
         (effect, onset) for effect, onset in problem.onsets
         if any(entry.effect == effect for entry in given)))
     if _as_it_stands(wide) < 1.0 + CLEAN_EXCESS:

@@ -42,13 +42,13 @@ def colour(fitter: Fitter, fit: Fit) -> float:
     runs = fitter.problem.runs
     parts = fitter.problem.split(fit.residual / fitter.sigma)
     steps = [run.time / run.motion.step for run in runs]
-    stride = min(float(np.diff(step).min(initial=np.inf)) for step in steps)
+    strides = [float(np.diff(step).min(initial=np.inf)) for step in steps]
     count = sum(part.size for part in parts)
     whole = sum(float(part @ part) for part in parts)
     total, lags = 0.0, 0
     for lag in LAGS:
         product, pairs = 0.0, 0
-        for part, step in zip(parts, steps, strict=True):
+        for part, step, stride in zip(parts, steps, strides, strict=True):
             together = step[lag:] - step[:-lag] < (lag + 0.5) * stride
             product += float(part[lag:][together] @ part[:-lag][together])
             pairs += int(together.sum())

@@ -48,8 +48,15 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
         before: excess that the chosen fit's numbers leave without effects.
     """
     floor = formula_error(before)
-    weights = [1.0] + [closer_odds(fit, chosen, fitter, floor) * _prior(fit, chosen) * math.exp(
-        min(SURELY, unlikeliness(chosen, fitter) - unlikeliness(fit, fitter))) for fit in rivals]
+    # A rival that stands on other numbers is held against the chosen effects on just these.
+    alike = {chosen.hypothesis.numbers: chosen}
+    for fit in rivals:
+        numbers = fit.hypothesis.numbers
+        if numbers not in alike:
+            alike[numbers] = fitter.refine(fitter.refit(chosen, numbers))
+    weights = [1.0] + [closer_odds(fit, alike[fit.hypothesis.numbers], fitter, floor)
+                       * _prior(fit, chosen) * math.exp(min(SURELY, unlikeliness(
+                           chosen, fitter) - unlikeliness(fit, fitter))) for fit in rivals]
     total = sum(weights)
     return [weight / total for weight in weights]
 
@@ -79,10 +86,11 @@ def closer_odds(rival: Fit, chosen: Fit, fitter: Fitter, floor: float) -> float:
 
 
 def _prior(fit: Fit, chosen: Fit) -> float:
-    """Return how much rarer a rival is beforehand: without a name, physics where one wrong number
-    of the chosen fit says it all, or an effect that contains a chosen one and is no better."""
+    """Return how much rarer a rival is beforehand: without a name, physics where wrong numbers of
+    the file say it all, or an effect that contains a chosen one and is no better."""
     prior = UNNAMED ** sum(variant.effect.unnamed for variant in fit.hypothesis.variants)
-    number = all(variant.number_only for variant in chosen.hypothesis.variants)
+    number = all(variant.number_only and not variant.effect.not_in_file
+                 for variant in chosen.hypothesis.variants)
     if number and not all(variant.number_only for variant in fit.hypothesis.variants):
         prior *= PHYSICS_FOR_NUMBER
     contained = {entry for variant in fit.hypothesis.variants for entry in variant.effect.contains}

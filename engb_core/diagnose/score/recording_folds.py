@@ -18,7 +18,7 @@ from engb_core.diagnose.constants import CHANCE
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.normal_equations import normal_equations
 
-__all__ = ['better_on_others', 'costs_left_out']
+__all__ = ['LEAST_RECORDINGS', 'better_on_others', 'costs_left_out']
 
 Array = NDArray[np.float64]
 

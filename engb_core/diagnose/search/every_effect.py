@@ -26,8 +26,8 @@ from engb_core.diagnose.search.starts import settings_from_residual
 from engb_core.effects.base import Effect
 from engb_core.effects.catalogue import catalogue, get_effect
 
-__all__ = ['Search', 'extend', 'in_other_form', 'in_richer_form', 'physics_effects', 'search',
-           'variants_and_starts', 'with_variant']
+__all__ = ['Search', 'each_alone', 'extend', 'in_other_form', 'in_richer_form',
+           'physics_effects', 'search', 'variants_and_starts', 'with_variant']
 
 # Companions that are fitted for the best singles, best first: of two effects the greater one
 # nearly always fits best alone.
@@ -120,6 +120,12 @@ def physics_effects(fitter: Fitter) -> list[Effect]:
     return found
 
 
+def each_alone(fitter: Fitter, base: Fit, effects: Sequence[Effect]) -> list[list[Fit]]:
+    """Return the fits of each effect alone on top of a fit of numbers, one for each variant."""
+    return list(parallel_map(lambda effect: _with_effect(fitter, base, effect), effects,
+                             fitter.threads))
+
+
 def search(fitter: Fitter, progress: Callable[[str], None] | None = None,
            found: Fit | None = None) -> Search:
     """Fit every effect alone, then the promising ones in pairs; what was `found` before, in nearly
@@ -129,8 +135,7 @@ def search(fitter: Fitter, progress: Callable[[str], None] | None = None,
     effects = physics_effects(fitter)
     tell = progress or (lambda text: None)
     tell('fitting every effect alone')
-    singles = parallel_map(lambda effect: _with_effect(fitter, base, effect), effects,
-                           fitter.threads)
+    singles = each_alone(fitter, base, effects)
     for number, (effect, fits) in enumerate(zip(effects, singles, strict=True)):
         tell(f'fitted {number + 1} of {len(effects)}: {effect.title}')
         for fit in fits:

@@ -99,7 +99,7 @@ def strongest_frequency(fitter: Fitter, fit: Fit, by_effort: bool = False) -> fl
     residual times the effort; None if no line stands out."""
     runs = fitter.problem.runs
     longest = max(run.motion.time[-1] for run in runs)
-    step = float(np.median(np.diff(runs[0].motion.time[runs[0].comparison.grid])))
+    step = min(float(np.median(np.diff(run.time))) for run in runs)
     frequencies = np.arange(0.5, 0.5 / step, 0.35 / longest)
     power = np.zeros(frequencies.size)
     by = fit.predicted / np.sqrt(np.mean(fit.predicted ** 2)) if by_effort else 1.0

@@ -43,6 +43,9 @@ Array = NDArray[np.float64]
 
 FOLDS = 5
 SMOOTHNESS = (0.3, 3.0, 30.0, 300.0)
+# Mean square (noise = 1) that a table must take away of values left out: about as much is but the
+# scatter of some thousand values.
+LEAST_GAIN = 0.02
 
 
 @dataclass(frozen=True)
@@ -144,7 +147,7 @@ def best_table(fitter: Fitter, fit: Fit) -> Flexible | None:
         found = _fitted(fitter, fit, made)
         if best is None or found.level < best.level:
             best = found
-    if best is None or best.level > reduced_chi_square(fit, fitter) - 0.02:
+    if best is None or best.level > reduced_chi_square(fit, fitter) - LEAST_GAIN:
         return None
     return best
 
@@ -165,13 +168,14 @@ def form_left(fitter: Fitter, without: Fit, with_it: Fit, coordinate: str) -> fl
     """
     if coordinate not in _FORMS:
         return None
+    # Derivatives first: whoever predicts fills in other samples.
+    fits = [fitter.finished(fit) for fit in (without, with_it)]
     _fill_in_samples(fitter, with_it)
     made = _made(fitter.problem.runs, *_FORMS[coordinate])
     if made is None:
         return None
     folds = _folds(fitter)
-    before, after = (_Regression(fitter, fitter.finished(fit), made)
-                     for fit in (without, with_it))
+    before, after = (_Regression(fitter, fit, made) for fit in fits)
     alone, explained = before.alone(folds), before.best(folds)[0]
     leaves = after.alone(folds)
     if alone - explained < LARGER_PART * max(alone - leaves, FORMULA_ERROR):
@@ -266,6 +270,7 @@ def _fitted(fitter: Fitter, fit: Fit, table: Table) -> Flexible:
 def left_out(fitter: Fitter, fit: Fit, table: Table, labels: NDArray[np.int64]) -> float:
     """Return the mean square (noise = 1) that a table and the numbers beside it leave of values
     with each label (m,) when they are fitted to all others."""
+    _fill_in_samples(fitter, fit)
     return _Regression(fitter, fit, table).best(labels)[0]
 
 
