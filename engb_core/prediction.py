@@ -21,8 +21,14 @@ from engb_core.recording import Recording
 from engb_core.signals.data_faults import cleaned
 from engb_core.signals.filtering import comparison_of, slowest_speed
 from engb_core.signals.motion import Motion, motion_of
-from engb_core.signals.motion_band import COMPARED, told_up_to
+from engb_core.signals.motion_band import (
+    COMPARED,
+    outweighed_from,
+    position_variance,
+    told_up_to,
+)
 from engb_core.signals.position_error import effort_of_recording
+from engb_core.signals.sampling_noise import sampling_noise
 from engb_core.signals.sharp_motion import band_limited, sharp_motion_of
 from engb_core.signals.stamps import evenly_timed
 
@@ -58,15 +64,18 @@ def predict_effort(recording: Recording, model: Model) -> Array:
         motions = [motion_of(clean, bandwidth) for bandwidth in BANDWIDTHS]
     else:
         motions = [sharp_motion_of(clean)]
-    return np.median([_effort(recording, motion, model) for motion in motions], axis=0)
+    tells = outweighed_from(clean, model.motor.inertia, position_variance(
+        clean, motions[0], sampling_noise(clean)))
+    return np.median([_effort(recording, motion, model, tells) for motion in motions], axis=0)
 
 
-def _effort(recording: Recording, motion: Motion, model: Model) -> Array:
+def _effort(recording: Recording, motion: Motion, model: Model, told: float) -> Array:
     """Return the effort at the recording's samples, without what these cannot show: late torque
     turns within less."""
     moving = np.abs(motion.velocity) >= slowest_speed(
         [motion], model.friction.saturation_velocity, motion.speed)
-    effort = effort_of_recording(recording, motion, motion.samples(), physics_of(model), moving)
+    effort = effort_of_recording(recording, motion, motion.samples(), physics_of(model), moving,
+                                 told=told)
     return np.interp(recording.time, motion.time,
                      band_limited(effort, motion.step, recording.interval))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from engb_core.effects.base import Scene
 from engb_core.errors import InputError
 from engb_core.model import Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
+from engb_core.physics.nominal_torque import N_INERTIA
 from engb_core.physics.plant import Physics, physics_of
 from engb_core.recording import Recording
 from engb_core.signals.filtering import (
@@ -79,7 +81,8 @@ class Run:
     (m,)); `sigma` (m,) noise and uncertainty of timing together; `rate` (m,) how fast effort
     changes [N·m/s]; `fitted` (m,) True where a fit may look; the rest, and all of a held-out
     recording, is only judged; `sampling_noise` is the position's own; `coarse` counts tell nothing
-    above the band of its motion.
+    above the band of its motion; `told` is up to which frequency [Hz] the position tells the
+    torque.
     """
 
     recording: Recording
@@ -95,6 +98,7 @@ class Run:
     held_out: bool
     sampling_noise: SamplingNoise
     coarse: bool = False
+    told: float = math.inf
 
     @property
     def samples(self) -> Array:
@@ -110,7 +114,8 @@ class Run:
     def predicted(self, physics: Physics) -> Array:
         """Return the filtered effort (m,) that `physics` says this motion needs."""
         return self.comparison(effort_of_recording(self.recording, self.motion, self.own.table,
-                                                   physics, walk=self.own.walk))
+                                                   physics, walk=self.own.walk,
+                                                   told=self.told))
 
 
 @dataclass(frozen=True)
@@ -360,9 +365,11 @@ def _run(recording: Recording, motion: Motion, comparison: Comparison, bandwidth
     smooth = filtered(motion.effort, comparison.taps)
     rate = np.abs(np.gradient(smooth, motion.step))[comparison.grid]
     timing = max(TIMING, TIMING_OF_SAMPLE * motion.recorded_step)
+    tells = outweighed_from(recording, float(physics.nominal[N_INERTIA]),
+                            position_variance(recording, motion, position))
     return Run(recording, motion, OwnSamples(motion.samples()), comparison,
                comparison(motion.effort), noise, counts, np.hypot(noise, timing * rate), rate,
-               fitted, held_out, position)
+               fitted, held_out, position, told=tells)
 
 
 def _noise_of_effort(recording: Recording, motion: Motion, comparison: Comparison,

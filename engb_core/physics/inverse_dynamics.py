@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
 
 from engb_core.effects.base import (
     ACCELERATION,
@@ -82,7 +83,8 @@ def _held(values: Array, moving: NDArray[np.bool_], most: int) -> None:
 
 
 def effort_of_motion(samples: Array, step: float, physics: Physics,
-                     moving: NDArray[np.bool_] | None = None, walk: Walk | None = None) -> Array:
+                     moving: NDArray[np.bool_] | None = None, walk: Walk | None = None,
+                     taps: Array | None = None) -> Array:
     """Return the effort (n,) [N·m] that a motion needs.
 
     Args:
@@ -93,6 +95,8 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
             effort before a stop is that of an instant when the shaft stands already, and friction
             takes up what it likes: so long it is taken to go on as it was.
         walk: the last one of these samples (None: nothing is known of them).
+        taps: (k,) of the low-pass of what the motion tells of the torque (None: all of it). Where
+            torque is not in proportion to effort, the noise of the rest would not average out.
     """
     state = physics.fresh_state()
     if physics.corrections:
@@ -100,7 +104,7 @@ def effort_of_motion(samples: Array, step: float, physics: Physics,
     walk = Walk() if walk is None else walk
     effort = walk.torques_of(physics, state, samples)
     if physics.stages['actuation']:
-        effort = _inverse_actuation(samples, physics, state, effort, walk)
+        effort = _inverse_actuation(samples, physics, state, effort, walk, taps)
     for function, effect in physics.warps:
         effort = _undelayed(samples, step, physics.parameters[effect], state[effect], function,
                             effort, moving)
@@ -167,7 +171,7 @@ def _undelayed(samples: Array, step: float, parameters: Array, state: Array,
 
 
 def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: Array,
-                       walk: Walk) -> Array:
+                       walk: Walk, taps: Array | None) -> Array:
     if physics.proportional:
         samples[:, EFFORT] = 1.0
         gain = np.ones_like(torque)
@@ -175,6 +179,14 @@ def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: A
             gain = gain * walk.values_of('actuation', place, physics, state, samples)
         if gain.min() >= _LEAST_SLOPE and gain.max() <= _MOST_SLOPE:
             return torque / gain
+    if taps is None:
+        return _searched(samples, physics, state, torque)
+    slow = np.asarray(convolve1d(torque, taps, mode='nearest'))
+    return torque + (_searched(samples, physics, state, slow) - slow)
+
+
+def _searched(samples: Array, physics: Physics, state: Array, torque: Array) -> Array:
+    """Return the effort (n,) that gives the torque (n,), found by secants; `samples` hold it."""
     effort = torque.copy()
     slope = np.ones_like(torque)
     before, step = np.zeros_like(torque), np.zeros_like(torque)

@@ -9,6 +9,7 @@ where it repeats faster than the smoothing lets through or than the recording sa
 from __future__ import annotations
 
 from dataclasses import replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +92,7 @@ def _unwarped(recording: Recording, late: Array) -> Array:
 
 def effort_of_recording(recording: Recording, motion: Motion, samples: Array, physics: Physics,
                         moving: NDArray[np.bool_] | None = None,
-                        walk: Walk | None = None) -> Array:
+                        walk: Walk | None = None, told: float = math.inf) -> Array:
     """Return the effort (n,) [N·m] that the recorded motion needs, with its position corrected by
     what `physics` says of the sensor; where effort is a command, the one that was recorded while
     the drive acted on another.
@@ -102,8 +103,10 @@ def effort_of_recording(recording: Recording, motion: Motion, samples: Array, ph
         samples: (n, SAMPLE_SIZE) of that motion; the columns of the stages are filled in.
         physics: model and effects.
         moving, walk: as for `effort_of_motion`.
+        told: up to which frequency [Hz] the position tells the torque.
     """
-    effort = _needed(recording, motion, samples, physics, moving, walk)
+    taps = gaussian_kernel(told, motion.step) if told < motion.bandwidth else None
+    effort = _needed(recording, motion, samples, physics, moving, walk, taps)
     if motion.commanded is not None and physics.stages['command']:
         effort += motion.commanded.smoothed(physics, motion.time)
     return effort
@@ -124,9 +127,9 @@ def _table(recording: Recording, motion: Motion, samples: Array, physics: Physic
 
 
 def _needed(recording: Recording, motion: Motion, samples: Array, physics: Physics,
-            moving: NDArray[np.bool_] | None, walk: Walk | None) -> Array:
+            moving: NDArray[np.bool_] | None, walk: Walk | None, taps: Array | None) -> Array:
     if not physics.corrections:
-        return effort_of_motion(samples, motion.step, physics, moving, walk)
+        return effort_of_motion(samples, motion.step, physics, moving, walk, taps)
     plain = replace(physics, corrections=())
     table = _table(recording, motion, samples, physics, walk)
     error = np.zeros(recording.time.size)
@@ -139,4 +142,4 @@ def _needed(recording: Recording, motion: Motion, samples: Array, physics: Physi
         for column, values in zip((POSITION, VELOCITY, ACCELERATION),
                                   carried(recording, motion, error), strict=True):
             corrected[:, column] += values
-    return effort_of_motion(corrected, motion.step, plain, moving)
+    return effort_of_motion(corrected, motion.step, plain, moving, taps=taps)

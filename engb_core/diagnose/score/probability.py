@@ -48,13 +48,13 @@ def rival_weights(chosen: Fit, rivals: list[Fit], fitter: Fitter, before: float)
         before: excess that the chosen fit's numbers leave without effects.
     """
     floor = formula_error(before)
-    # A rival that stands on other numbers is held against the chosen effects on just these.
+    # A rival that stands on fewer numbers is held against the chosen effects on just these.
     alike = {chosen.hypothesis.numbers: chosen}
     for fit in rivals:
         numbers = fit.hypothesis.numbers
-        if numbers not in alike:
+        if numbers not in alike and set(numbers) < set(chosen.hypothesis.numbers):
             alike[numbers] = fitter.refine(fitter.refit(chosen, numbers))
-    weights = [1.0] + [closer_odds(fit, alike[fit.hypothesis.numbers], fitter, floor)
+    weights = [1.0] + [closer_odds(fit, alike.get(fit.hypothesis.numbers, chosen), fitter, floor)
                        * _prior(fit, chosen) * math.exp(min(SURELY, unlikeliness(
                            chosen, fitter) - unlikeliness(fit, fitter))) for fit in rivals]
     total = sum(weights)

@@ -63,7 +63,7 @@ def orders_left(fitter: Fitter, fit: Fit, *factors: str) -> list[float]:
     """
     unit = usual_angle(fitter.problem.scene)
     efforts = [effort_of_recording(run.recording, run.motion, run.samples,
-                                   fit.hypothesis.physics(fit.vector, index))
+                                   fit.hypothesis.physics(fit.vector, index), told=run.told)
                for index, run in enumerate(fitter.problem.runs)]
     highest = max(highest_order(run.motion.position, run.motion.velocity, run.motion.bandwidth)
                   for run in fitter.problem.runs)
