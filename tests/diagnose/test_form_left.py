@@ -11,7 +11,8 @@ from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.score.probability import part_left
-from engb_core.diagnose.unknown.flexible import form_left
+from engb_core.diagnose.unknown.flexible import Axis, form_left, left_out, Table
+from engb_core.effects.base import LOAD, VELOCITY
 from engb_core.effects.catalogue import get_effect
 
 from .simulated_brake import brake_with, lively, NOMINAL
@@ -60,3 +61,24 @@ def test_what_is_missing_beside_is_as_likely_as_any_unwritten_cause():
     assert 0.7 < something_known(1.0, 0.0) < something_known(0.0, 0.0)
     assert something_known(1.0, 1.0) < 0.1
     assert something_known(0.0) == pytest.approx(0.9, abs=0.02)
+
+
+def test_it_hangs_on_nothing_that_was_predicted_before():
+    """Neither on threads nor on what somebody else has filled into the samples."""
+    recording = lively(brake_with('asymmetric_friction', asymmetry=0.4))
+    problem = problem_of([recording], NOMINAL)
+    labels = np.arange(problem.measured.size) * 5 // problem.measured.size
+    low, high = problem.scene.largest_load * np.array([0.0, 1.0])
+    table = Table(Axis('load', float(LOAD), 9), Axis('velocity', float(VELOCITY), 9),
+                  (low, high), (-problem.scene.speed, problem.scene.speed))
+    told = []
+    for threads in (1, 4):
+        fitter = Fitter(problem, threads)
+        right = fitted(fitter, 'asymmetric_friction')
+        without = fitter.without(right, 0)
+        told.append((form_left(fitter, without, right, 'load'),
+                     left_out(fitter, right, table, labels)))
+        fitter.predict(right.hypothesis, 1.1 * right.vector)
+        assert left_out(fitter, right, table, labels) == told[-1][1]
+    assert told[0][0] is not None
+    assert told[0] == told[1]

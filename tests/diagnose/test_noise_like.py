@@ -49,3 +49,15 @@ def test_a_file_that_leaves_noise_of_another_level_is_consistent(fitter, smooth,
     verdict, _ = verdict_of(fitter, nominal, Explanation(nominal, None, 1.0, 1.56), [],
                             nominal.residual)
     assert verdict == said
+
+
+def test_a_wave_has_colour_whatever_the_rate_of_another_recording():
+    """Which values follow one another is told by each recording's own grid."""
+    fast, slow = lively(NOMINAL), lively(NOMINAL)
+    slow = replace(slow, name='slow', time=slow.time[::8], position=slow.position[::8],
+                   effort=slow.effort[::8], velocity=None, reference=None)
+    both = Fitter(problem_of([fast, slow], NOMINAL))
+    quick, other = both.problem.times
+    white = np.random.default_rng(4).normal(0.0, 1.0, other.size)
+    residual = np.concatenate([2.0 * np.sin(2.0 * np.pi * 2.0 * quick), white]) * both.sigma
+    assert colour(both, replace(both.nominal(), residual=residual)) < 1e-6

@@ -11,7 +11,12 @@ from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.unknown.openset import Explanation
-from engb_core.diagnose.verdict import unless_nothing_helps, verdict_of, with_nearest
+from engb_core.diagnose.verdict import (
+    parity_in_velocity,
+    unless_nothing_helps,
+    verdict_of,
+    with_nearest,
+)
 from engb_core.effects.catalogue import get_effect
 from tests.laws.test_find_law import MODEL, recorded
 
@@ -83,3 +88,17 @@ def test_known_effects_nearest_to_the_rest_are_told_beside_a_name():
     # With nothing named there is nothing beside which they would be.
     assert none.nearest == ()
     assert with_nearest(none) is none and with_nearest(None) is None
+
+
+@pytest.mark.parametrize(('torque', 'parity'), [
+    (lambda position, way: np.sin(4.0 * position), 'even'),
+    (lambda position, way: way * np.sin(4.0 * position), 'odd'),
+    (lambda position, way: 0.0 * position, 'none')])
+def test_parity_is_told_at_each_place_of_the_stroke(torque, parity):
+    """Also of a torque that averages out over the stroke."""
+    random = np.random.default_rng(2)
+    position = random.uniform(0.0, 12.0, 4000)
+    way = random.choice([-1.0, 1.0], position.size)
+    told = [parity_in_velocity(torque(position, way) + 0.05 * random.normal(size=position.size),
+                               position, 3.0 * way) for _ in range(4)]
+    assert told == [parity] * 4
