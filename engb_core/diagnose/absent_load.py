@@ -75,7 +75,7 @@ class AbsentLoad:
             where=tuple(zones(list(problem.runs), problem.split(self.residual), problem.model)),
             statement=f'The model file has no load torque; {self.share:.0%} of the mismatch is a '
             f'load over position ({self.form}). Identify it first, and diagnose with it: no other '
-            'name is given beside a load that is missing.')
+            'name is given beside a load that is missing.', load_is_absent=True)
 
     def corrected(self, problem_model: Model, fitter: Fitter) -> Model:
         """Return the file with the load, if that is better on what no fit has seen."""

@@ -176,6 +176,7 @@ class Unexplained:
         law: for what is left; None where none was found.
         nearest: (effect, part of what is left that it would take away) of known effects that are
             not named, most first.
+        load_is_absent: whether the model file has no load, and the machine has one.
     """
 
     share: float
@@ -186,6 +187,7 @@ class Unexplained:
     statement: str
     law: LawFinding | None = None
     nearest: tuple[tuple[str, float], ...] = ()
+    load_is_absent: bool = False
 
 
 @dataclass(frozen=True)

@@ -66,6 +66,10 @@ def _lead(diagnosis: Diagnosis) -> list[str]:
         text = (f'Other numbers in the model take the mismatch away{largest_change(diagnosis)}. '
                 'The corrected model holds them.')
         return [text, gain] if gain else [text]
+    if left is not None and left.load_is_absent:
+        with_it = f'The corrected model holds that load: go on with it. {gain}' \
+            if fit and fit.rms_after < fit.rms_before else ''
+        return [left.statement, with_it] if with_it else [left.statement]
     if diagnosis.verdict == 'unexplained' or not diagnosis.effects:
         text = ('The mismatch is real, but no effect in the catalogue describes it well enough '
                 'to be named; a wrong name would be worse than none.')
@@ -75,6 +79,9 @@ def _lead(diagnosis: Diagnosis) -> list[str]:
         return [text, gain] if gain else [text]
     lines = [entry.statement.strip() for entry in diagnosis.effects[:2] if entry.statement]
     lines = [line if line.endswith(('.', '!', '?')) else f'{line}.' for line in lines]
+    if fit and fit.rms_after == fit.rms_before:
+        gain = ('No fit of this makes the model better on what it was not fitted to, so the '
+                'corrected model is the file as it was given.')
     if diagnosis.verdict == 'partly_explained' and left and left.share > 0:
         gain += f' {percent(left.share)} of the mismatch remains without a name.'
     return [' '.join(lines), gain.strip()] if gain else [' '.join(lines)]

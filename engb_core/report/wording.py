@@ -191,6 +191,8 @@ def headline(diagnosis: Diagnosis) -> str:
             ', but for when samples were taken' if diagnosis.corrects else '')
     if diagnosis.verdict == 'explained' and not effects:
         return 'Other numbers in the model explain the mismatch'
+    if diagnosis.unexplained is not None and diagnosis.unexplained.load_is_absent:
+        return 'The model file has no load, and the machine has one'
     if diagnosis.verdict == 'unexplained' or not effects:
         return 'I don’t know what this is' + _dependence(diagnosis)
     names = enumerate_words([effect_name(entry.effect) for entry in effects])

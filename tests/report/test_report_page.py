@@ -229,3 +229,22 @@ def test_the_same_picture_is_not_shown_twice():
     count = [diagnosis_page(entry, backend='table').html().count(first.why)
              for entry in (once, twice)]
     assert count[0] >= 1 and count[0] == count[1]
+
+
+def test_a_correction_that_was_withdrawn_is_told():
+    """Names with low probability stand on the page, and the model is the file as it was."""
+    base = explained()
+    same = [dataclasses.replace(row, rms_after=row.rms_before) for row in base.held_out]
+    text = text_of(dataclasses.replace(base, held_out=tuple(same)))
+    assert 'the corrected model is the file as it was given' in text
+    assert 'the corrected model is the file' not in text_of(base)
+
+
+def test_a_load_that_the_file_lacks_is_the_headline():
+    base = unexplained()
+    rest = dataclasses.replace(
+        base.unexplained, load_is_absent=True, statement='The model file has no load torque.')
+    text = text_of(dataclasses.replace(base, unexplained=rest))
+    assert 'The model file has no load, and the machine has one' in text
+    assert 'The corrected model holds that load: go on with it.' in text
+    assert 'I don’t know what this is' not in text
