@@ -7,6 +7,9 @@ by one factor (torque constant); or two numbers are wrong and agree by chance; o
 and a refit of the file around it moved the inertia, to agree with it by chance. Which it is is one
 question: how far apart two factors usually are, how far these are, and whether the inertia is just
 where such a refit would have moved it.
+
+An axis without load has its friction instead, viscous and dry, which a file knows to no more than
+what formulas of friction miss.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ import math
 
 from scipy.stats import norm
 
-from engb_core.diagnose.constants import LARGER_PART, MEASURED, STANDS_OUT
+from engb_core.diagnose.constants import FORMULA_ERROR, LARGER_PART, MEASURED, STANDS_OUT
 from engb_core.diagnose.formula import part_of_formula
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.nominal import BELIEVED, LOAD_NUMBERS
@@ -33,7 +36,9 @@ from engb_core.effects.catalogue import get_effect
 
 __all__ = ['Factors', 'with_effort_scale']
 
-SCALE, LOAD = 'effort_scale_error', 'load_stiffness_error'
+SCALE, LOAD, INERTIA = 'effort_scale_error', 'load_stiffness_error', 'inertia_error'
+# The numbers of friction that an axis without load has.
+FRICTION = ('viscous_friction', 'coulomb')
 # What says that the load curve is off as a whole, or that torque is lost from the smallest efforts
 # on, which is a scale with two numbers more: judged anew beside the scale of effort.
 SCALE_LIKE = (LOAD, 'contact_shift', 'torque_offset', 'torque_saturation')
@@ -43,8 +48,9 @@ APART = math.sqrt(2.0) * BELIEVED
 
 @dataclass(frozen=True)
 class Factors:
-    """By what the recordings multiply inertia and load, as logarithms with deviations [-], and
-    the probability that the inertia is off by itself, not moved by a refit of the file."""
+    """By what the recordings multiply inertia and load (of an axis without load: friction), as
+    logarithms with deviations [-], and the probability that the inertia is off by itself, not
+    moved by a refit of the file."""
 
     inertia: float
     inertia_std: float
@@ -88,11 +94,12 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
     scene = fitter.problem.scene
     chosen = selection.chosen
     given = {entry.effect for entry in fitter.problem.model.effects}
-    if scene.largest_load <= 0.0 or {SCALE, LOAD} & given or chosen.hypothesis.onsets \
+    if {SCALE, LOAD} & given or chosen.hypothesis.onsets \
             or refitted(fitter) or was_refitted(fitter):
         return selection
     start = _without_scale_like(fitter, chosen)
-    factors = _factors(fitter, start)
+    loaded = scene.largest_load > 0.0
+    factors = (_factors if loaded else _factors_without_load)(fitter, start)
     if factors is None or factors.one_cause() < LARGER_PART:
         return selection
     fit = _scaled(fitter, start)
@@ -102,7 +109,7 @@ def with_effort_scale(fitter: Fitter, selection: Selection) -> Selection:
         return selection
     return replace(selection, chosen=fit, rivals=(), further=(),
                    excess_after=excess(fit, fitter),
-                   believed={SCALE: (factors.one_cause(), LOAD)})
+                   believed={SCALE: (factors.one_cause(), LOAD if loaded else INERTIA)})
 
 
 def _without_scale_like(fitter: Fitter, fit: Fit) -> Fit:
@@ -113,9 +120,11 @@ def _without_scale_like(fitter: Fitter, fit: Fit) -> Fit:
 
 
 def _scaled(fitter: Fitter, start: Fit) -> Fit:
-    """Return the fit with the scale of effort, inertia and load as the file has them."""
+    """Return the fit with the scale of effort, inertia and load (or friction) as the file has
+    them."""
+    known = LOAD_NUMBERS if fitter.problem.scene.largest_load > 0.0 else FRICTION
     numbers = tuple(number for number in fitter.numbers
-                    if number.name != 'inertia' and number.name not in LOAD_NUMBERS)
+                    if number.name != 'inertia' and number.name not in known)
     variant, = variants_of(get_effect(SCALE), fitter.problem.scene)
     return fitter.refine(fitter.fit(variant, fitter.refit(start, numbers), rounds=8), 12)
 
@@ -140,6 +149,36 @@ def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     factors = Factors(
         float(fit.vector[inertia]) - math.log(fitter.problem.model.motor.inertia),
         float(deviations[inertia]), math.log(factor), float(deviations[scale]) / factor)
+    if not factors.both_off_alike:
+        return None
+    return replace(factors, by_itself=refit_of_file(fitter, fit).by_itself['inertia'])
+
+
+def _factors_without_load(fitter: Fitter, start: Fit) -> Factors | None:
+    """Return by what inertia and friction must be multiplied; None where no factor does, viscous
+    and dry friction want another one, or inertia and friction are not both off alike."""
+    fit = fitter.finish(fitter.refine(start))
+    names = [number.name for number in fit.hypothesis.numbers]
+    if not {'inertia', *FRICTION} <= set(names):
+        return None
+    deviations = vector_deviations(fit, fitter)
+    given = fit.hypothesis.start_of_numbers()
+    told: list[tuple[float, float]] = []
+    for name in FRICTION:
+        place = names.index(name)
+        value, file = float(fit.vector[place]), float(given[place])
+        if min(value, file) <= 0.0:
+            return None
+        told.append((math.log(value / file),
+                     math.hypot(float(deviations[place]) / value, FORMULA_ERROR)))
+    (viscous, of_viscous), (dry, of_dry) = told
+    if abs(viscous - dry) > STANDS_OUT * math.hypot(of_viscous, of_dry):
+        return None
+    weights = of_viscous ** -2, of_dry ** -2
+    inertia = names.index('inertia')
+    factors = Factors(
+        float(fit.vector[inertia] - given[inertia]), float(deviations[inertia]),
+        (weights[0] * viscous + weights[1] * dry) / sum(weights), sum(weights) ** -0.5)
     if not factors.both_off_alike:
         return None
     return replace(factors, by_itself=refit_of_file(fitter, fit).by_itself['inertia'])

@@ -22,7 +22,7 @@ EFFECT = Effect(
               '(2017), section 8.9)',
     statement=lambda p: (
         f"{NUMBER_OFF}the true torque is {p['scale']:.3f} times the recorded effort (torque "
-        f"constant); inertia and load seem {1.0 / p['scale']:.3f} times the model's."),
+        f"constant); inertia, load and friction seem {1.0 / p['scale']:.3f} times the model's."),
     reveals='effort',
     picture='torque_over_effort',
     seen='Inertia, load and friction all seem wrong by the same factor.',

@@ -95,11 +95,6 @@ def test_whether_a_refit_moved_the_inertia_and_whether_it_agrees_with_the_load_i
     assert Factors(0.25, 0.007, 0.25, 0.007, by_itself=0.04).one_cause() < 0.5
 
 
-def test_a_machine_without_load_cannot_tell():
-    model = replace(MODEL, load_torque=LoadTorque())
-    assert chosen(recording(1.25, 0.0, 1.25), model).believed == {}
-
-
 def test_a_file_that_was_refitted_says_nothing_of_masses_and_lengths():
     model = replace(MODEL, motor=replace(MODEL.motor, inertia=0.15 * 1.25),
                     load_torque=replace(MODEL.load_torque, amplitude=3.0 * 1.25))
@@ -117,3 +112,22 @@ def test_it_is_told_and_nothing_else():
     assert found.model.motor.inertia == 0.15
     effort = next(entry for entry in found.held_out if entry.quantity == 'effort')
     assert effort.rms_after < 0.2 * effort.rms_before
+
+
+FREE = replace(MODEL, load_torque=LoadTorque())
+
+
+@pytest.mark.parametrize('factor', [1.25, 0.8])
+def test_without_load_friction_tells_what_the_load_would(factor):
+    selection = chosen(recording(factor, 0.0, factor), FREE)
+    assert selection.chosen.hypothesis.ids == ('effort_scale_error',)
+    assert selection.chosen.hypothesis.named(
+        selection.chosen.vector, 0)['scale'] == pytest.approx(1.0 / factor, abs=0.01)
+    probability, rival = selection.believed['effort_scale_error']
+    assert 0.6 < probability < 0.9
+    assert rival == 'inertia_error'
+
+
+@pytest.mark.parametrize('factors', [(1.25, 1.0), (1.0, 1.25), (1.25, 1.7), (0.8, 1.25), (1, 1)])
+def test_without_load_two_factors_or_none_are_not(factors):
+    assert chosen(recording(factors[0], 0.0, factors[1]), FREE).believed == {}
