@@ -283,7 +283,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     gone = makeshifts(fitter, chosen)
     chosen = fitter.finished_without(chosen, gone) if gone else chosen
     tell('asking whether a flexible model explains more')
-    explanation = explain(fitter, chosen, selection)
+    explanation = explain(fitter, chosen)
     timing = timing_of(fitter, explanation.fit)
     told = CorrectedModels(explanation, explanation.models(),
                            explained_problem(fitter, explanation.fit), explanation.fit)
@@ -321,7 +321,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
                         told, load_is_absent=True, noise_part=noise_part)
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
-        findings, mismatch, selection.further)
+        findings, selection.further)
     corrected, certain = problem.model, told
     if verdict != 'consistent':
         # What is likelier wrong than right is told, but has to carry over to be in the model.
@@ -440,6 +440,5 @@ def _without_names(fitter: Fitter, explanation: Explanation, findings: list[Effe
     """Return refitted numbers alone, with the names that were dropped for them."""
     base = fitter.finished_base
     dropped = (*explanation.dropped, *(entry.effect for entry in findings))
-    alone = Explanation(base, None, 0.0, reduced_chi_square(base, fitter), dropped,
-                        carried_over=False)
+    alone = Explanation(base, None, dropped, carried_over=False)
     return CorrectedModels(alone, alone.models(), fitter.problem, base)

@@ -67,8 +67,8 @@ def findings_of(fitter: Fitter, nominal: Fit, explanation: Explanation, judged: 
     where nothing is named, what the nominal model leaves.
     """
     chosen = explanation.fit
-    physics = _physics(fitter, explanation, judged, selection, told)
-    changed = number_findings(fitter, nominal, explanation, judged, numbers)
+    physics = _physics(fitter, judged, selection, told)
+    changed = number_findings(fitter, nominal, judged, numbers)
     findings = [finding for finding, _ in (*physics, *changed)]
     if physics and changed:
         # What effects and numbers explain together, each by what is lost without it.
@@ -178,8 +178,8 @@ def _is_number(finding: EffectFinding) -> bool:
     return effect is not None and effect.number_only and finding.onset is None
 
 
-def _physics(fitter: Fitter, explanation: Explanation, chosen: Fit, selection: Selection,
-             told: Fit) -> list[tuple[EffectFinding, float]]:
+def _physics(fitter: Fitter, chosen: Fit, selection: Selection, told: Fit,
+             ) -> list[tuple[EffectFinding, float]]:
     """Return the named effects, and by how much the reduced chi-square rises without each."""
     variants = chosen.hypothesis.variants
     if not any(not variant.effect.unnamed for variant in variants):
@@ -275,8 +275,8 @@ def _other(rival: Fit, chosen: Fit) -> str:
     return next(entry for entry in rival.hypothesis.ids if entry not in chosen.hypothesis.ids)
 
 
-def number_findings(fitter: Fitter, nominal: Fit, explanation: Explanation, chosen: Fit,
-                    numbers: list[NumberFinding]) -> list[tuple[EffectFinding, float]]:
+def number_findings(fitter: Fitter, nominal: Fit, chosen: Fit, numbers: list[NumberFinding],
+                    ) -> list[tuple[EffectFinding, float]]:
     """Return the wrong numbers, and by how much the reduced chi-square rises with each as the
     file has it."""
     before = max(reduced_chi_square(nominal, fitter) - 1.0, 1e-9)
@@ -337,7 +337,7 @@ def still_told(fitter: Fitter, explanation: Explanation, findings: Sequence[Effe
     if not again:
         return []
     found = [finding for finding, _ in number_findings(
-        fitter, fitter.nominal(), explanation, fit, again)]
+        fitter, fitter.nominal(), fit, again)]
     total = sum(finding.share for finding in found)
     left = excess(with_these_refitted(fitter, fit, [finding.effect for finding in found]), fitter)
     taken = max(0.0, 1.0 - left / max(excess(fitter.nominal(), fitter), 1e-9))

@@ -203,15 +203,13 @@ def _freed(free: Fitter, fit: Fit) -> Fit:
 def load_shape_finding(fitter: Fitter, explained: Fit) -> NumberFinding | None:
     """Return the table beside the load curve as a finding, where the fit has one free and the data
     insist on it."""
-    values = [value for number, value in zip(explained.hypothesis.numbers, explained.vector,
-                                             strict=False) if number.name in SHAPE_NUMBERS]
-    if not values:
+    if not any(number.name in SHAPE_NUMBERS for number in explained.hypothesis.numbers):
         return None
     held = in_files_form(fitter, explained)
     rise = reduced_chi_square(held, fitter) - reduced_chi_square(explained, fitter)
     if rise < CLEAN_EXCESS:
         return None
-    return NumberFinding(LOAD_SHAPE, explained, rise, float(max(values, key=abs)))
+    return NumberFinding(LOAD_SHAPE, explained, rise)
 
 
 def in_files_form(fitter: Fitter, fit: Fit) -> Fit:

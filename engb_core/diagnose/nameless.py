@@ -23,7 +23,6 @@ from engb_core.diagnose.full_bandwidth import CorrectedModels, explained_problem
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.ranking import worth_having
-from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.unknown.flexible import left_out
 from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.laws.blocks import (
@@ -73,8 +72,7 @@ def _without(fitter: Fitter, told: CorrectedModels, gone: Callable[[Variant], bo
     if not places:
         return told
     fewer = fitter.finished_without(fit, places)
-    explanation = Explanation(fewer, None, told.explanation.adequacy,
-                              reduced_chi_square(fewer, fitter), told.explanation.dropped)
+    explanation = Explanation(fewer, None, told.explanation.dropped)
     return CorrectedModels(explanation, explanation.models(), explained_problem(fitter, fewer),
                            fewer)
 

@@ -259,6 +259,8 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
 def with_less_noise(problem: Problem, part: float) -> Problem:
     """Return the problem with a part of the mean square of the effort's noise; what counts and
     timing make stays."""
+    if part == 1.0:
+        return problem
     runs = tuple(_quieter(run, part) for run in problem.runs)
     floor = float(np.sqrt(np.mean(np.concatenate([run.noise for run in runs]) ** 2)))
     return replace(problem, runs=runs, noise_floor=floor, noise_part=part * problem.noise_part,

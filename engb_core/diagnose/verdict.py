@@ -27,7 +27,7 @@ VALUES_A_PLACE, MOST_OF_IT = 20, 0.6
 
 
 def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
-               findings: list[EffectFinding], mismatch: NDArray[np.float64],
+               findings: list[EffectFinding],
                further: tuple[tuple[str, float], ...] = ()) -> tuple[str, Unexplained | None]:
     """Return the verdict and, where structure remains, what can be said of it.
 
@@ -36,7 +36,6 @@ def verdict_of(fitter: Fitter, nominal: Fit, explanation: Explanation,
         nominal: the file's fit.
         explanation: what is named and described.
         findings: what is claimed.
-        mismatch: (m,) [N·m] that this makes up.
         further: (effect, part of the rest that it would take away) of known effects that were not
             chosen beside those that were.
     """

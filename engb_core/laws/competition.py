@@ -391,7 +391,7 @@ def _won(fitter: Fitter, found: Found, told: CorrectedModels, named: Fit) -> Won
     fit = found.candidate.fit
     if found.fitter is not fitter:
         fit = fitter.finish(fitter.evaluate(fit.hypothesis, fit.vector))
-    explanation = Explanation(fit, None, 1.0, reduced_chi_square(fit, fitter))
+    explanation = Explanation(fit, None)
     models = (*at_full_bandwidth(fitter, explanation).models, fit.hypothesis.corrected(fit.vector))
     problem = told.problem
     errors = [pooled(unseen_errors(problem, model)) for model in models]

@@ -181,7 +181,7 @@ def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: A
             return torque / gain
     if taps is None:
         return _searched(samples, physics, state, torque)
-    slow = np.asarray(convolve1d(torque, taps, mode='nearest'))
+    slow: Array = convolve1d(torque, taps, mode='nearest')
     return torque + (_searched(samples, physics, state, slow) - slow)
 
 

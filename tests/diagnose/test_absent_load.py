@@ -96,7 +96,7 @@ def test_physics_with_a_name_is_not_given_up_for_a_load_that_explains_less():
     found = absent_load(fitter, fitter.nominal())
     variant = variants_of(get_effect('asymmetric_friction'), fitter.problem.scene)[0]
     named = fitter.fit(variant)
-    described = Explanation(named, object(), 0.9, 1.0)
+    described = Explanation(named, object())
     assert found.is_plainer(fitter, described)
     better = dataclasses.replace(named, residual=np.zeros(named.residual.size))
     assert not found.is_plainer(fitter, dataclasses.replace(described, fit=better))

@@ -164,7 +164,7 @@ def test_a_name_whose_own_form_is_right_stays_whatever_else_is_missing(levels, m
                         None if own is None else own[coordinate])
     monkeypatch.setattr(openset, '_described', lambda fitter, fit: (
         fit, SimpleNamespace(level=1.0), 1.1))
-    found = openset.explain(fitter_of(Level((), 10.0), base), chosen, None)
+    found = openset.explain(fitter_of(Level((), 10.0), base), chosen)
     assert found.fit.names == kept
     assert set(found.dropped) == set(chosen.names) - set(kept)
 
@@ -183,7 +183,7 @@ def test_a_name_is_kept_where_a_flexible_model_needs_it(levels, monkeypatch, aft
     monkeypatch.setattr(openset, 'form_left', lambda *_: None)
     monkeypatch.setattr(openset, '_described', lambda fitter, fit: (
         fit, made, 1.0 + (with_table if fit is chosen else alone)))
-    found = openset.explain(fitter_of(Level((), 10.0), base), chosen, None)
+    found = openset.explain(fitter_of(Level((), 10.0), base), chosen)
     assert found.fit.names == kept and (found.table is made) == table
     assert found.dropped == (() if kept else ('backlash',))
 
@@ -192,8 +192,8 @@ def test_without_any_effect_a_table_describes_what_is_left(levels, monkeypatch):
     base = Level((), 5.0)
     made = SimpleNamespace(level=1.0)
     monkeypatch.setattr(openset, '_described', lambda fitter, fit: (fit, made, 1.2))
-    found = openset.explain(fitter_of(base, base), base, None)
-    assert found.table is made and found.dropped == () and found.adequacy == 1.0
+    found = openset.explain(fitter_of(base, base), base)
+    assert found.table is made and found.dropped == ()
 
 
 # ---- how sure a number is
@@ -226,7 +226,7 @@ def test_a_size_stands_out_of_none_by_its_deviation(monkeypatch, value, deviatio
 # ---- numbers of the file
 
 def told(name, matters, **more):
-    return numbers.NumberFinding(name, None, matters, 0.0, **more)
+    return numbers.NumberFinding(name, None, matters, **more)
 
 
 @pytest.mark.parametrize(('alone', 'pair', 'found'), [
@@ -286,7 +286,7 @@ def test_a_gain_that_falls_below_the_file_s_is_no_finding():
     fitter.problem.model = replace(Model(), friction=replace(Model().friction, load_gain=0.11))
     assert numbers._named(fitter, explained, 'load_gain', 1.0) is None
     explained.vector = np.array([0.2])
-    assert numbers._named(fitter, explained, 'load_gain', 1.0).value == 0.2
+    assert numbers._named(fitter, explained, 'load_gain', 1.0).effect == 'load_dependent_friction'
 
 
 def test_what_a_scale_may_stand_in_place_of_is_taken_off_before_one_is_asked():
@@ -297,12 +297,6 @@ def test_what_a_scale_may_stand_in_place_of_is_taken_off_before_one_is_asked():
     assert left.names == ('backlash',)
     fitter = SimpleNamespace(numbers=(SimpleNamespace(name='coulomb'),))
     assert effort_scale._factors(fitter, None) is None      # no inertia to hold a load against
-
-
-def test_a_share_of_nothing_is_nothing():
-    made = selection.Selection(None, (), 0.0, 0.0, 0.0)
-    assert made.share == 0.0
-    assert replace(made, excess_before=4.0, excess_after=1.0).share == 0.75
 
 
 def test_without_candidates_the_base_stays(monkeypatch):
@@ -335,7 +329,7 @@ def wide(levels, monkeypatch):
         monkeypatch.setattr(wide_band, '_resonance',
                             lambda fitter, fit, known, share, apart: (fit, share))
         monkeypatch.setattr(wide_band, '_over_formulations', lambda *_: {})
-        problem = SimpleNamespace(runs=(), onsets=())
+        problem = SimpleNamespace(runs=(), onsets=(), before_stop=0.0, noise_part=1.0)
         return wide_band.resonance_beside(problem, corrected or Model())
     return look
 
@@ -480,7 +474,8 @@ def test_a_room_is_of_the_motion_that_was_recorded(monkeypatch, change, loaded):
 
 def test_what_a_table_describes_is_told_with_what_it_depends_on_and_what_was_dropped(monkeypatch):
     zone = SimpleNamespace(variable='position', begin=2.0, end=5.0, unit='rad')
-    run = SimpleNamespace(motion=SimpleNamespace(velocity=np.array([1.0, -1.0])),
+    run = SimpleNamespace(motion=SimpleNamespace(velocity=np.array([1.0, -1.0]),
+                                                 position=np.array([3.0, 3.0])),
                           comparison=SimpleNamespace(grid=np.arange(2)))
     fitter = SimpleNamespace(problem=SimpleNamespace(
         runs=(run,), model=None, split=lambda values: [values]))

@@ -32,7 +32,7 @@ def test_a_short_distance_is_told_by_a_sharper_motion():
     true = 0.02
     fitter, fit = fitted(brake_with('presliding_friction', presliding_distance=true, shape=1.0),
                          'presliding_friction')
-    told = at_full_bandwidth(fitter, Explanation(fit, None, 1.0, 1.0))
+    told = at_full_bandwidth(fitter, Explanation(fit, None))
 
     def missed(fit: Fit) -> float:
         return abs(np.log(fit.hypothesis.named(fit.vector, 0)['presliding_distance'] / true))
@@ -53,7 +53,7 @@ def test_the_form_is_told_by_a_sharper_motion():
     fitter, fit = fitted(brake_with('presliding_friction', presliding_distance=true, shape=1.3,
                                     elements=1.0), 'presliding_friction')
     assert fit.hypothesis.variants[0].constants == (0.0,)
-    told = at_full_bandwidth(fitter, Explanation(fit, None, 1.0, 1.0)).explanation.fit
+    told = at_full_bandwidth(fitter, Explanation(fit, None)).explanation.fit
     assert told.hypothesis.variants[0].constants == (1.0,)
     found = told.hypothesis.named(told.vector, 0)['presliding_distance']
     assert found == pytest.approx(true, rel=0.25)
@@ -62,7 +62,7 @@ def test_the_form_is_told_by_a_sharper_motion():
 def test_what_is_multimodal_stays_as_it_is():
     fitter, fit = fitted(brake_with('backlash', gap=0.5, inertia_fraction=0.3,
                                     friction_fraction=0.6), 'backlash')
-    explanation = Explanation(fit, None, 1.0, 1.0)
+    explanation = Explanation(fit, None)
     told = at_full_bandwidth(fitter, explanation)
     assert told.explanation is explanation
     assert told.problem.runs is fitter.problem.runs
@@ -119,7 +119,7 @@ def test_slow_samples_are_judged_in_a_lower_band_and_not_sharpened():
     assert problem_of([recording], NOMINAL).bandwidth == pytest.approx(20.0)
     fitter = Fitter(problem_of([slow], NOMINAL))
     assert fitter.problem.bandwidth == pytest.approx(10.0, rel=1e-3)
-    explanation = Explanation(fitter.finish(fitter.base()), None, 1.0, 1.0)
+    explanation = Explanation(fitter.finish(fitter.base()), None)
     assert at_full_bandwidth(fitter, explanation).explanation is explanation
 
 
@@ -134,7 +134,7 @@ def test_what_is_judged_elsewhere_is_decided_here_and_fitted_to_all():
     fitter = Fitter(problem)
     variant = variants_of(get_effect('presliding_friction'), problem.scene)[0]
     fit = fitter.finish(fitter.refine(fitter.fit(variant, keep=2)))
-    told = at_full_bandwidth(fitter, Explanation(fit, None, 1.0, 1.0))
+    told = at_full_bandwidth(fitter, Explanation(fit, None))
     whole = fitted_to_all(fitter, told, 0)
 
     def missed(model: Model) -> float:

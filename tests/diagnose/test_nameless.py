@@ -11,7 +11,6 @@ from engb_core.diagnose.full_bandwidth import CorrectedModels
 from engb_core.diagnose.nameless import that_carries
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
-from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
 from engb_core.diagnose.unknown.flexible import best_table
 from engb_core.diagnose.unknown.openset import Explanation
 from engb_core.model import Friction, LoadTorque, Model
@@ -49,7 +48,7 @@ def kept_of(extra, truth: Model = MODEL, pace=changing_pace, noise: float = 1e-3
     fitter = Fitter(problem_of([recording], MODEL), 1)
     base = fitter.finish(fitter.refine(fitter.base()))
     table = best_table(fitter, base)
-    explanation = Explanation(base, table, 1.0, reduced_chi_square(base, fitter))
+    explanation = Explanation(base, table)
     told = CorrectedModels(explanation, explanation.models(), fitter.problem, explanation.fit)
     return len(told.models), len(that_carries(fitter, fitter.nominal(), told).models)
 

@@ -46,8 +46,7 @@ def test_one_in_a_hundred_is_taken_for_coloured(fitter):
 @pytest.mark.parametrize(('smooth', 'said'), [(1, 'consistent'), (6, 'unexplained')])
 def test_a_file_that_leaves_noise_of_another_level_is_consistent(fitter, smooth, said):
     nominal = left(fitter, 1.25, smooth)
-    verdict, _ = verdict_of(fitter, nominal, Explanation(nominal, None, 1.0, 1.56), [],
-                            nominal.residual)
+    verdict, _ = verdict_of(fitter, nominal, Explanation(nominal, None), [])
     assert verdict == said
 
 

@@ -303,7 +303,7 @@ def test_what_passes_but_once_is_in_the_model_only_if_it_is_likely_or_worth_it(c
         vector = np.clip(hypothesis.prior[0], *hypothesis.bounds)
         vector[-1] = size
         fit = fitter.finish(fitter.evaluate(hypothesis, vector))
-        explanation = Explanation(fit, None, 1.0, excess(fit, fitter) + 1.0)
+        explanation = Explanation(fit, None)
         told = CorrectedModels(explanation, explanation.models(),
                                explained_problem(fitter, fit), fit)
         findings = [EffectFinding(effect, probability, {}, 0.5, (), '')

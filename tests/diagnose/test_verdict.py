@@ -53,7 +53,7 @@ def test_a_description_tells_all_that_it_depends_on(effect, values, depends_on, 
     fit = fitter.evaluate(hypothesis, vector)
     nominal = fitter.nominal()
     nominal = replace(nominal, residual=nominal.residual + 1.0)
-    _, told = verdict_of(fitter, nominal, Explanation(fit, None, 1.0, 2.0), [], fit.residual)
+    _, told = verdict_of(fitter, nominal, Explanation(fit, None), [])
     assert told.depends_on == depends_on
     assert told.memory == memory
 
@@ -63,8 +63,8 @@ def test_a_remainder_that_rounds_to_nothing_is_not_called_nothing(share, said):
     fitter = Fitter(problem_of([recorded()], MODEL))
     nominal = fitter.nominal()
     left = replace(nominal, residual=nominal.residual + 1.0)
-    _, told = verdict_of(fitter, left, Explanation(left, None, 1.0, 2.0),
-                         [replace(FINDING, share=share)], left.residual)
+    _, told = verdict_of(fitter, left, Explanation(left, None),
+                         [replace(FINDING, share=share)])
     assert told.statement.startswith(f'{said} of the mismatch is not explained')
 
 
@@ -73,8 +73,8 @@ def test_known_effects_nearest_to_the_rest_are_told_beside_a_name():
     nominal = fitter.nominal()
     left = replace(nominal, residual=nominal.residual + 1.0)
     further = (('nonlinear_viscous_friction', 0.29), ('cogging_torque', 0.16))
-    told, none = (verdict_of(fitter, left, Explanation(left, None, 1.0, 2.0), findings,
-                             left.residual, further)[1]
+    told, none = (verdict_of(fitter, left, Explanation(left, None), findings,
+                             further)[1]
                   for findings in ([replace(FINDING, share=0.9)], []))
     assert told.nearest == further
     assert with_nearest(told).statement.endswith(
@@ -82,8 +82,8 @@ def test_known_effects_nearest_to_the_rest_are_told_beside_a_name():
         '29 %, cogging_torque 16 %; another formula of what is named may miss as much, so none '
         'of them is named.')
     # They were asked beside all chosen effects, of which a dropped one is no longer there.
-    _, without = verdict_of(fitter, left, Explanation(left, None, 1.0, 2.0, ('backlash',)),
-                            [replace(FINDING, share=0.9)], left.residual, further)
+    _, without = verdict_of(fitter, left, Explanation(left, None, ('backlash',)),
+                            [replace(FINDING, share=0.9)], further)
     assert without.nearest == ()
     # With nothing named there is nothing beside which they would be.
     assert none.nearest == ()

@@ -178,7 +178,7 @@ def test_names_that_explain_all_are_held_against_a_law(hidden, named, falls, mon
     beaten."""
     fitter = Fitter(problem_of([recorded(hidden)], MODEL), 1)
     (variant, *_) = variants_of(get_effect(named), fitter.problem.scene)
-    explanation = Explanation(fitter.finish(fitter.refine(fitter.fit(variant))), None, 1.0, 1.0)
+    explanation = Explanation(fitter.finish(fitter.refine(fitter.fit(variant))), None)
     told = CorrectedModels(explanation, explanation.models(), fitter.problem, explanation.fit)
     said: list[str] = []
     won = law_instead(fitter, told, 0.7, said.append)

@@ -43,4 +43,4 @@ def missing_load_friction(fitter: Fitter, explained: Fit) -> NumberFinding | Non
     if by_itself < LARGER_PART:
         return None
     rise = reduced_chi_square(held, fitter) - reduced_chi_square(fit, fitter)
-    return NumberFinding(EFFECT, fit, rise, value, moved=by_itself)
+    return NumberFinding(EFFECT, fit, rise, moved=by_itself)

@@ -61,7 +61,6 @@ class NumberFinding:
         effect: that names it.
         fit: in which it is free.
         matters: rise of the mean squared residual when it is held at the file's value.
-        value: that it has in the fit.
         kept: whether a refit of the file left just this one as it was.
         rivals: (effect, weight) of numbers of which one is wrong instead, if this one isn't.
         moved: probability that it is not as in the file, and that no refit has moved it.
@@ -70,7 +69,6 @@ class NumberFinding:
     effect: str
     fit: Fit
     matters: float
-    value: float
     kept: bool = False
     rivals: tuple[tuple[str, float], ...] = ()
     moved: float = 1.0
@@ -439,4 +437,4 @@ def _named(fitter: Fitter, explained: Fit, name: str, rise: float) -> NumberFind
         # likely as the other.
         rivals = tuple((effect, 0.5) for effect in (BACK_EMF,)
                        if fitter.problem.scene.commanded)
-    return NumberFinding(_BY_NUMBER[name], explained, rise, value, rivals=rivals)
+    return NumberFinding(_BY_NUMBER[name], explained, rise, rivals=rivals)

@@ -21,7 +21,6 @@ from engb_core.diagnose.constants import (
 from engb_core.diagnose.formula import chance_part, something_known
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square
-from engb_core.diagnose.selection import Selection
 from engb_core.diagnose.unknown.flexible import best_table, Flexible, form_left
 from engb_core.model import EffectSetting, Model
 
@@ -37,16 +36,12 @@ class Explanation:
     Attributes:
         fit: named effects and numbers, finished.
         table: what describes the rest, or None.
-        adequacy: part of all that can be explained that the named effects account for.
-        level: mean squared residual of fit and table together (table: cross-validated).
         dropped: effects that fitted best but were not good enough to be named.
         carried_over: whether those were better than the file on what no fit has seen.
     """
 
     fit: Fit
     table: Flexible | None
-    adequacy: float
-    level: float
     dropped: tuple[str, ...] = ()
     carried_over: bool = True
 
@@ -69,33 +64,33 @@ class Explanation:
         return self.model(), replace(self, table=None).model()
 
 
-def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
+def explain(fitter: Fitter, chosen: Fit) -> Explanation:
     """Hold the chosen effects against flexible models, and decide what is named."""
     after = reduced_chi_square(chosen, fitter)
     if after - 1.0 < FORMULA_ERROR:
-        return Explanation(chosen, None, 1.0, after)
+        return Explanation(chosen, None)
     before = max(reduced_chi_square(fit, fitter) for fit in (fitter.nominal(), fitter.base()))
     rest = _described(fitter, chosen)
     if not chosen.hypothesis.variants:
-        return _kept(rest, chosen, 1.0, after, ())
+        return _kept(rest, chosen, after, ())
     gain = before - after
     further = max(after - rest[2], 0.0)
     adequacy = gain / max(gain + further, 1e-9)
     if something_known(1.0 - adequacy, 1.0) >= LARGER_PART:
         # Whatever the form of each over its own coordinate is.
-        return _kept(rest, chosen, adequacy, after, ())
+        return _kept(rest, chosen, after, ())
     # What more could be explained is not theirs where their own form is right.
     likely = [index for index, variant in enumerate(chosen.hypothesis.variants)
               if something_known(1.0 - adequacy, form_left(
                   fitter, fitter.without(chosen, index), chosen, variant.effect.reveals))
               >= LARGER_PART]
     if len(likely) == len(chosen.hypothesis.variants):
-        return _kept(rest, chosen, adequacy, after, ())
+        return _kept(rest, chosen, after, ())
     base = fitter.finished_base
     alone = _described(fitter, base)
     if alone[2] > rest[2] + chance_part() * (after - rest[2]):
         # The table needs the effects: they are part of the truth, if not all of it.
-        return _kept(rest, chosen, adequacy, after, ())
+        return _kept(rest, chosen, after, ())
     dropped = tuple(variant.effect.id for index, variant in enumerate(chosen.hypothesis.variants)
                     if index not in likely)
     if likely:
@@ -104,15 +99,15 @@ def explain(fitter: Fitter, chosen: Fit, selection: Selection) -> Explanation:
                 chosen = fitter.without(chosen, index)
         base = fitter.finish(fitter.refine(chosen))
         alone = _described(fitter, base)
-    return _kept(alone, base, adequacy, reduced_chi_square(base, fitter), dropped)
+    return _kept(alone, base, reduced_chi_square(base, fitter), dropped)
 
 
-def _kept(rest: tuple[Fit, Flexible | None, float], fit: Fit, adequacy: float, after: float,
+def _kept(rest: tuple[Fit, Flexible | None, float], fit: Fit, after: float,
           dropped: tuple[str, ...]) -> Explanation:
     described, table, reached = rest
     if after - reached < max(FORMULA_ERROR, WORTH_PART * (after - 1.0)):
-        return Explanation(fit, None, adequacy, after, dropped)
-    return Explanation(described, table, adequacy, reached, dropped)
+        return Explanation(fit, None, dropped)
+    return Explanation(described, table, dropped)
 
 
 def _described(fitter: Fitter, fit: Fit) -> tuple[Fit, Flexible | None, float]:
