@@ -37,7 +37,9 @@ EFFECT = Effect(
         f"Friction is {p['friction_ratio']:.2f} times what it was at the start."
         if p['settling'] < _AT_ONCE else
         f"Friction {'grows' if p['friction_ratio'] > 1 else 'falls'} during the recording "
-        f"to {p['friction_ratio']:.2f} times its value at the start (warm-up)."),
+        f"to {p['friction_ratio']:.2f} times its value at the start (warm-up)"
+        + (f", most of it within {p['settling'] * p['duration']:.2g} s."
+           if p['settling'] < 1.0 else '.')),
     reveals='time',
     picture='friction_over_time',
     seen='The same strokes take less, or more, effort as time goes on.',

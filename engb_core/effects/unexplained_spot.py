@@ -30,7 +30,8 @@ EFFECT = Effect(
     equation='T = height · exp(−½ |(θ − centre)/width|^shape), even or odd in speed',
     reference='none: what is left',
     statement=lambda p: (f"A torque of {p['height'] * 1e3:.3g} mN·m acts at one place of the "
-                         f"stroke, {p['centre']:.3g} ± {p['width']:.2g} rad"
+                         f"stroke, from {p['centre'] - p['width']:.3g} to "
+                         f"{p['centre'] + p['width']:.3g} rad"
                          + (', against the motion' if p['by_direction'] > 0.5 else '')
                          + '; no effect of the library does that.'),
     reveals='position',

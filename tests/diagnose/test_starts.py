@@ -59,3 +59,11 @@ def test_lateness_is_that_of_the_drive_and_not_of_the_samples():
         EffectSetting('effort_measurement_lag', {'lag': 0.01})))
     assert lateness(late) == pytest.approx(0.012)
     assert lateness(NOMINAL) == 0.0 and np.isfinite(lateness(NOMINAL))
+
+
+def test_an_episode_is_looked_for_in_every_recording():
+    quiet, other = (replace(lively(NOMINAL), name=name) for name in ('quiet', 'other'))
+    effort = other.effort + 0.05 * ((other.time > 4.0) & (other.time < 5.0))
+    fitter = Fitter(problem_of([quiet, replace(other, effort=effort)], NOMINAL))
+    found = settings_from_residual(fitter, fitter.nominal(), get_effect('unexplained_episode'))
+    assert min(abs(entry['begin'] - 4.0) for entry in found) < 0.1

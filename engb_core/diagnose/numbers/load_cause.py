@@ -133,8 +133,11 @@ def moved_by(result: Search, nominal: float) -> tuple[Fit, list[Fit]]:
     decided, rivals = _decided(fitter, base, held, [], limit)
     if decided is not base:
         return _or_two(result, decided, rivals, held)
-    leading = sorted(held, key=lambda fit: price(fit, fitter))[:LEADING]
-    return _decided(fitter, base, both_moved(result, leading), [], limit)
+    ranked = sorted(held, key=lambda fit: price(fit, fitter))
+    # Two that move the curve may each be far off alone.
+    firsts = [fit for place, fit in enumerate(ranked)
+              if place < LEADING or fit.hypothesis.ids[0] in MOVE_THE_LOAD]
+    return _decided(fitter, base, both_moved(result, firsts), [], limit)
 
 
 def _or_two(result: Search, decided: Fit, rivals: list[Fit], held: list[Fit],

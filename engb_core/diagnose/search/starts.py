@@ -141,21 +141,23 @@ def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
 
 
 def _episodes(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
-    """Return the stretch of time whose residual is largest in the mean, in a few lengths."""
+    """Return the stretch of time of any recording whose residual is largest in the mean, in a few
+    lengths."""
     found: Settings = []
-    run = fitter.problem.runs[0]
-    residual = fitter.problem.split(fit.residual / fitter.spread)[0]
-    time = run.motion.time[run.comparison.grid]
-    step = float(np.median(np.diff(time)))
-    grid = np.round((time - time[0]) / step).astype(int)
-    energy = np.zeros(grid[-1] + 1)
-    energy[grid] = residual ** 2
+    residuals = fitter.problem.split(fit.residual / fitter.spread)
     for length in (1.0, 3.0, 7.0):
-        count = int(length / step)
-        if count >= energy.size:
-            continue
-        window = np.convolve(energy, np.ones(count), 'valid')
-        first = int(np.argmax(window))
-        begin = float(time[0] + first * step)
-        found.append({'begin': begin, 'end': begin + length})
+        largest, begins = 0.0, list[float]()
+        for time, residual in zip(fitter.problem.times, residuals, strict=True):
+            step = float(np.median(np.diff(time)))
+            grid = np.round((time - time[0]) / step).astype(int)
+            energy = np.zeros(grid[-1] + 1)
+            energy[grid] = residual ** 2
+            count = int(length / step)
+            if count >= energy.size:
+                continue
+            window = np.convolve(energy, np.full(count, 1.0 / count), 'valid')
+            first = int(np.argmax(window))
+            if window[first] > largest:
+                largest, begins = float(window[first]), [float(time[0] + first * step)]
+        found += [{'begin': begin, 'end': begin + length} for begin in begins]
     return found
