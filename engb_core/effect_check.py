@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 import math
+from pathlib import Path
 import re
 
 import numpy as np
@@ -27,7 +28,11 @@ from engb_core.effects.base import (
     TIME_STEP,
     VELOCITY,
 )
-from engb_core.effects.catalogue import get_effect, registered
+from engb_core.effects.catalogue import (
+    effect_of_file,
+    get_effect,
+    registered,
+)
 from engb_core.errors import InputError, raised_at
 from engb_core.model import Controller, EffectSetting, Friction, LoadTorque, Model
 from engb_core.physics.command_law import Commanded, CommandLaw
@@ -40,7 +45,7 @@ from engb_core.recording import Recording, Reference, Signal
 from engb_core.signals.gaussian import gaussian_kernel
 
 __all__ = ['FLOOR', 'MODEL', 'RATE', 'TICK', 'TOLERANCE', 'compared', 'effort_needed',
-           'faults_of_effect', 'simulated_loop', 'with_effect']
+           'faults_of_effect', 'refuse_unfit', 'simulated_loop', 'with_effect']
 
 Array = NDArray[np.float64]
 
@@ -77,6 +82,21 @@ def faults_of_effect(effect: Effect) -> list[str]:
             return faults or list(_in_motion(effect))
         except InputError as error:
             return [str(error)]
+
+
+def refuse_unfit(paths: Iterable[Path]) -> None:
+    """Raise InputError, which names the file, where the effect of one can't be computed.
+
+    What a simulated motion shows is left to `faults_of_effect`, which takes seconds.
+    """
+    for path in paths:
+        effect = effect_of_file(path)
+        try:
+            fault = next(iter([*_words(effect), *_parameters(effect)] or _functions(effect)), None)
+        except InputError as error:
+            raise InputError(f'{path}: {error}') from error
+        if fault is not None:
+            raise InputError(f'{path}: {effect.id}: {fault}; mend the file, or take it away')
 
 
 def _words(effect: Effect) -> Iterator[str]:

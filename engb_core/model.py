@@ -229,9 +229,11 @@ class Model:
             raise InputError(f'motor.inertia is {motor.inertia}; it must be above 0 kg·m²')
         if motor.torque_constant <= 0:
             raise InputError('motor.torque_constant must be above 0 N·m/A')
+        _refuse_negative(motor, 'motor', {'viscous_friction': 'N·m·s/rad'})
         friction = _section(Friction, data.get('friction'), 'friction')
         if friction.saturation_velocity <= 0:
             raise InputError('friction.saturation_velocity must be above 0 rad/s')
+        _refuse_negative(friction, 'friction', {'coulomb': 'N·m', 'load_gain': ''})
         if not -1.0 <= friction.load_curvature <= 1.0:
             raise InputError(f'friction.load_curvature is {friction.load_curvature}; it must lie '
                              'within -1 and 1')
@@ -241,6 +243,8 @@ class Model:
         controller = None
         if data.get('controller') is not None:
             controller = _section(Controller, data['controller'], 'controller')
+            _refuse_negative(controller, 'controller', {
+                'proportional': 'N·m/rad', 'integral': 'N·m/(rad·s)', 'derivative': 'N·m·s/rad'})
             if controller.rate <= 0 or controller.effort_limit <= 0:
                 raise InputError('controller.rate and controller.effort_limit must be above 0')
             if controller.rate > _FASTEST_LOOP:
@@ -337,6 +341,15 @@ def _section(kind: type, data: Any, where: str, required: tuple[str, ...] = ()) 
     return kind(**values)
 
 
+def _refuse_negative(section: Any, where: str, units: dict[str, str]) -> None:
+    """Raise InputError where a number that would feed energy into the motion is below 0."""
+    for name, unit in units.items():
+        value = getattr(section, name)
+        if value < 0:
+            raise InputError(f'{where}.{name} is {value:g}; it must be at least 0'
+                             + (f' {unit}' if unit else ''))
+
+
 def _load_torque(data: Any) -> LoadTorque:
     if data is None:
         return LoadTorque()
@@ -345,8 +358,10 @@ def _load_torque(data: Any) -> LoadTorque:
     form = data.get('form', 'polynomial')
     if form == 'sinusoid':
         check_keys(data, {'form', 'amplitude', 'phase'}, 'load_torque')
-        return LoadTorque(form, amplitude=number_at(data.get('amplitude', 0.0),
-                                                  'load_torque.amplitude'),
+        if 'amplitude' not in data:
+            raise InputError('load_torque.amplitude is missing; form: sinusoid takes amplitude '
+                             '[N·m] and phase [rad]')
+        return LoadTorque(form, amplitude=number_at(data['amplitude'], 'load_torque.amplitude'),
                           phase=number_at(data.get('phase', 0.0), 'load_torque.phase'))
     if form != 'polynomial':
         raise InputError(f'load_torque.form is {shown(form)}; it must be polynomial or sinusoid')

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from engb_core.recording import Recording
 
 __all__ = ['Progress', 'add_effects', 'add_model', 'add_namespace', 'add_progress', 'file_output',
-           'folder_output', 'read_recordings', 'tell_what_is_missing']
+           'folder_output', 'read_effects', 'read_model', 'read_recordings',
+           'tell_what_is_missing']
 
 
 def add_model(parser: argparse.ArgumentParser, required: bool = True, text: str = '') -> None:
@@ -34,6 +35,42 @@ def add_effects(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--effects', dest='effects_folder', metavar='FOLDER',
                         help='effects of your own, a Python file each '
                         '(docs/add-an-effect.md), beside those of ENGB_EFFECTS')
+
+
+def read_effects(folder: str | None) -> None:
+    """Read the effects of --effects, and look whether they and those of the user's own folder can
+    be computed.
+
+    Raises:
+        InputError: one can't; names its file.
+    """
+    from engb_core.effects.catalogue import files_of_effects, own_effects_folder, read_effects_of
+    own = own_effects_folder()
+    files = files_of_effects(own) if own.is_dir() and any(own.glob('*.py')) else []
+    if folder is not None:
+        files += files_of_effects(folder)
+    if files:
+        from engb_core.effect_check import refuse_unfit
+        refuse_unfit(files)
+    if folder is not None:
+        read_effects_of(folder)
+
+
+def read_model(path: str | os.PathLike[str]) -> Model:
+    """Read a model file whose effects are all known.
+
+    Raises:
+        InputError: it can't be read, or a value is wrong; names the file.
+    """
+    from engb_core.model import Model
+    model = Model.read(path)
+    if model.effects:
+        from engb_core.physics.plant import effects_of
+        try:
+            effects_of(model)
+        except InputError as error:
+            raise InputError(f'{path}: {error}') from error
+    return model
 
 
 def add_namespace(parser: argparse.ArgumentParser) -> None:

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.text.printable import printable
-from engb_ros.commands.common import add_effects, folder_output
+from engb_ros.commands.common import add_effects, folder_output, read_model
 
 if TYPE_CHECKING:
     from engb_core.model import Model
@@ -52,8 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    from engb_core.model import Model
-    model = Model.read(arguments.model)
+    model = read_model(arguments.model)
     out = Path(arguments.out) if arguments.out else Path(arguments.model).parent / 'export'
     wanted = list(dict.fromkeys(arguments.to))
     with folder_output(out, [name for one in wanted for name in FILES[one]],

@@ -22,6 +22,7 @@ from engb_ros.commands.common import (
     add_progress,
     file_output,
     Progress,
+    read_model,
     read_recordings,
 )
 
@@ -40,8 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    from engb_core.model import Model
-    model = Model.read(arguments.model) if arguments.model else None
+    model = read_model(arguments.model) if arguments.model else None
     inputs = [*arguments.recordings, *([arguments.model] if arguments.model else [])]
     with Progress(arguments) as progress, file_output(
             arguments.out, '.yaml', inputs) as scratch:

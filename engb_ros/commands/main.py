@@ -139,9 +139,9 @@ def run_command(name: str, given: Sequence[str]) -> int | None:
         parsed = parser.parse_intermixed_args(words)
     parsed.command_line = ('engb', name, *given)      # to be repeated in advice
     # Under this name only: `engb prove --effects` means names.
-    if getattr(parsed, 'effects_folder', None):
-        from engb_core.effects.catalogue import read_effects_of
-        read_effects_of(parsed.effects_folder)
+    if hasattr(parsed, 'effects_folder'):
+        from engb_ros.commands.common import read_effects
+        read_effects(parsed.effects_folder)
     status: int | None = module.run(parsed)
     return status
 

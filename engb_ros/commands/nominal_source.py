@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
+from engb_ros.commands.common import read_model
 from engb_ros.commands.inputs import read_inputs
 
 if TYPE_CHECKING:
@@ -55,13 +56,12 @@ def model_given(arguments: argparse.Namespace) -> tuple[Model | None, tuple[str,
     Raises:
         InputError: it can't be read.
     """
-    from engb_core.model import Model
     from engb_core.simulated.joint_files import JOINT_FILES, model_of_joint
     path = arguments.model
     if path is None:
         return None, ()
     if Path(path).suffix.lower() not in JOINT_FILES:
-        return Model.read(path), ()
+        return read_model(path), ()
     model, lacks = model_of_joint(path, arguments.joint)
     return model, tuple(f'{Path(path).name}: not taken over: {line}' for line in lacks)
 

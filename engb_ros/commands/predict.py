@@ -26,6 +26,7 @@ from engb_ros.commands.common import (
     add_progress,
     file_output,
     Progress,
+    read_model,
     read_recordings,
 )
 
@@ -44,8 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    from engb_core.model import Model
-    model = Model.read(arguments.model)
+    model = read_model(arguments.model)
     with Progress(arguments) as progress, file_output(
             arguments.out, '.npz', [arguments.model, arguments.recording]) as scratch:
         recording, = read_recordings([arguments.recording], model, arguments.namespace, progress)

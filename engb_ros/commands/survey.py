@@ -32,6 +32,7 @@ from engb_ros.commands.common import (
     add_model,
     add_progress,
     Progress,
+    read_model,
     tell_what_is_missing,
 )
 
@@ -70,14 +71,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    from engb_core.model import Model
     from engb_ros.fleet.find import find_recordings, read_units
     from engb_ros.fleet.store import Store
     if arguments.jobs is not None and arguments.jobs < 1:
         raise InputError(f'--jobs {arguments.jobs}: must be at least 1')
     if not arguments.timeout > 0:
         raise InputError(f'--timeout {arguments.timeout}: must be above 0 s')
-    model = Model.read(arguments.model).to_mapping()
+    model = read_model(arguments.model).to_mapping()
     recordings = find_recordings(arguments.folders)
     if arguments.units:
         recordings = read_units(arguments.units, recordings)

@@ -180,7 +180,9 @@ def test_sections_of_the_wrong_kind_are_named(file, place, value):
     ('format', 'engb-model/2'), ('joint.type', 'spherical'), ('joint.name', 3),
     ('motor.inertia', 0.0), ('motor.inertia', -1e-5), ('motor.torque_constant', 0),
     ('friction.saturation_velocity', 0.0), ('friction.saturation_velocity', -1),
-    ('friction.load_curvature', 1.5),
+    ('friction.load_curvature', 1.5), ('friction.coulomb', -0.03), ('friction.load_gain', -0.1),
+    ('motor.viscous_friction', -1e-4), ('controller.proportional', -1),
+    ('controller.integral', -0.1), ('controller.derivative', -1e-9),
     ('controller.rate', 0.0), ('controller.effort_limit', 0.0), ('controller.effort_limit', -1),
     ('load_torque.form', 'spline'), ('load_torque.coefficients', []),
     ('load_torque.coefficients', [0.0] * 13), ('effects.0.effect', 4)])
@@ -200,6 +202,13 @@ def test_what_is_missing_is_named(file, place):
         here = here[int(name)] if isinstance(here, list) else here[name]
     del here[last]
     assert shown(place).removesuffix('.effect') in refusal(file(content))
+
+
+def test_a_sinusoid_without_amplitude_is_no_load(file):
+    assert 'load_torque.amplitude is missing' in refusal(file(
+        changed('load_torque', {'form': 'sinusoid'})))
+    assert Model.read(file(changed('load_torque', {'form': 'sinusoid', 'amplitude': 0.2}))
+                      ).load_torque == LoadTorque('sinusoid', amplitude=0.2)
 
 
 @pytest.mark.parametrize('text', ['', '- 1\n', 'motor', 'a: [1\n', 'a: &a\n', '\t', '? [a]\n: 1\n',
