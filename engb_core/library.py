@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 import os
 from pathlib import Path
@@ -17,11 +17,13 @@ from engb_core.errors import InputError
 from engb_core.mechanism.kinematics import Mechanism
 from engb_core.model import Model
 from engb_core.recording import Recording as Run
-from engb_core.recording import Reference, Signal
+from engb_core.recording import Reference, refuse_copies, Signal
 
 __all__ = ['Diagnosis', 'Recording', 'diagnose', 'load_model', 'predict', 'read', 'simulate']
 
 Array = NDArray[np.float64]
+
+FilePath = str | os.PathLike[str]
 
 
 def Recording(time: ArrayLike, position: ArrayLike, effort: ArrayLike,
@@ -39,30 +41,48 @@ def Recording(time: ArrayLike, position: ArrayLike, effort: ArrayLike,
         reference, signals: what was tracked, and side signals, on the clock of `time`.
 
     Raises:
-        InputError: columns of different lengths, or fewer than 20 usable samples.
+        InputError: a column that is no row of numbers, columns of different lengths, or fewer
+            than 20 usable samples.
     """
-    columns = {'time': time, 'position': position, 'effort': effort, 'velocity': velocity}
+    columns = {key: None if values is None else _numbers(name, key, values)
+               for key, values in (('time', time), ('position', position), ('effort', effort),
+                                   ('velocity', velocity))}
     shapes = {key: np.shape(values) for key, values in columns.items() if values is not None}
     if len(set(shapes.values())) > 1 or len(shapes['time']) != 1:
         raise InputError(f'{name}: the columns have to be of one length: ' + ', '.join(
             f'{key} {shape}' for key, shape in shapes.items()))
-    return Run.from_samples(name, time, position, effort, velocity, reference, signals)
+    return Run.from_samples(name, columns['time'], columns['position'], columns['effort'],
+                            columns['velocity'], reference, signals)
 
 
-def read(path: str | os.PathLike[str], model: Model | None = None) -> Run:
+def _numbers(name: str, column: str, values: ArrayLike) -> Array:
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f'{name}: {column} is no row of numbers ({error}); give (n,) floats in '
+                         'SI units') from None
+
+
+def read(path: FilePath, model: Model | FilePath | None = None, joint: str | None = None) -> Run:
     """Read a recording (a bag's folder, .mcap, .db3) or a table (.csv, .mat, .parquet, …).
 
     Args:
         path: what to read; needs neither ROS nor engb_ros.
-        model: tells the joint's name, and the torque constant where effort is a current.
+        model: tells the joint's name, and the torque constant where effort is a current; a Model
+            or the path of a model file.
+        joint: which one of a bag that holds several (None: the model's).
 
     Raises:
         InputError: not readable, or something is missing that the table does not tell.
     """
     from engb_core.io.tables.open import is_table
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f'{_kind(path)} is no path; name a recording\'s file or folder')
     if not Path(path).exists():
         raise InputError(f'{path}: there is no such file or folder')
-    name = None if model is None else model.joint.name
+    if model is not None:
+        model = _model(model)
+    name = joint or (None if model is None else model.joint.name)
     if not is_table(str(path)):
         from engb_core.io.bags.read import read_recording
         return read_recording(path, name, effort_optional=True)
@@ -74,7 +94,7 @@ def read(path: str | os.PathLike[str], model: Model | None = None) -> Run:
     return measured.recording(name or 'motor')
 
 
-def load_model(path: str | os.PathLike[str]) -> Model:
+def load_model(path: FilePath) -> Model:
     """Read a model file.
 
     Args:
@@ -150,15 +170,15 @@ class Diagnosis(told.Diagnosis):
                 'style="width:100%;height:800px;border:0"></iframe>')
 
 
-def diagnose(recordings: Run | Sequence[Run], model: Model,
-             holdout: Run | Sequence[Run] = (),
+def diagnose(recordings: Run | FilePath | Sequence[Run | FilePath], model: Model | FilePath,
+             holdout: Run | FilePath | Sequence[Run | FilePath] = (),
              progress: Callable[[str], None] | None = None,
              level: float | None = None, mechanism: Mechanism | None = None) -> Diagnosis:
     """Compare a model with recordings and say what physics it leaves out.
 
     Args:
-        recordings: one or several, which may be fitted.
-        model: the nominal model.
+        recordings: one or several, which may be fitted; paths are read.
+        model: the nominal model, or the path of its file.
         holdout: one or several, judged only; without any, a part of the recordings is kept out
             of every fit.
         progress: is told what is being done, a line each.
@@ -167,13 +187,18 @@ def diagnose(recordings: Run | Sequence[Run], model: Model,
             repeats along the stroke then says which part turns so.
 
     Raises:
-        InputError: too little motion to judge a model by, or units that cannot be right.
+        InputError: too little motion to judge a model by, units that cannot be right, two
+            recordings of one name, or one that is held out and fitted.
     """
     from engb_core.diagnose.cause_sets import checked_level, with_cause_sets
     from engb_core.diagnose.engine import diagnose as found_by
     if level is not None:
         checked_level(level)
-    found = found_by(_several(recordings), model, _several(holdout), progress)
+    model = _model(model)
+    fitted, held = (_several(given, model) for given in (recordings, holdout))
+    _refuse_one_name([*fitted, *held])
+    refuse_copies(fitted, held)
+    found = found_by(fitted, model, held, progress)
     if level is not None:
         found = replace(found, effects=with_cause_sets(found.effects, level))
     if mechanism is not None:
@@ -182,30 +207,68 @@ def diagnose(recordings: Run | Sequence[Run], model: Model,
     return Diagnosis(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
 
 
-def predict(recording: Run, model: Model) -> Array:
+def predict(recording: Run | FilePath, model: Model | FilePath) -> Array:
     """Return the effort (n,) [N·m] that the model says the recorded motion needs.
 
     Args:
-        recording: its motion is taken, not its effort.
-        model: the nominal or a corrected model.
+        recording: its motion is taken, not its effort; a path is read.
+        model: the nominal or a corrected model, or the path of its file.
+
+    Raises:
+        InputError: one can't be read, or the model has an unknown effect.
     """
     from engb_core.prediction import predict_effort
-    return predict_effort(recording, model)
+    model = _model(model)
+    return predict_effort(_run(recording, model), model)
 
 
-def simulate(recording: Run, model: Model) -> tuple[Array, Array]:
+def simulate(recording: Run | FilePath, model: Model | FilePath) -> tuple[Array, Array]:
     """Return position (n,) [rad] and velocity (n,) [rad/s] of the model in the recorded loop.
 
     Args:
-        recording: its reference is tracked, from its first position on.
-        model: with the controller that closed the loop.
+        recording: its reference is tracked, from its first position on; a path is read.
+        model: with the controller that closed the loop, or the path of its file.
 
     Raises:
         InputError: the recording has no reference, or the model no controller.
     """
     from engb_core.physics.simulation import simulate_closed_loop
-    return simulate_closed_loop(recording, model)
+    model = _model(model)
+    return simulate_closed_loop(_run(recording, model), model)
 
 
-def _several(given: Run | Sequence[Run]) -> list[Run]:
-    return [given] if isinstance(given, Run) else list(given)
+def _several(given: Run | FilePath | Sequence[Run | FilePath], model: Model) -> list[Run]:
+    one = isinstance(given, Run | str | os.PathLike) or not isinstance(given, Iterable)
+    entries: Iterable[Any] = [given] if one else given
+    return [_run(entry, model) for entry in entries]
+
+
+def _run(given: Run | FilePath, model: Model) -> Run:
+    if isinstance(given, Run):
+        return given
+    if isinstance(given, str | os.PathLike):
+        return read(given, model)
+    raise InputError(f'{_kind(given)} is no recording; give an engb.Recording, or the path of a '
+                     'bag or a table')
+
+
+def _model(given: Model | FilePath) -> Model:
+    if isinstance(given, Model):
+        return given
+    if isinstance(given, str | os.PathLike):
+        return load_model(given)
+    raise InputError(f'{_kind(given)} is no model; give an engb.Model, or the path of a model '
+                     'file (engb model makes a first one of a recording)')
+
+
+def _kind(given: object) -> str:
+    return 'None' if given is None else f'an object of type {type(given).__name__}'
+
+
+def _refuse_one_name(recordings: Sequence[Run]) -> None:
+    names = [recording.name for recording in recordings]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f'two recordings are called {twice!r}, by which a report tells them '
+                         'apart; give each one of its own: engb.Recording(…, name=…), or '
+                         'dataclasses.replace(recording, name=…)')

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from engb_core.errors import InputError
 from engb_core.repeated_stamps import one_stamp_each, usual_interval
 
-__all__ = ['Recording', 'Reference', 'Signal']
+__all__ = ['Recording', 'Reference', 'Signal', 'refuse_copies']
 
 Array = NDArray[np.float64]
 
@@ -240,6 +241,21 @@ class Recording:
                 reference, time=reference.time - first),
             signals={key: replace(signal, time=signal.time - first)
                      for key, signal in self.signals.items()}, start=self.start + first)
+
+
+def refuse_copies(recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
+    """Raise InputError where what is held out has been seen: a copy of a recording that is fitted.
+
+    Args:
+        recordings: which may be fitted.
+        holdout: on which the result is judged.
+    """
+    for copy in holdout:
+        for run in recordings:
+            if np.array_equal(copy.position, run.position) and np.array_equal(
+                    copy.effort, run.effort, equal_nan=True):
+                raise InputError(f'{copy.name}: holds the same samples as {run.name}, which is '
+                                 'fitted; hold out a recording of its own, or none')
 
 
 def _refuse_bursts(name: str, stamp: Array) -> None:

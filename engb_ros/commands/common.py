@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
 import os
-from pathlib import Path
 import shutil
 import sys
 from typing import TYPE_CHECKING
@@ -17,11 +15,9 @@ from engb_core.text.printable import printable
 
 if TYPE_CHECKING:
     from engb_core.model import Model
-    from engb_core.recording import Recording
 
-__all__ = ['Progress', 'add_effects', 'add_model', 'add_namespace', 'add_progress', 'file_output',
-           'folder_output', 'read_effects', 'read_model', 'read_recordings',
-           'tell_what_is_missing']
+__all__ = ['Progress', 'add_effects', 'add_joint', 'add_model', 'add_namespace', 'add_progress', 'file_output',
+           'folder_output', 'read_effects', 'read_model', 'tell_what_is_missing']
 
 
 def add_model(parser: argparse.ArgumentParser, required: bool = True, text: str = '') -> None:
@@ -79,6 +75,12 @@ def add_namespace(parser: argparse.ArgumentParser) -> None:
                         'recording holds several joint_states, e.g. /front_left')
 
 
+def add_joint(parser: argparse.ArgumentParser) -> None:
+    """Add --joint."""
+    parser.add_argument('--joint', metavar='NAME', help='which joint of recordings that hold '
+                        'several')
+
+
 def add_progress(parser: argparse.ArgumentParser) -> None:
     """Add --verbose and --quiet."""
     group = parser.add_mutually_exclusive_group()
@@ -121,43 +123,6 @@ class Progress:
 
     def __exit__(self, *_: object) -> None:
         self.done()
-
-
-def read_recordings(paths: Sequence[str], model: Model | None, namespace: str | None,
-                    progress: Callable[[str], None], effort_optional: bool = False,
-                    ) -> list[Recording]:
-    """Read recordings, each under a name of its own; with `effort_optional` also such as have no
-    effort.
-
-    Where numba is missing it is told, before a minute becomes hours.
-
-    Raises:
-        InputError: one can't be read, or is given twice.
-    """
-    import dataclasses
-
-    from engb_core.io.bags.read import read_recording
-    from engb_core.io.tables.open import is_table
-    seen: set[str] = set()
-    for path in paths:
-        real = os.path.realpath(path)
-        if real in seen:
-            raise InputError(f'{path}: given twice')
-        seen.add(real)
-        if is_table(path) and os.path.exists(path):
-            raise InputError(f'{path}: is a table; make a recording of it first: engb import '
-                             f'{path} --out RECORDING (engb diagnose and engb model take tables '
-                             'as they are)')
-    tell_what_is_missing()
-    joint = model.joint.name if model else None
-    found = []
-    for number, path in enumerate(paths, 1):
-        progress(f'reading {path} ({number} of {len(paths)})')
-        found.append(read_recording(path, joint, namespace, effort_optional))
-    names = [recording.name for recording in found]
-    return [recording if names.count(recording.name) == 1 else dataclasses.replace(
-        recording, name=f'{Path(os.path.abspath(path)).parent.name}/{recording.name}')
-        for recording, path in zip(found, paths, strict=True)]
 
 
 def tell_what_is_missing() -> None:

@@ -36,7 +36,7 @@ from pathlib import Path
 import textwrap
 from typing import TYPE_CHECKING
 
-from engb_core.errors import computing
+from engb_core.errors import computing, InputError
 from engb_core.text.printable import printable
 from engb_ros.commands.common import (
     add_effects,
@@ -49,12 +49,14 @@ from engb_ros.commands.inputs import (
     add_table_options,
     read_inputs,
     recording_names,
+    refuse_idle,
     request_of,
     write_first_model,
     write_inputs,
 )
 from engb_ros.commands.nominal_source import (
     add_nominal,
+    is_joint_file,
     model_given,
     simulator_of,
     simulator_paths,
@@ -119,16 +121,22 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.mechanism is not None:
         from engb_core.control.clamp_force import read_mechanism
         mechanism = read_mechanism(arguments.mechanism)
+    from engb_core.recording import refuse_copies
     model, lacks = model_given(arguments)
     simulator = simulator_paths(arguments)
     request = request_of(arguments, model)
     given = [*arguments.recordings, *arguments.holdout]
+    refuse_idle(arguments, [*given, *(arguments.simulated or ())], constant_kept=model is None)
+    if arguments.fmu_variable and not arguments.fmu:
+        raise InputError('--fmu-variable: has no effect without --fmu; leave it out')
     names = FILES if model else (*FILES, SURROGATE) if simulator else (*FILES, *FIRST)
     with Progress(arguments) as progress, folder_output(
-            arguments.out, (*names, *recording_names(given)),
+            arguments.out, (*names, *recording_names(given).values()),
             [*([arguments.model] if model else []),
              *([arguments.mechanism] if mechanism else []), *simulator, *given]) as scratch:
-        inputs = read_inputs(given, model, arguments.namespace, progress, request)
+        # A joint of an .xml or .urdf may have another name there than in the recordings.
+        inputs = read_inputs(given, model, arguments.namespace, progress, request,
+                             arguments.joint, other_joint=is_joint_file(arguments.model))
         if not simulator:
             # What is no recording of a machine is told in one line, not below those of columns.
             _refuse(inputs, model)
@@ -137,6 +145,7 @@ def run(arguments: argparse.Namespace) -> None:
         told = list(notes)
         recordings = inputs.recordings[:len(arguments.recordings)]
         holdout = inputs.recordings[len(arguments.recordings):]
+        refuse_copies(recordings, holdout)
         write_inputs(scratch, inputs)
         with computing(', '.join(arguments.recordings)):
             if simulator:

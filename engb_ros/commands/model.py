@@ -22,10 +22,17 @@ from pathlib import Path
 
 from engb_core.errors import computing, InputError
 from engb_core.text.printable import printable
-from engb_ros.commands.common import add_namespace, add_progress, folder_output, Progress
+from engb_ros.commands.common import (
+    add_joint,
+    add_namespace,
+    add_progress,
+    folder_output,
+    Progress,
+)
 from engb_ros.commands.inputs import (
     add_table_options,
     read_inputs,
+    refuse_idle,
     request_of,
     write_first_model,
 )
@@ -41,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('recordings', nargs='+', metavar='TABLE-or-RECORDING')
     parser.add_argument('--out', required=True, metavar='MODEL.yaml',
                         help='where the model goes; the page goes beside it')
+    add_joint(parser)
     add_namespace(parser)
     add_progress(parser)
     add_table_options(parser)
@@ -51,11 +59,13 @@ def run(arguments: argparse.Namespace) -> None:
     out = Path(arguments.out)
     if out.suffix != '.yaml':
         raise InputError(f'--out {arguments.out}: the name must end in .yaml')
+    refuse_idle(arguments, arguments.recordings)
     request = request_of(arguments)
     page = out.with_suffix('.html')
     with Progress(arguments) as progress, folder_output(
             str(out.parent), (out.name, page.name), arguments.recordings) as scratch:
-        inputs = read_inputs(arguments.recordings, None, arguments.namespace, progress, request)
+        inputs = read_inputs(arguments.recordings, None, arguments.namespace, progress, request,
+                             arguments.joint)
         from engb_core.identify.first_model import first_model
         with computing(', '.join(arguments.recordings)):
             first = first_model(inputs.recordings, inputs.joint,

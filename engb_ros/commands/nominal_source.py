@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from engb_core.model import Joint, Model
     from engb_core.recording import Recording
 
-__all__ = ['SURROGATE', 'Simulator', 'add_nominal', 'model_given', 'simulator_of',
+__all__ = ['SURROGATE', 'Simulator', 'add_nominal', 'is_joint_file', 'model_given', 'simulator_of',
            'simulator_paths']
 
 SURROGATE = 'surrogate.yaml'
@@ -44,7 +44,8 @@ def add_nominal(parser: argparse.ArgumentParser) -> None:
                        'that your simulator made: the result says what it lacks')
     which.add_argument('--fmu', metavar='FILE.fmu', help='your simulator as an FMU (FMI 2 or 3, '
                        'co-simulation; needs FMPy): it is driven along the recorded motion')
-    group.add_argument('--joint', metavar='NAME', help='which joint of an .xml or .urdf')
+    group.add_argument('--joint', metavar='NAME', help='which joint of an .xml or .urdf, '
+                       'or of recordings that hold several')
     group.add_argument('--fmu-variable', nargs='+', action='extend', default=[],
                        metavar='ROLE=NAME', help='which variable of the FMU is what: '
                        'effort=NAME position=NAME')
@@ -56,14 +57,23 @@ def model_given(arguments: argparse.Namespace) -> tuple[Model | None, tuple[str,
     Raises:
         InputError: it can't be read.
     """
-    from engb_core.simulated.joint_files import JOINT_FILES, model_of_joint
+    from engb_core.simulated.joint_files import model_of_joint
     path = arguments.model
     if path is None:
         return None, ()
-    if Path(path).suffix.lower() not in JOINT_FILES:
-        return read_model(path), ()
+    if not is_joint_file(path):
+        model = read_model(path)
+        # What the recordings call it may be none of the file's business.
+        return (model if arguments.joint is None else replace(model, joint=replace(
+            model.joint, name=arguments.joint))), ()
     model, lacks = model_of_joint(path, arguments.joint)
     return model, tuple(f'{Path(path).name}: not taken over: {line}' for line in lacks)
+
+
+def is_joint_file(path: str | None) -> bool:
+    """Whether --model names a robot's file, with joints in it."""
+    from engb_core.simulated.joint_files import JOINT_FILES
+    return path is not None and Path(path).suffix.lower() in JOINT_FILES
 
 
 def simulator_paths(arguments: argparse.Namespace) -> tuple[str, ...]:
@@ -86,7 +96,8 @@ def simulator_of(arguments: argparse.Namespace, real: Sequence[Recording], joint
                      for run in real]
         told: list[str] = [f'{Path(arguments.fmu).name} was driven along the recorded motion.']
     else:
-        inputs = read_inputs(arguments.simulated, None, None, progress, request)
+        inputs = read_inputs(arguments.simulated, None, None, progress, request, arguments.joint,
+                             other_joint=True)
         simulated, told = list(inputs.recordings), list(inputs.told)
         request = inputs.request
     surrogate = surrogate_of(simulated, real, joint, request.torque_constant, progress)

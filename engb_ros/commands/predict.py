@@ -15,6 +15,7 @@ For a prismatic joint read m and N for rad and N·m.
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any, cast
 
 from engb_core.errors import computing, InputError
@@ -27,7 +28,12 @@ from engb_ros.commands.common import (
     file_output,
     Progress,
     read_model,
-    read_recordings,
+)
+from engb_ros.commands.inputs import (
+    add_table_options,
+    read_inputs,
+    refuse_idle,
+    request_of,
 )
 
 __all__ = ['add_arguments', 'run']
@@ -35,20 +41,24 @@ __all__ = ['add_arguments', 'run']
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument('recording', metavar='RECORDING', help='a bag folder or file')
+    parser.add_argument('recording', metavar='RECORDING', help='a bag folder or file, or a table')
     add_model(parser)
     parser.add_argument('--out', required=True, metavar='FILE.npz', help='where the arrays go')
     add_effects(parser)
     add_namespace(parser)
     add_progress(parser)
+    add_table_options(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     model = read_model(arguments.model)
+    refuse_idle(arguments, [arguments.recording], constant_kept=False)
+    request = replace(request_of(arguments, model), effort_optional=False)
     with Progress(arguments) as progress, file_output(
             arguments.out, '.npz', [arguments.model, arguments.recording]) as scratch:
-        recording, = read_recordings([arguments.recording], model, arguments.namespace, progress)
+        inputs = read_inputs([arguments.recording], model, arguments.namespace, progress, request)
+        recording, = inputs.recordings
         import numpy as np
 
         from engb_core.prediction import predict_effort
@@ -70,6 +80,8 @@ def run(arguments: argparse.Namespace) -> None:
             del arrays['position'], arrays['velocity']
         with scratch.open('wb') as file:
             np.savez_compressed(file, **cast(dict[str, Any], arrays))
+    for told in inputs.told:
+        print(told)
     print(f'{printable(arguments.out)}: {recording.time.size} samples, '
           f'{recording.duration:.1f} s, {", ".join(arrays)}')
     difference = float(np.sqrt(np.mean((arrays['effort'] - recording.effort) ** 2)))

@@ -16,7 +16,7 @@ from engb_core.text.printable import printable
 if TYPE_CHECKING:
     from engb_core.model import Model
 
-__all__ = ['TABLES', 'add_table_options', 'pairs_of', 'request_of']
+__all__ = ['TABLES', 'add_table_options', 'pairs_of', 'refuse_idle', 'request_of']
 
 TABLES = '.csv, .json, .npz, .mat, .h5, .mf4, .tdms, .parquet, .arrow or .bag'
 
@@ -62,6 +62,29 @@ def request_of(arguments: argparse.Namespace, model: Model | None = None,
         scale=_numbers(arguments.scale, '--scale'), offset=_numbers(arguments.offset, '--offset'),
         effort_optional=model is not None, plain_is_si=plain_is_si, command=arguments.command_line,
         ask=_ask if sys.stdin.isatty() and sys.stderr.isatty() else None, **numbers)
+
+
+def refuse_idle(arguments: argparse.Namespace, paths: Sequence[str],
+                constant_kept: bool = True) -> None:
+    """Raise InputError where an option was given that none of these inputs is concerned by:
+    whoever gave it believes that it acts.
+
+    Args:
+        arguments: of the command.
+        paths: all that it reads.
+        constant_kept: whether a torque constant goes into the model that is made.
+    """
+    from engb_core.io.tables.open import is_table
+    tables = [is_table(path) for path in paths]
+    given = [option for option in ('column', 'unit', 'scale', 'offset', 'rate',
+                                   *(() if constant_kept else ('torque_constant',)))
+             if getattr(arguments, option)]
+    if given and not any(tables):
+        raise InputError(f'--{given[0].replace("_", "-")}: has no effect, since none of the inputs is a table: a '
+                         'recording is in SI units; leave it out')
+    if arguments.namespace is not None and all(tables):
+        raise InputError(f'--namespace {arguments.namespace}: has no effect on a table; leave it '
+                         'out')
 
 
 def pairs_of(entries: Sequence[str], option: str, example: str) -> dict[str, str]:

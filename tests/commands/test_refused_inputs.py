@@ -24,12 +24,17 @@ def table(path, titles='t [s],phi [rad],M [N·m]', scale=1.0):
     return path
 
 
-def test_two_tables_of_one_name_are_refused(refused, tmp_path):
-    for folder in 'ab':
-        (tmp_path / folder).mkdir()
-        table(tmp_path / folder / 'run.csv')
-    refused('diagnose', 'a/run.csv', 'b/run.csv', '--out', 'out',
-            words=['two tables have the same name'])
+def test_options_that_can_have_no_effect_are_refused(refused, tmp_path, bag, model_file):
+    table(tmp_path / 'a.csv')
+    for words in (['--unit', 'position=deg'], ['--rate', '100'], ['--torque-constant', '0.1']):
+        refused('diagnose', bag, '--model', model_file, '--out', 'out', *words,
+                words=[words[0], 'has no effect', 'leave it out'])
+        refused('predict', bag, '--model', model_file, '--out', 'o.npz', *words,
+                words=[words[0], 'has no effect'])
+    refused('model', 'a.csv', '--out', 'm.yaml', '--namespace', '/left',
+            words=['--namespace /left: has no effect on a table'])
+    refused('diagnose', bag, '--out', 'out', '--fmu-variable', 'effort=M',
+            words=['--fmu-variable: has no effect without --fmu'])
 
 
 def test_angles_and_lengths_are_of_different_axes(refused, tmp_path):
@@ -47,11 +52,16 @@ def test_a_model_is_a_yaml_file(refused, tmp_path):
     refused('model', 'a.csv', '--out', 'model.txt', words=['the name must end in .yaml'])
 
 
-def test_a_table_is_no_recording_to_predict(refused, tmp_path):
+def test_a_table_may_be_predicted(engb, refused, tmp_path):
     table(tmp_path / 'a.csv')
     Model().write(tmp_path / 'model.yaml')
-    refused('predict', 'a.csv', '--model', 'model.yaml', '--out', 'o.npz',
-            words=['is a table; make a recording of it first: engb import'])
+    outcome = engb('predict', 'a.csv', '--model', 'model.yaml', '--out', 'o.npz')
+    assert outcome.status == 0 and 'a.csv: position: column phi [rad]' in outcome.out
+    with np.load(tmp_path / 'o.npz') as arrays:
+        assert arrays['effort'].size == TIME.size
+    table(tmp_path / 'b.csv', 't,phi,M')
+    refused('predict', 'b.csv', '--model', 'model.yaml', '--out', 'o.npz',
+            words=['b.csv', 'engb predict b.csv', '--unit position=deg effort='])
 
 
 def test_a_diagnosis_that_is_a_list_cannot_be_adopted(refused, tmp_path):
@@ -119,12 +129,12 @@ def test_a_simulator_s_clock_is_told_where_commands_are_alike(monkeypatch):
         return Recording(name, time, position, np.cos(time))
 
     real, alike, other = run('real', 2.0), run('alike', 2.0), run('other', 5.1)
-    monkeypatch.setattr(nominal_source, 'read_inputs', lambda *_: SimpleNamespace(
+    monkeypatch.setattr(nominal_source, 'read_inputs', lambda *_, **__: SimpleNamespace(
         recordings=(alike, other), told=('said before',), request=SimpleNamespace(
             torque_constant=None)))
     monkeypatch.setattr('engb_core.simulated.surrogate.surrogate_of', lambda *_: SimpleNamespace(
         model=Model(), told=lambda: ('the surrogate',)))
-    arguments = SimpleNamespace(fmu=None, simulated=['a', 'b'], fmu_variable=[])
+    arguments = SimpleNamespace(fmu=None, simulated=['a', 'b'], fmu_variable=[], joint=None)
     found = nominal_source.simulator_of(arguments, [real], Model().joint, None, print)
     assert found.told[0] == 'said before' and found.told[-1] == 'the surrogate'
     clocks = [text for text in found.told if 'the simulated alike' in text]

@@ -47,6 +47,37 @@ def test_every_public_name_is_there_with_words():
         _ = engb.nothing_of_this_name
 
 
+def test_paths_are_read_and_what_is_no_recording_is_told(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = columns()
+    np.savetxt('run.csv', np.stack(list(rows.values()), 1), delimiter=',', comments='',
+               header='t [s],phi [rad],M [N·m]')
+    model = engb.Model()
+    model.save('m.yaml')
+    recording = engb.read('run.csv')
+    expected = engb.predict(recording, model)
+    for run, nominal in (('run.csv', model), (recording, Path('m.yaml')), ('run.csv', 'm.yaml')):
+        np.testing.assert_array_equal(engb.predict(run, nominal), expected)
+    for call, words in (
+            (lambda: engb.predict('gone.csv', model), 'gone.csv: there is no such file'),
+            (lambda: engb.predict(recording, 'gone.yaml'), 'gone.yaml: cannot be read'),
+            (lambda: engb.diagnose(recording, None), 'None is no model; give an engb.Model'),
+            (lambda: engb.diagnose('x', model), 'x: there is no such file'),
+            (lambda: engb.diagnose(3, model), 'an object of type int is no recording'),
+            (lambda: engb.diagnose([recording, None], model), 'None is no recording'),
+            (lambda: engb.diagnose(recording, model, holdout=['y']), 'y: there is no such file'),
+            (lambda: engb.simulate(recording, {}), 'an object of type dict is no model'),
+            (lambda: engb.read(None), 'None is no path'),
+            (lambda: engb.Recording(**{**rows, 'effort': ['a'] * 200}),
+             'recording: effort is no row of numbers')):
+        with pytest.raises(engb.InputError, match=words):
+            call()
+
+
+def test_a_recording_without_effort_may_be_made():
+    assert not engb.Recording(**{**columns(), 'effort': None}).effort_recorded
+
+
 @pytest.mark.parametrize('first', ['engb_core.diagnose.engine', 'engb_core.library'])
 def test_diagnose_is_a_function_and_a_package_in_either_order(first):
     said = in_a_process(f'import {first}, engb_core as engb\n'

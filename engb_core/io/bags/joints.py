@@ -123,7 +123,8 @@ class JointCollector:
             if len(self._parts) != 1 or len(self._names) > 1:
                 joints = ', '.join(list(self._names)[:8])
                 raise InputError(f'{source}: {topic} holds no joint {self._preferred!r} but '
-                                 f'{joints}; give the right one as joint.name in the model file')
+                                 f'{joints}; say which: --joint NAME (joint=… in Python), or '
+                                 'joint.name in the model file')
             name = next(iter(self._parts))
         # Where messages without a name are mixed in, they can't be told apart from the named.
         stamp, log_time, values = zip(*self._parts[name], strict=True)
