@@ -17,7 +17,7 @@ from engb_core.errors import InputError
 from engb_core.mechanism.kinematics import Mechanism
 from engb_core.model import Model
 from engb_core.recording import Recording as Run
-from engb_core.recording import Reference, refuse_copies, Signal
+from engb_core.recording import Reference, refuse_copies, refuse_new_start, Signal
 
 __all__ = ['Diagnosis', 'Recording', 'diagnose', 'load_model', 'predict', 'read', 'simulate']
 
@@ -51,6 +51,8 @@ def Recording(time: ArrayLike, position: ArrayLike, effort: ArrayLike,
     if len(set(shapes.values())) > 1 or len(shapes['time']) != 1:
         raise InputError(f'{name}: the columns have to be of one length: ' + ', '.join(
             f'{key} {shape}' for key, shape in shapes.items()))
+    assert columns['time'] is not None
+    refuse_new_start(name, columns['time'])
     return Run.from_samples(name, columns['time'], columns['position'], columns['effort'],
                             columns['velocity'], reference, signals)
 

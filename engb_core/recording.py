@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 from engb_core.errors import InputError
 from engb_core.repeated_stamps import one_stamp_each, usual_interval
 
-__all__ = ['Recording', 'Reference', 'Signal', 'refuse_copies']
+__all__ = ['Recording', 'Reference', 'Signal', 'refuse_copies', 'refuse_new_start']
 
 Array = NDArray[np.float64]
 
 # Fewer samples than this hold no motion that could be judged.
 MINIMUM_SAMPLES = 20
+# From so many usual steps between two samples on, one is missing there: half a step of jitter.
+MISSING = 1.5
 # A recording is judged on an even grid as fine as its samples. Of one with pauses most of that
 # grid is not known; where less than this part of it was sampled, the pauses are the recording.
 SAMPLED = 0.01
@@ -103,6 +106,7 @@ class Recording:
         signals: dict[str, Signal] | None = None,
         joint: str = 'motor',
         notes: tuple[str, ...] = (),
+        source: str = '',
     ) -> Recording:
         """Sort, drop what is doubled or not finite, and start the clock at the first sample.
 
@@ -116,6 +120,7 @@ class Recording:
             signals: side signals by name, on the same clock as `time`.
             joint: the joint's name in the messages.
             notes: what was repaired before, a sentence each.
+            source: what messages call it, such as its path ('': its name).
 
         Raises:
             InputError: fewer than 20 usable samples are left.
@@ -141,12 +146,12 @@ class Recording:
         told += repaired
         if order.size < MINIMUM_SAMPLES:
             raise InputError(
-                f'{name}: joint_states holds {order.size} usable samples, at least '
+                f'{source or name}: holds {order.size} usable samples, at least '
                 f'{MINIMUM_SAMPLES} are needed; '
                 + (f'their stamps differ by {float(np.ptp(stamp[good])):.2g} s in all: check the '
                    'unit of time' if good.sum() >= MINIMUM_SAMPLES else 'record a longer run'))
         start = float(spread[0])
-        _refuse_bursts(name, spread)
+        _refuse_bursts(source or name, spread)
         return cls(
             name=name,
             time=spread - start,
@@ -241,6 +246,47 @@ class Recording:
                 reference, time=reference.time - first),
             signals={key: replace(signal, time=signal.time - first)
                      for key, signal in self.signals.items()}, start=self.start + first)
+
+
+def refuse_new_start(name: str, stamp: ArrayLike) -> None:
+    """Raise InputError where time jumps back to run over again what was sampled before: the rows
+    of two runs would be mixed up.
+
+    Rows that come late, one by one or as a block that fills a gap, are sorted by their stamp.
+
+    Args:
+        name: of the file or the recording.
+        stamp: (n,) [s], as its rows come; what is not finite counts as a row, too.
+    """
+    time = np.asarray(stamp, float)
+    rows = np.flatnonzero(np.isfinite(time))
+    time = time[rows]
+    ends = np.append(np.flatnonzero(np.diff(time) < 0.0) + 1, time.size)
+    begins = np.append(0, ends[:-1])
+    # Each stretch in order that could be a recording of its own.
+    long = [(int(begin), int(end)) for begin, end in zip(begins, ends, strict=True)
+            if end - begin >= MINIMUM_SAMPLES]
+    for (first, last), (begin, end) in pairwise(long):
+        before, behind = time[first:last], time[begin:end]
+        if min(_sampled_twice(before, behind), _sampled_twice(behind, before)) >= MINIMUM_SAMPLES:
+            row = int(rows[begin]) + 1
+            raise InputError(
+                f'{name}: time jumps back by {float(before[-1] - behind[0]):.6g} s at row {row} '
+                f'of its {np.size(stamp)} rows of numbers, and runs over the same time again: two '
+                f'runs, or a counter that wrapped; give rows 1 to {row - 1} and those from {row} '
+                'on as recordings of their own')
+
+
+def _sampled_twice(one: Array, other: Array) -> int:
+    """Return how many steps of the samples at `one` (n,) [s], in order, hold a sample of `other`
+    (m,), too. Longer steps are gaps, which belong to samples that came late."""
+    stamps = np.unique(one)
+    steps = np.diff(stamps)
+    if not steps.size:
+        return 0
+    places = np.searchsorted(other, stamps)
+    return int(np.count_nonzero((np.diff(places) > 0)
+                                & (steps < MISSING * float(np.median(steps)))))
 
 
 def refuse_copies(recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:

@@ -74,6 +74,10 @@ def _header(page: Page, entries: Sequence[Entry], causes: list[Cause], trends: l
         headline = (f'{effect_name(first.effect, start=True)} on {len(first.on)} of '
                     f'{_count(len(units), "unit")}: the model lacks it')
         tone = 'warn'
+    elif len(units) == 1 and any(cause.on for cause in causes):
+        names = enumerate_words([effect_name(cause.effect) for cause in causes if cause.on])
+        headline = f'{capital(names)} on {shorten(next(iter(units)))}: the model lacks it'
+        tone = 'warn'
     elif any(cause.on for cause in causes):
         headline, tone = 'What the model lacks differs from unit to unit', 'warn'
     else:

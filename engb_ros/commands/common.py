@@ -16,8 +16,8 @@ from engb_core.text.printable import printable
 if TYPE_CHECKING:
     from engb_core.model import Model
 
-__all__ = ['Progress', 'add_effects', 'add_joint', 'add_model', 'add_namespace', 'add_progress', 'file_output',
-           'folder_output', 'read_effects', 'read_model', 'tell_what_is_missing']
+__all__ = ['Progress', 'add_effects', 'add_joint', 'add_model', 'add_namespace', 'add_progress',
+           'file_output', 'folder_output', 'read_effects', 'read_model', 'tell_what_is_missing']
 
 
 def add_model(parser: argparse.ArgumentParser, required: bool = True, text: str = '') -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+import errno
 import importlib
 import importlib.util
 import os
@@ -81,6 +82,11 @@ class _Stopped(BaseException):
 _SIGNALS = {name: getattr(signal, name) for name in ('SIGINT', 'SIGTERM', 'SIGHUP')
             if hasattr(signal, name)}
 _TOLD = {'SIGINT': 'interrupted', 'SIGTERM': 'terminated', 'SIGHUP': 'hung up'}
+# What can be done where the system refuses, by its error.
+_REMEDIES = {errno.EACCES: '; name a place that you may read and write, or change its rights',
+             errno.EPERM: '; name a place that you may read and write, or change its rights',
+             errno.ENOENT: '; name one that is there',
+             errno.ENOSPC: '; make room, or name another place', errno.EROFS: '; name a place that can be written to'}
 # From a signal until it is given again, where the program goes on all the same [s]: what is
 # half-written is cleared away long before.
 _AGAIN = 5.0
@@ -232,7 +238,8 @@ def _guarded(action: Callable[[], int], came: list[int]) -> int:
         if came:
             return _stopped(came[0])
         where = f'{os.fsdecode(error.filename)}: ' if error.filename else ''
-        return _complain(f'{where}{error.strerror or error}', BAD_INPUT)
+        remedy = _REMEDIES.get(error.errno or 0, '')
+        return _complain(f'{where}{error.strerror or error}{remedy}', BAD_INPUT)
     except Exception as error:
         # A signal in the midst of an import comes out of some modules as another error.
         if came:

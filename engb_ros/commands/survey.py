@@ -23,6 +23,7 @@ import argparse
 from collections.abc import Iterator
 import os
 from pathlib import Path
+import sys
 from typing import Any, TYPE_CHECKING
 
 from engb_core.errors import InputError
@@ -69,16 +70,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_progress(parser)
 
 
-def run(arguments: argparse.Namespace) -> None:
-    """Run the command."""
-    from engb_ros.fleet.find import find_recordings, read_units
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command; status 2 where not one recording could be diagnosed."""
+    from engb_ros.fleet.find import find_recordings, LeftOut, read_units
     from engb_ros.fleet.store import Store
     if arguments.jobs is not None and arguments.jobs < 1:
         raise InputError(f'--jobs {arguments.jobs}: must be at least 1')
     if not arguments.timeout > 0:
         raise InputError(f'--timeout {arguments.timeout}: must be above 0 s')
     model = read_model(arguments.model).to_mapping()
-    recordings = find_recordings(arguments.folders)
+    left = LeftOut()
+    recordings = find_recordings(arguments.folders, left)
+    if arguments.units:
+        units = os.path.realpath(arguments.units)
+        left.tables[:] = [name for name in left.tables if os.path.realpath(name) != units]
     if arguments.units:
         recordings = read_units(arguments.units, recordings)
     figures = arguments.reports or ('zoom' if len(recordings) <= _MANY else 'still')
@@ -100,7 +105,14 @@ def run(arguments: argparse.Namespace) -> None:
         progress('writing the survey')
         _write(store.folder, entries)
     print(_summary(entries, resumed))
+    for text in left.told():
+        print(printable(f'note: {text}'))
     print(printable(f'survey: {Path(arguments.out) / "survey.html"}'))
+    if not any(entry.good for entry in entries):
+        print(printable(f'engb: none of the {len(entries)} recordings could be diagnosed, the '
+                        f'first because: {entries[0].result["message"]}'), file=sys.stderr)
+        return 2
+    return 0
 
 
 def _version() -> str:
@@ -170,6 +182,10 @@ def _summary(entries: list[Entry], resumed: int) -> str:
         if cause.on:
             kind = 'common cause' if cause.common else 'on ' + ', '.join(cause.on[:4])
             lines.append(f'   {cause.effect}: {len(cause.on)} of {len(units)} units ({kind})')
+        else:
+            count = sum(cause.effect in entry.claimed for entry in good)
+            lines.append(f'   {cause.effect}: {count} of {len(good)} recordings (of no unit in '
+                         'half of its own)')
     reasons = Counter(entry.result['status'] for entry in entries if not entry.good)
     for status, count in reasons.items():
         lines.append(f'   {count} {status}: see survey.csv')

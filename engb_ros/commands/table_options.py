@@ -80,8 +80,8 @@ def refuse_idle(arguments: argparse.Namespace, paths: Sequence[str],
                                    *(() if constant_kept else ('torque_constant',)))
              if getattr(arguments, option)]
     if given and not any(tables):
-        raise InputError(f'--{given[0].replace("_", "-")}: has no effect, since none of the inputs is a table: a '
-                         'recording is in SI units; leave it out')
+        raise InputError(f'--{given[0].replace("_", "-")}: has no effect, since no input is a '
+                         'table; leave it out')
     if arguments.namespace is not None and all(tables):
         raise InputError(f'--namespace {arguments.namespace}: has no effect on a table; leave it '
                          'out')

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 import csv
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 import hashlib
 import math
@@ -16,10 +16,14 @@ from typing import Any
 
 from engb_core.errors import InputError
 from engb_core.io.bags.bag_files import METADATA, recording_name
+from engb_core.io.outputs import LIST
 from engb_core.text.printable import printable
 
-__all__ = ['Found', 'find_recordings', 'read_units']
+__all__ = ['Found', 'LeftOut', 'find_recordings', 'read_units']
 
+# Tables of measurements; .txt, .json and .log are more often something else.
+_TABLES = ('.csv', '.tsv', '.mf4', '.mdf', '.tdms', '.parquet', '.arrow', '.feather', '.mat',
+           '.npz', '.h5', '.hdf5', '.bag')
 _SUFFIXES = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 
 
@@ -55,8 +59,35 @@ class Found:
         return found
 
 
-def find_recordings(folders: Sequence[str]) -> list[Found]:
+@dataclass
+class LeftOut:
+    """What a search passed by: folders that could not be entered, and tables.
+
+    Attributes:
+        locked: folders that may not be read.
+        tables: files that `engb import` turns into recordings.
+    """
+
+    locked: list[str] = field(default_factory=list)
+    tables: list[str] = field(default_factory=list)
+
+    def told(self) -> list[str]:
+        """Return what is to be said of it, a sentence each."""
+        lines = []
+        if self.locked:
+            lines.append(f'{_several(self.locked)} may not be read: change the rights of '
+                         f'{"it" if len(self.locked) == 1 else "them"} to have what is in there '
+                         'counted')
+        if self.tables:
+            lines.append(f'{_several(self.tables)} left out: a survey takes recordings; make one '
+                         'of a table with engb import TABLE --out NAME.mcap')
+        return lines
+
+
+def find_recordings(folders: Sequence[str], left: LeftOut | None = None) -> list[Found]:
     """Return every recording in or below `folders`, each once, in order of its key.
+
+    What is passed by is put into `left`.
 
     A recording is a folder with metadata.yaml, or a storage file outside of such folders; a
     folder or file that is a recording itself counts too. Its unit is the folder that it lies in,
@@ -66,13 +97,14 @@ def find_recordings(folders: Sequence[str]) -> list[Found]:
         InputError: a folder is missing, or there is no recording at all.
     """
     found: dict[str, Found] = {}
+    left = LeftOut() if left is None else left
     for number, folder in enumerate(folders):
         root = Path(folder)
-        if not root.exists():
+        if not os.path.exists(root):
             raise InputError(f'{folder}: no such folder; name folders that hold recordings')
         alone = len(folders) == 1
         prefix = '' if alone else f'{root.resolve().name or number}/'
-        for path in _recordings(root):
+        for path in _recordings(root, left):
             real = os.path.realpath(path)
             if real in found:
                 continue
@@ -85,21 +117,31 @@ def find_recordings(folders: Sequence[str]) -> list[Found]:
             found[real] = Found(key, path, direct if parent == '.' else parent)
     if not found:
         raise InputError(f'{", ".join(folders)}: no recording in there (folders with {METADATA}, '
-                         'or .mcap and .db3 files)')
+                         'or .mcap and .db3 files)' + ''.join(f'; {text}' for text in left.told())
+                         + '; name folders that hold recordings')
     return sorted(found.values(), key=lambda entry: entry.key)
 
 
-def _recordings(root: Path) -> Iterator[Path]:
+def _several(names: Sequence[str]) -> str:
+    return ', '.join(map(printable, names[:3])) + (
+        f' and {len(names) - 3} more' if len(names) > 3 else '')
+
+
+def _recordings(root: Path, left: LeftOut) -> Iterator[Path]:
     if root.is_file():
         yield root
         return
-    for folder, below, files in os.walk(root, followlinks=False):
+    for folder, below, files in os.walk(root, followlinks=False, onerror=lambda error:
+                                        left.locked.append(str(error.filename))):
         below.sort()
         below[:] = [name for name in below if not name.startswith('.')]
         if METADATA in files:
             below.clear()
             yield Path(folder)
             continue
+        if LIST not in files:       # tables that this program itself made
+            left.tables += [os.path.join(folder, name) for name in sorted(files)
+                            if name.lower().endswith(_TABLES) and not name.startswith('.')]
         # Parts of one split bag belong together, though no metadata.yaml says so.
         parts: dict[str, list[str]] = {}
         for name in sorted(files):

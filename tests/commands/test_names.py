@@ -20,8 +20,9 @@ def table(path, seed=0):
     run = motion(400)
     path.parent.mkdir(parents=True, exist_ok=True)
     noise = 1e-3 * np.random.default_rng(seed).standard_normal(400)
-    np.savetxt(path, np.stack([run['time'], run['position'], run['effort'] + noise], 1), fmt='%.9g',
-               delimiter=',', comments='', header='t [s],phi [rad],M [N·m]')
+    rows = np.stack([run['time'], run['position'], run['effort'] + noise], 1)
+    np.savetxt(path, rows, fmt='%.9g', delimiter=',', comments='',
+               header='t [s],phi [rad],M [N·m]')
     return path
 
 

@@ -1,10 +1,13 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """Which recordings there are, of which unit."""
 
+import os
+
 import pytest
 
 from engb_core.errors import InputError
-from engb_ros.fleet.find import find_recordings, read_units
+from engb_core.io.outputs import LIST
+from engb_ros.fleet.find import find_recordings, LeftOut, read_units
 
 
 @pytest.fixture
@@ -82,3 +85,33 @@ def test_nothing_found(tmp_path):
         find_recordings([str(tmp_path)])
     with pytest.raises(InputError, match='no such folder'):
         find_recordings([str(tmp_path / 'x')])
+
+
+def test_what_is_passed_by_is_told(tmp_path, monkeypatch):
+    """Folders that may not be read, as whoever owns them all never sees one, and tables."""
+    (tmp_path / 'locked').mkdir()
+    (tmp_path / 'day').mkdir()
+    (tmp_path / 'day' / 'log.csv').write_text('t,phi,M\n')
+    (tmp_path / 'day' / 'notes.txt').write_text('rain')
+    scan = os.scandir
+
+    def scandir(path):
+        if os.path.basename(path) == 'locked':
+            raise PermissionError(13, 'Permission denied', str(path))
+        return scan(path)
+
+    monkeypatch.setattr(os, 'scandir', scandir)
+    with pytest.raises(InputError, match=r'no recording in there .*locked may not be read: change '
+                       r'the rights.*day/log.csv left out.*engb import'):
+        find_recordings([str(tmp_path)])
+    with pytest.raises(InputError, match='locked may not be read'):
+        find_recordings([str(tmp_path / 'locked')])
+    (tmp_path / 'run.mcap').write_bytes(b'')
+    left = LeftOut()
+    assert [entry.key for entry in find_recordings([str(tmp_path)], left)] == ['run.mcap']
+    assert len(left.told()) == 2
+    # What a program of this package wrote beside its results is no table of a bench.
+    (tmp_path / 'day' / LIST).write_text('{}')
+    assert len((left := LeftOut()).told()) == 0 and find_recordings([str(tmp_path / 'day'),
+                                                                     str(tmp_path)], left)
+    assert left.tables == []

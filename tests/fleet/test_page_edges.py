@@ -26,6 +26,19 @@ def test_an_effect_on_one_unit_alone_is_told_with_the_unit():
     assert '<b>u1</b> only: look at that unit.' in text
 
 
+def test_one_unit_differs_from_no_other():
+    text = survey_page([entry('u1', 0, effects=[('backlash', 0.9, {'gap': 0.01})])]).html()
+    assert 'differs from unit to unit' not in text
+    assert 'on u1: the model lacks it' in text
+
+
+def test_every_effect_of_the_page_is_told_on_the_terminal(capsys):
+    from engb_ros.commands.survey import _summary
+    effect = [('backlash', 0.9, {'gap': 0.01})]
+    entries = [entry('u1', number, effects=effect if number == 0 else ()) for number in range(3)]
+    assert 'backlash: 1 of 3 recordings' in _summary(entries, 0)
+
+
 def test_more_effects_than_columns_are_listed():
     names = sorted(name for name in catalogue() if not name.startswith('unexplained'))[:10]
     effects = [(name, 0.9, {}) for name in names]

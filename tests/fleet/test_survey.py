@@ -64,6 +64,20 @@ def test_survey_and_resume(engb, folder, model_file, tmp_path):
     assert json.loads(results[0].read_text())['format'] == 'engb-survey-result/1'
 
 
+def test_a_survey_without_any_diagnosis_is_told_as_one(engb, model_file, tmp_path):
+    (tmp_path / 'data').mkdir()
+    (tmp_path / 'data' / 'broken.mcap').write_bytes(b'nonsense')
+    (tmp_path / 'data' / 'log.csv').write_text('t,phi,M')
+    outcome = engb('survey', 'data', '--model', model_file, '--out', 'fleet', '--jobs', '1',
+                   '--reports', 'none')
+    assert outcome.status == 2
+    assert len(outcome.err.splitlines()) == 1
+    assert 'none of the 1 recordings could be diagnosed' in outcome.err
+    assert 'broken.mcap' in outcome.err
+    assert '1 recordings, 0 diagnosed' in outcome.out and 'log.csv left out' in outcome.out
+    assert (tmp_path / 'fleet' / 'survey.html').exists()
+
+
 def test_parquet_holds_the_same(engb, folder, model_file):
     try:
         from pyarrow import parquet

@@ -80,7 +80,7 @@ def assemble(name: str, source: str, states: JointTrack, reference: JointTrack |
         name, (stamp - base) * _NANO, position, effort, _velocity(velocity, notes),
         reference=_reference(reference, clock, base, last),
         signals=_signals(signals, clock, base, last, notes),
-        joint=states.joint, notes=tuple(notes))
+        joint=states.joint, notes=tuple(notes), source=source)
     if not _FASTEST <= recording.interval <= _SLOWEST:
         raise InputError(f'{source}: samples are {recording.interval:.3g} s apart by their stamps;'
                          f' between {_FASTEST:.3g} s and {_SLOWEST:.3g} s can be judged; fill in '

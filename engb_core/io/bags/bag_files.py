@@ -58,7 +58,8 @@ def bag_files(path: str | os.PathLike[str], notes: list[str]) -> list[Path]:
             raise InputError(f'{path}: the file is empty; record again')
     except (OSError, ValueError) as error:
         raise InputError(f'{path}: cannot be read '
-                         f'({getattr(error, "strerror", None) or error})') from error
+                         f'({getattr(error, "strerror", None) or error}); give a recording that '
+                         'you may read') from error
     return [path]
 
 

@@ -111,7 +111,8 @@ def _opened(path: Path, notes: list[str]) -> Iterator[StorageFile]:
             with (SqliteFile if database else McapFile)(plain, str(path)) as storage:
                 yield storage
     except OSError as error:
-        raise InputError(f'{path}: cannot be read ({error.strerror or error})') from error
+        raise InputError(f'{path}: cannot be read ({error.strerror or error}); give a '
+                         'recording that you may read') from error
 
 
 def _collect(files: list[StorageFile], selection: Selection, joint: str | None, source: str,

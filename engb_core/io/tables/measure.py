@@ -19,7 +19,7 @@ from engb_core.io.tables.request import Question, Request, settled
 from engb_core.io.tables.roles import is_current, QUANTITIES, Roles, roles_of
 from engb_core.io.tables.table import Channel, Table
 from engb_core.io.tables.units import named, Unit, unit_of, units_of
-from engb_core.recording import Recording, Reference, Signal
+from engb_core.recording import Recording, Reference, refuse_new_start, Signal
 from engb_core.repeated_stamps import one_stamp_each
 from engb_core.text.printable import printable
 
@@ -45,7 +45,7 @@ class Measured:
     """A table in SI units on one clock: `time` (n,) [s], `columns` role or topic → (n,).
 
     `joint_type` is 'prismatic' where position is a length; `told` says in a sentence each which
-    column was taken for what; `notes` say what was repaired.
+    column was taken for what; `notes` say what was repaired; `source` is its path.
     """
 
     name: str
@@ -54,6 +54,7 @@ class Measured:
     joint_type: str
     told: tuple[str, ...]
     notes: tuple[str, ...]
+    source: str = ''
 
     def recording(self, joint: str = 'motor') -> Recording:
         """Return the table as a recording.
@@ -75,7 +76,7 @@ class Measured:
                 signals[name] = Signal(self.time[rows], values[rows])
         return Recording.from_samples(
             self.name, self.time, columns['position'], columns.get('effort'),
-            columns.get('velocity'), reference, signals, joint, self.notes)
+            columns.get('velocity'), reference, signals, joint, self.notes, self.source)
 
 
 def measured_of(path: str | os.PathLike[str], request: Request) -> tuple[Measured, Request]:
@@ -298,7 +299,10 @@ def _on_one_clock(path: Path, table: Table, roles: dict[str, int], units: dict[s
                              f'{time.size})')
         series[role] = (time, values)
         told.append(_sentence(table, role, place, units[role], request))
-    _refuse_dead_clock(path, series['position'][0])
+    for role in _MEASURED:
+        if role in series:
+            _refuse_dead_clock(path, series[role][0])
+            refuse_new_start(str(path), series[role][0])
     time, columns = _with_a_stamp_each(*_aligned(series, notes), notes)
     joint_type = 'prismatic' if units['position'].quantity == 'length' else 'revolute'
     if joint_type == 'revolute':
@@ -307,13 +311,15 @@ def _on_one_clock(path: Path, table: Table, roles: dict[str, int], units: dict[s
                 columns[role] = _unwrapped(columns[role], role, notes)
     if 'time' in roles:
         told.insert(0, _sentence(table, 'time', roles['time'], units['time'], request))
-    return Measured(printable(path.stem), time, columns, joint_type, tuple(told), tuple(notes))
+    return Measured(printable(path.stem), time, columns, joint_type, tuple(told), tuple(notes), str(path))
 
 
 def _refuse_dead_clock(path: Path, time: Array) -> None:
     good = time[np.isfinite(time)]
     if good.size < 2:
-        raise InputError(f'{path}: the column for time holds no numbers')
+        raise InputError(f'{path}: the column for time holds {good.size or "no"} '
+                         f'number{"" if good.size == 1 else "s"}; a recording has a row per '
+                         'sample, export more of it, or name another column with --column time=…')
     if np.ptp(good) == 0:
         raise InputError(f'{path}: time never changes; choose another column for time, or give '
                          '--rate')

@@ -20,8 +20,8 @@ _SIZE_LIMIT = 8 << 30       # a table is held in memory
 
 def is_table(path: str | os.PathLike[str]) -> bool:
     """Whether a path is that of a table rather than of a rosbag2 recording."""
-    path = Path(path)
-    return path.suffix.lower() in SUFFIXES and not path.is_dir()
+    # Where a folder above it may not be entered, Path.is_dir raises.
+    return Path(path).suffix.lower() in SUFFIXES and not os.path.isdir(path)
 
 
 def open_table(path: str | os.PathLike[str]) -> Table:
@@ -36,12 +36,16 @@ def open_table(path: str | os.PathLike[str]) -> Table:
             raise InputError(f'{path}: is a folder; give a table: {KINDS}')
         size = path.stat().st_size
         if size == 0:
-            raise InputError(f'{path}: the file is empty')
+            raise InputError(f'{path}: the file is empty; export or copy it again')
         if size > _SIZE_LIMIT:
             raise InputError(f'{path}: is larger than {_SIZE_LIMIT >> 30} GiB; split it')
         kind = kind_of(path)
         if kind in _APART:
             return TableApart(path, kind)
         return open_here(path, kind)
+    except FileNotFoundError:
+        raise InputError(f'{path}: there is no such file; give a recording, or a table: '
+                         f'{KINDS}') from None
     except OSError as error:
-        raise InputError(f'{path}: cannot be read ({error.strerror or error})') from error
+        raise InputError(f'{path}: cannot be read ({error.strerror or error}); give a file that '
+                         'you may read') from error

@@ -123,7 +123,8 @@ class TextTable(Table):
         except csv.Error as error:
             raise InputError(f'{self.path}: not a table ({error})') from error
         if not total:
-            raise InputError(f'{self.path}: holds no row of numbers')
+            raise InputError(f'{self.path}: holds no row of numbers; a table has one per sample, '
+                             'below its titles: export it again with its samples')
         for place in places:
             if found[place] > strange[place]:
                 continue
