@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -80,7 +79,7 @@ def read(path: FilePath, model: Model | FilePath | None = None, joint: str | Non
     from engb_core.io.tables.open import is_table
     if not isinstance(path, str | os.PathLike):
         raise InputError(f'{_kind(path)} is no path; name a recording\'s file or folder')
-    if not Path(path).exists():
+    if not os.path.exists(path):
         raise InputError(f'{path}: there is no such file or folder')
     if model is not None:
         model = _model(model)

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 import contextlib
 import fcntl
+from fnmatch import fnmatchcase
 import hashlib
 import json
 import os
@@ -52,7 +53,8 @@ _BLOCK = 1 << 20
 
 @contextlib.contextmanager
 def folder_output(folder: str | os.PathLike[str], names: Sequence[str],
-                  inputs: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Path]:
+                  inputs: Iterable[str | os.PathLike[str]] = (),
+                  former: Sequence[str] = ()) -> Iterator[Path]:
     """Give a hidden folder to write into; its files appear in `folder` once all is well.
 
     Args:
@@ -60,6 +62,8 @@ def folder_output(folder: str | os.PathLike[str], names: Sequence[str],
         names: every file or folder that may be written; those of a former run that this one
             doesn't write are removed.
         inputs: what the command reads: never overwritten, and nothing is written into them.
+        former: patterns of what else a former run may have left there: removed, unless this one
+            reads it, or it was changed since.
 
     Raises:
         InputError: the folder can't be written to, or something that the program did not make, or
@@ -82,7 +86,7 @@ def folder_output(folder: str | os.PathLike[str], names: Sequence[str],
             if target.exists():
                 # Once more: computing takes minutes, and others may have written meanwhile.
                 _refuse_foreign(told, target, names)
-            _put(scratch, target, names, made)
+            _put(scratch, target, names, made, _left_behind(target, names, former, read))
 
 
 @contextlib.contextmanager
@@ -193,12 +197,24 @@ def recording_output(path: str | os.PathLike[str], replace: bool = False,
                 raise
 
 
-def _put(scratch: Path, target: Path, names: Sequence[str], made: dict[str, str]) -> None:
-    """Move what was made to its place, and list it there."""
+def _left_behind(target: Path, names: Sequence[str], former: Sequence[str],
+                 inputs: Sequence[str]) -> list[str]:
+    """Return the files of a former run that are to go: listed, unchanged, and read by nobody."""
+    return [name for name, digest in _listed(target).items()
+            if name not in names and '/' not in name
+            and any(fnmatchcase(name, pattern) for pattern in former)
+            and (target / name).is_file() and not (target / name).is_symlink()
+            and not any(_same(target / name, Path(given)) for given in inputs)
+            and _digest(target / name) == digest]
+
+
+def _put(scratch: Path, target: Path, names: Sequence[str], made: dict[str, str],
+         gone: Sequence[str] = ()) -> None:
+    """Move what was made to its place, list it there, and remove what has `gone`."""
     with undisturbed():
         listed = _listed(target)
         kept = {name: digest for name, digest in listed.items()
-                if name.split('/')[0] not in names}
+                if name.split('/')[0] not in names and name not in gone}
         _write_list(scratch, {**kept, **made})
         if not target.exists():
             scratch.chmod(0o755)
@@ -212,6 +228,8 @@ def _put(scratch: Path, target: Path, names: Sequence[str], made: dict[str, str]
                 os.replace(scratch / name, target / name)
             else:
                 (target / name).unlink(missing_ok=True)
+        for name in gone:
+            (target / name).unlink(missing_ok=True)
         os.replace(scratch / LIST, target / LIST)
 
 

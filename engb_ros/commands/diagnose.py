@@ -133,7 +133,10 @@ def run(arguments: argparse.Namespace) -> None:
     with Progress(arguments) as progress, folder_output(
             arguments.out, (*names, *recording_names(given).values()),
             [*([arguments.model] if model else []),
-             *([arguments.mechanism] if mechanism else []), *simulator, *given]) as scratch:
+             *([arguments.mechanism] if mechanism else []), *simulator, *given],
+            # The page beside a first model stays with it where that is what is diagnosed.
+            former=(*(() if arguments.model and Path(arguments.model).name == FIRST[0] else FIRST),
+                    SURROGATE, '*.mcap')) as scratch:
         # A joint of an .xml or .urdf may have another name there than in the recordings.
         inputs = read_inputs(given, model, arguments.namespace, progress, request,
                              arguments.joint, other_joint=is_joint_file(arguments.model))

@@ -86,7 +86,8 @@ _TOLD = {'SIGINT': 'interrupted', 'SIGTERM': 'terminated', 'SIGHUP': 'hung up'}
 _REMEDIES = {errno.EACCES: '; name a place that you may read and write, or change its rights',
              errno.EPERM: '; name a place that you may read and write, or change its rights',
              errno.ENOENT: '; name one that is there',
-             errno.ENOSPC: '; make room, or name another place', errno.EROFS: '; name a place that can be written to'}
+             errno.ENOSPC: '; make room, or name another place',
+             errno.EROFS: '; name a place that can be written to'}
 # From a signal until it is given again, where the program goes on all the same [s]: what is
 # half-written is cleared away long before.
 _AGAIN = 5.0

@@ -24,10 +24,11 @@ from engb_core.diagnose.diagnosis import (
 )
 from engb_core.diagnose.document import to_document
 from engb_core.errors import InputError
-from engb_core.io.outputs import LIST
+from engb_core.io.bags.write import JointTable, write_bag
+from engb_core.io.outputs import folder_output, LIST
 from engb_core.model import Model
 
-from .conftest import ROOT
+from .conftest import motion, ROOT
 
 SCHEMA = ROOT / 'engb_core' / 'diagnose' / 'diagnosis.schema.json'
 FILES = [LIST, 'diagnosis.json', 'model.yaml', 'next_experiment.csv', 'report.html']
@@ -106,6 +107,16 @@ def test_results_and_summary(engb, engine, bag, model_file, tmp_path):
     assert json.loads((folder / 'diagnosis.json').read_text())['verdict'] == 'explained'
     assert Model.read(folder / 'model.yaml') == Model()
     assert (folder / 'next_experiment.csv').read_text() == 'time,position\n0,0\n1,0.5\n2,1\n'
+
+
+def test_a_second_diagnosis_leaves_nothing_of_the_first(engb, engine, bag, model_file, tmp_path):
+    folder = tmp_path / 'result'
+    for first in ('first_model.yaml', 'surrogate.yaml'):
+        with folder_output(folder, [first, 'old.mcap', *FILES[1:]]) as scratch:
+            for name in (first, 'old.mcap', *FILES[1:]):
+                (scratch / name).write_text('of another run')
+    assert engb('diagnose', bag, '--model', model_file, '--out', 'result').status == 0
+    assert sorted(entry.name for entry in folder.iterdir()) == FILES
 
 
 def test_numbers_that_explain_without_a_name_are_told_as_that(engb, engine, bag, model_file):
@@ -194,6 +205,10 @@ def test_recordings_of_one_name_are_told_apart(engb, engine, bag, model_file, tm
     import shutil
     shutil.copytree(other, tmp_path / 'first' / 'run1')
     shutil.copytree(other, tmp_path / 'third')
+    shutil.rmtree(other)
+    run = motion(3000)      # no copy: what is held out must not have been seen
+    write_bag(other, {'/joint_states': JointTable(1.7e9 + run['time'], run['position'], None,
+                                                  run['effort'])})
     engb('diagnose', 'first/run1', 'third', '--model', model_file, '--out', 'result',
          '--holdout', other)
     recordings, _, holdout = engine.given

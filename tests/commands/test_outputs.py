@@ -103,6 +103,33 @@ def test_a_diagnosis_overwrites_nothing(refused, tmp_path, bag, model_file, out)
     assert standing(tmp_path) == before
 
 
+def test_what_a_former_diagnosis_left_goes_and_nothing_else(engb, tmp_path, table, bag, model_file,
+                                                            monkeypatch):
+    """A first model, tables as recordings: of another run they would speak of other inputs."""
+    def found(recordings, model, **_):
+        raise InputError('no diagnosis here')
+
+    monkeypatch.setattr('engb_core.diagnose.engine.diagnose', found)
+    out = tmp_path / 'out'
+    names = ['first_model.yaml', 'first_model.html', 't.mcap', 'kept.mcap', 'edited.mcap',
+             'of_another_command.yaml']
+    with folder_output(out, names) as scratch:
+        for name in names:
+            (scratch / name).write_text('made')
+    (out / 'edited.mcap').write_text('made, then edited')
+    (out / 'mine.mcap').write_text('mine')
+    engb('diagnose', bag, '--model', model_file, '--out', 'out')
+    assert len(standing(out)) == len(names) + 2         # where nothing is made, nothing goes
+    with folder_output(out, ['report.html'], [out / 'kept.mcap'],
+                       former=['first_model.*', '*.mcap']) as scratch:
+        (scratch / 'report.html').write_text('new')
+    assert sorted(standing(out)) == [
+        outputs.LIST, 'edited.mcap', 'kept.mcap', 'mine.mcap', 'of_another_command.yaml',
+        'report.html']
+    with folder_output(out, ['kept.mcap']) as scratch:
+        (scratch / 'kept.mcap').write_text('it is still on the list, and may be made anew')
+
+
 @pytest.mark.parametrize(('command', 'out'), [('predict', 'mine.npz'), ('identify', 'mine.yaml'),
                                               ('identify', 'model.yaml')])
 def test_a_file_of_somebody_else_stays(refused, tmp_path, bag, model_file, command, out):

@@ -126,7 +126,7 @@ def test_everything_at_once():
 def test_too_few_samples(usable):
     given = samples(40)
     given['position'][usable:] = np.nan
-    with pytest.raises(InputError, match=f'run: joint_states holds {usable} usable samples'):
+    with pytest.raises(InputError, match=f'run: holds {usable} usable samples'):
         Recording.from_samples('run', **given)
     with pytest.raises(InputError):
         Recording.from_samples('run', **samples(usable))

@@ -311,7 +311,8 @@ def _on_one_clock(path: Path, table: Table, roles: dict[str, int], units: dict[s
                 columns[role] = _unwrapped(columns[role], role, notes)
     if 'time' in roles:
         told.insert(0, _sentence(table, 'time', roles['time'], units['time'], request))
-    return Measured(printable(path.stem), time, columns, joint_type, tuple(told), tuple(notes), str(path))
+    return Measured(printable(path.stem), time, columns, joint_type, tuple(told), tuple(notes),
+                    str(path))
 
 
 def _refuse_dead_clock(path: Path, time: Array) -> None:

@@ -44,8 +44,8 @@ def open_table(path: str | os.PathLike[str]) -> Table:
             return TableApart(path, kind)
         return open_here(path, kind)
     except FileNotFoundError:
-        raise InputError(f'{path}: there is no such file; give a recording, or a table: '
-                         f'{KINDS}') from None
+        raise InputError(f'{path}: there is no such file; give a recording or a table '
+                         'that is there') from None
     except OSError as error:
         raise InputError(f'{path}: cannot be read ({error.strerror or error}); give a file that '
                          'you may read') from error
