@@ -9,6 +9,11 @@ million. Both followed the same commands, so that
 is where what was commanded (or, where that was not recorded, the motion) agrees best: begun at the
 highest peak of the cross-correlation of speeds, then by least squares on the position. How sure
 both are is the delete-a-block jackknife, as for a first model (first_model.py).
+
+Some peak is highest between any two motions. Where the commands were other ones, each block of
+time wants a rate of its own: a rate whose interval at 95 % is wider than any clock is off is none.
+Commands are numbers that a program computed, and two logs of one differ by no more than it changes
+from one entry to the next.
 """
 
 from __future__ import annotations
@@ -32,6 +37,8 @@ _ROUNDS, _BLOCKS = 12, 10
 _COMMON = 0.5
 # No clock drifts more: crystals 100 ppm, a controller's RC oscillator one part in a hundred.
 _LARGEST_DRIFT = 0.01
+# Standard deviations of an interval at 95 %.
+_SURE = 2.0
 # [s] Finer no stamp of a recorder is to be trusted.
 _STAMP = 1e-6
 # [s] A shorter stretch holds no stroke.
@@ -95,6 +102,10 @@ def clock_match(real: Recording, simulated: Recording) -> ClockMatch | None:
     estimates = np.array([_fitted(one, other, found, left_out=block) for block in range(_BLOCKS)])
     spread = np.sqrt((_BLOCKS - 1) / _BLOCKS * np.sum(
         (estimates - estimates.mean(axis=0)) ** 2, axis=0))
+    if _SURE * spread[1] > _LARGEST_DRIFT:
+        return None
+    if commanded and not _within_an_entry(one, other, found):
+        return None
     least = np.array([_STAMP, _STAMP / overlap, 0.0])
     spread = np.maximum(spread, least)
     return ClockMatch(float(found[0]), float(spread[0]), float(found[1]), float(spread[1]),
@@ -172,6 +183,26 @@ def _overlap(real: Array, simulated: Array, found: Array) -> tuple[Array, NDArra
     grid = np.arange(real[0], real[-1], _STEP)
     instant = (grid - found[0]) / (1.0 + found[1])
     return grid, (instant >= simulated[0]) & (instant <= simulated[-1])
+
+
+def _within_an_entry(real: tuple[Array, Array], simulated: tuple[Array, Array],
+                     found: Array) -> bool:
+    """Whether two commands differ by no more than they change from entry to entry of the log that
+    has fewer, root mean square."""
+    grid, inside = _overlap(real[0], simulated[0], found)
+    at = grid[inside]
+    one = np.interp(at, *real)
+    left = one - np.interp((at - found[0]) / (1.0 + found[1]), *simulated) - found[2]
+    entry = max(_entry(*real), _entry(*simulated))
+    moved = entry * float(np.sqrt(np.mean(np.gradient(one, _STEP) ** 2)))
+    return float(np.sqrt(np.mean(left ** 2))) <= moved
+
+
+def _entry(time: Array, values: Array) -> float:
+    """Return the usual time [s] from one change of a command to the next: it may be logged more
+    often than it is given."""
+    changed = np.flatnonzero(np.diff(values))
+    return float(np.median(np.diff(time[changed]))) if changed.size > 1 else 0.0
 
 
 def _apart(real: Recording, simulated: Recording, found: Array) -> tuple[float, float]:

@@ -103,11 +103,15 @@ def simulator_of(arguments: argparse.Namespace, real: Sequence[Recording], joint
     surrogate = surrogate_of(simulated, real, joint, request.torque_constant, progress)
     if not arguments.fmu:
         units = ('rad', 'N·m') if joint.type == 'revolute' else ('m', 'N')
-        for run in real:
-            for other in simulated:
-                match = clock_match(run, other)
-                if match is not None:
-                    told.append(match.statement(run.name, f'the simulated {other.name}', *units))
+        for other in simulated:
+            matches = [(run, match) for run in real
+                       if (match := clock_match(run, other)) is not None]
+            told += [match.statement(run.name, f'the simulated {other.name}', *units)
+                     for run, match in matches]
+            if not matches:
+                told.append(f'The simulated {other.name} has not the same commands as '
+                            f'{" or ".join(run.name for run in real)}: clocks and motions are not '
+                            'compared, and the surrogate is judged on each for itself.')
     return Simulator(surrogate.model, (*told, *surrogate.told()))
 
 

@@ -52,6 +52,37 @@ def test_other_commands_have_no_common_clock():
         assert clock_match(recorded(tuple(tops[0])), recorded(tuple(tops[1]))) is None
 
 
+def tones(seed: int, seconds: float = 30.0) -> Recording:
+    """Return a motion under a command of tones, of the same kind for any seed."""
+    draw = np.random.default_rng(seed)
+    time = np.arange(round(seconds * RATE)) / RATE
+    wanted = sum(size * np.sin(2.0 * np.pi * rate * time + phase) for rate, size, phase in zip(
+        draw.uniform(0.1, 0.4, 3), (9.0, 4.0, 2.0), draw.uniform(0.0, 6.28, 3), strict=True))
+    return Recording.from_samples('run', time, wanted, np.zeros(time.size),
+                                  reference=Reference(time, wanted))
+
+
+@pytest.mark.parametrize('commands', [True, False])
+def test_commands_of_one_kind_are_not_the_same(commands):
+    """Tones at nearby rates are alike for a while, and more than half of their energy with it."""
+    runs = [tones(seed) if commands else replace(tones(seed), reference=None)
+            for seed in range(12)]
+    found = [clock_match(one, other) for number, one in enumerate(runs)
+             for other in runs[number + 1:]]
+    assert [match for match in found if match is not None] == []
+    assert all(clock_match(run, run) is not None for run in runs)
+
+
+@pytest.mark.parametrize('every', [1, 5, 25])
+def test_a_command_that_is_logged_seldom_is_the_same(every):
+    whole = tones(3)
+    rows = np.arange(0, whole.time.size, every)
+    seldom = replace(whole, reference=Reference(whole.time[rows], whole.position[rows]))
+    found = clock_match(whole, seldom)
+    assert found is not None and found.common > 0.9
+    assert found.drift == pytest.approx(0.0, abs=max(4.0 * found.drift_std, 1e-6))
+
+
 def test_what_stands_still_has_none_either():
     still = recorded(TOPS)
     still = replace(still, position=np.zeros(still.time.size), reference=None)
