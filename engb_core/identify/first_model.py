@@ -31,7 +31,7 @@ has no such friction: it is for a diagnosis to name.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 import math
 from typing import Any
 
@@ -41,7 +41,9 @@ from scipy.optimize import lsq_linear, minimize_scalar
 from scipy.stats import t as student
 
 from engb_core.errors import InputError
+from engb_core.identify.found_model import FirstModel, FormScore, Number
 from engb_core.identify.load_forms import contact_form, FilteredColumns, load_forms, LoadForm
+from engb_core.identify.load_numbers import load_units, load_values
 from engb_core.identify.reversed_effort import reversed_effort
 from engb_core.model import Friction, Joint, Model, Motor
 from engb_core.physics.plant import load_torques, physics_of
@@ -69,6 +71,10 @@ LEAST_POINTS = 40
 CONTACT_DEGREES = (1, 2, 3)
 # Places between the ends of the stroke that are tried as a contact.
 CONTACTS = 40
+# Part of the motion at either end of the stroke that is too little to tell a contact by.
+EDGE = 0.02
+# A block left out moves a contact by no more of their distances.
+ELSEWHERE = 3.0
 # What chance alone puts further ahead than one standard error, of one form beside another.
 ONE_ERROR = 0.159
 # Mean square on unseen blocks, as a part of a plainer form's, from which on a form is clearly
@@ -79,73 +85,6 @@ HELPS = 0.9
 LOAD_ROUNDS = 4
 # A value is determined if it is this many standard deviations from none.
 SURE = 2.0
-
-
-@dataclass(frozen=True)
-class Number:
-    """A number with its standard deviation; `determined` tells whether it differs from none."""
-
-    value: float
-    std: float
-    unit: str
-    determined: bool
-
-
-@dataclass(frozen=True)
-class FormScore:
-    """How a form of the load predicts blocks that it has not seen.
-
-    `behind` is by which part of the best form's mean square its own is larger, and `error` the
-    standard error of that over the blocks; `numbers` is how many it has; `rms` are its errors
-    [N·m].
-    """
-
-    form: str
-    numbers: int
-    behind: float
-    error: float
-    rms: float
-
-
-@dataclass(frozen=True)
-class FirstModel:
-    """A first model and how far it can be trusted.
-
-    Attributes:
-        model: the model.
-        numbers: name → value with uncertainty.
-        scores: the forms of the load that were weighed, the chosen one first.
-        not_told: what could not be told, a sentence each.
-        rms, noise: of what is left and of the noise [N·m].
-        position, velocity, acceleration, effort, predicted: (m,) filtered, for pictures.
-    """
-
-    model: Model
-    numbers: dict[str, Number]
-    scores: tuple[FormScore, ...]
-    not_told: tuple[str, ...]
-    rms: float
-    noise: float
-    position: Array = field(repr=False)
-    velocity: Array = field(repr=False)
-    acceleration: Array = field(repr=False)
-    effort: Array = field(repr=False)
-    predicted: Array = field(repr=False)
-    time: Array = field(repr=False)
-
-    def summary(self) -> str:
-        """Return the numbers and what could not be told, a line each."""
-        lines = []
-        for name, number in self.numbers.items():
-            doubt = '' if number.determined else '   (not determined)'
-            lines.append(f'{name:<22}{number.value:12.4g} ± {number.std:<10.2g}{number.unit}'
-                         f'{doubt}')
-        chosen = self.scores[0]
-        unit = 'N' if self.model.joint.type == 'prismatic' else 'N·m'
-        lines.append(f'load: {chosen.form}; of stretches that were left out of the fit effort is '
-                     f'predicted to {chosen.rms:.3g} {unit} rms, noise {self.noise:.3g} {unit}')
-        lines += [f'could not be told: {text}' for text in self.not_told]
-        return '\n'.join(lines)
 
 
 def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
@@ -182,10 +121,8 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
                    sorted(shown, key=lambda pair: (pair[0] is not form, pair[0] is not best)))
     form = replace(form, beside=None)
     fit = _solve(data, form, np.ones(data.effort.size, bool))
-    deviations = _jackknife(data, form)
-    names = ('inertia', 'viscous_friction', 'coulomb', *form.names)
     model = _model(fit, form, data, joint, torque_constant)
-    numbers = _numbers(names, fit, deviations, joint)
+    numbers = _numbers(data, form, fit, model)
     predicted = _design(data, form) @ fit
     told = between_polls(recordings) + _not_told(data, form, numbers, scores, joint)
     if beside:
@@ -195,8 +132,8 @@ def first_model(recordings: Sequence[Recording], joint: Joint | None = None,
                        'with it; it is not in the model, so that a diagnosis can name it')
     if not fit[0] > 0.0:
         # A model needs one; the largest that the data leave room for is harmless.
-        model = replace(model, motor=replace(model.motor, inertia=max(2.0 * deviations[0],
-                                                                      1e-12)))
+        model = replace(model, motor=replace(model.motor, inertia=max(
+            2.0 * numbers['inertia'].std, 1e-12)))
     return FirstModel(
         model, numbers, scores, tuple(told),
         float(np.sqrt(np.mean((data.effort - predicted) ** 2))), data.noise, data.position,
@@ -302,25 +239,39 @@ Scored = list[tuple[LoadForm, _Unseen]]
 
 def _scored(data: FilteredColumns, joint: Joint) -> Scored:
     scored = [(form, _unseen(data, form)) for form in load_forms(data, joint)]
-    low, high = np.quantile(data.position, [0.02, 0.98])
+    low = np.quantile(data.position, EDGE)
     whole = np.ones(data.effort.size, bool)
-    places = np.linspace(low, high, CONTACTS + 2)
+    places = low + _stride(data) * np.arange(1, CONTACTS + 1)
     for degree in CONTACT_DEGREES:
-        def left(contact: float, degree: int = degree) -> float:
-            form = contact_form(data, float(contact), degree)
-            return float(np.sum((data.effort - _design(data, form)
-                                 @ _solve(data, form, whole)) ** 2))
-
-        best = 1 + int(np.argmin([left(place) for place in places[1:-1]]))
+        best = places[np.argmin([_left(data, contact_form(data, float(place), degree), whole)
+                                 for place in places])]
         # Between the places that were tried: half a step beside it a further term would pay.
-        contact = minimize_scalar(left, bounds=(places[best - 1], places[best + 1]),
-                                  method='bounded').x
-        form = contact_form(data, float(contact), degree)
+        form = _contact(data, degree, whole, best - _stride(data), best + _stride(data))
         scored.append((form, _unseen(data, form)))
     for form in [form for form, _ in scored if form.name not in ('none', 'offset')]:
         form = _beside_friction(data, form)
         scored += [(each, _unseen(data, each)) for each in (form, *_friction_alone(form))]
     return scored
+
+
+def _stride(data: FilteredColumns) -> float:
+    """Return how far the places lie apart that are tried as a contact [rad]."""
+    low, high = np.quantile(data.position, [EDGE, 1.0 - EDGE])
+    return float(high - low) / (CONTACTS + 1)
+
+
+def _left(data: FilteredColumns, form: LoadForm, rows: NDArray[np.bool_]) -> float:
+    return float(np.sum((data.effort[rows] - _design(data, form)[rows]
+                         @ _solve(data, form, rows)) ** 2))
+
+
+def _contact(data: FilteredColumns, degree: int, rows: NDArray[np.bool_], low: float,
+             high: float) -> LoadForm:
+    """Return the contact within two places with which a fit to some rows leaves least."""
+    found = minimize_scalar(
+        lambda place: _left(data, contact_form(data, float(place), degree), rows),
+        bounds=(low, high), method='bounded').x
+    return contact_form(data, float(found), degree)
 
 
 def _beside_friction(data: FilteredColumns, form: LoadForm) -> LoadForm:
@@ -383,22 +334,36 @@ def _score(form: LoadForm, found: _Unseen, scored: Scored) -> FormScore:
                      math.sqrt(found.mean_square))
 
 
-def _jackknife(data: FilteredColumns, form: LoadForm) -> Array:
-    """Return the standard deviations of the numbers by leaving out one block after another."""
-    blocks = int(data.block.max()) + 1
-    values = np.stack([_solve(data, form, data.block != block) for block in range(blocks)])
-    spread: Array = np.sum((values - values.mean(axis=0)) ** 2, axis=0)
-    return np.sqrt((blocks - 1) / blocks * spread)
-
-
-def _numbers(names: tuple[str, ...], fit: Array, deviations: Array, joint: Joint,
+def _numbers(data: FilteredColumns, form: LoadForm, fit: Array, model: Model,
              ) -> dict[str, Number]:
+    """Return the numbers as the model file has them, with the standard deviations that leaving
+    out one block of time after another tells."""
+    joint, load = model.joint, model.load_torque
     angle, torque = ('rad', 'N·m') if joint.type == 'revolute' else ('m', 'N')
     units = {'inertia': 'kg·m²' if joint.type == 'revolute' else 'kg',
-             'viscous_friction': f'{torque}·s/{angle}'}
-    return {name: Number(float(value), float(std), units.get(name, torque),
-                         abs(value) > SURE * std)
-            for name, value, std in zip(names, fit, deviations, strict=True)}
+             'viscous_friction': f'{torque}·s/{angle}', 'coulomb': torque,
+             **load_units(form, load, joint)}
+    found = []
+    for block in range(int(data.block.max()) + 1):
+        rows, mine = data.block != block, form
+        if load.contact_angle is not None:
+            # Where the contact lies follows from the same blocks.
+            apart = ELSEWHERE * _stride(data)
+            mine = _contact(data, len(form.names), rows, load.contact_angle - apart,
+                            load.contact_angle + apart)
+        fitted = _solve(data, mine, rows)
+        found.append(np.concatenate([fitted[:3], load_values(mine, fitted[3:], load)]))
+    spread = np.sum((np.array(found) - np.mean(found, axis=0)) ** 2, axis=0)
+    deviations = np.sqrt((len(found) - 1) / len(found) * spread)
+    values = np.concatenate([fit[:3], load_values(form, fit[3:], load)])
+    numbers = {name: Number(float(value), float(std), unit, abs(value) > SURE * std)
+               for (name, unit), value, std in zip(units.items(), values, deviations,
+                                                   strict=True)}
+    # Of an angle nought is a value as any other: it is known where the load is.
+    sure = any(numbers[name].determined for name in numbers
+               if name == 'amplitude' or name[1:].isdigit())
+    return {name: replace(number, determined=sure) if name in ('phase', 'contact_angle')
+            else number for name, number in numbers.items()}
 
 
 def _model(fit: Array, form: LoadForm, data: FilteredColumns, joint: Joint,

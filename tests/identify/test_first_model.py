@@ -37,6 +37,33 @@ def test_the_form_of_the_load(load, form):
         assert abs(number.value - truth) < max(4.0 * number.std, 0.03 * truth), (name, number)
 
 
+@pytest.mark.parametrize(('load', 'truth'), [
+    (lambda angle: 0.02 + 0.03 * angle, {'p0': (0.02, 'N·m'), 'p1': (0.03, 'N·m/rad')}),
+    (lambda angle: 0.1 * np.sin(angle + 0.3), {'amplitude': (0.1, 'N·m'), 'phase': (0.3, 'rad')}),
+    (lambda angle: 0.05 * np.maximum(angle - 1.0, 0.0),
+     {'p1': (0.05, 'N·m/rad'), 'contact_angle': (1.0, 'rad')}),
+    (lambda angle: 0.02 * np.maximum(angle + 1.0, 0.0) ** 2, {
+        'p1': (0.0, 'N·m/rad'), 'p2': (0.02, 'N·m/rad²'), 'contact_angle': (-1.0, 'rad')}),
+], ids=['polynomial', 'sinusoid', 'contact', 'curved contact'])
+def test_the_load_s_numbers_are_those_of_the_model_file(load, truth):
+    """With their units and deviations, which hold the truth; of 16 draws each within 3.5."""
+    off = {name: [] for name in truth}
+    for seed in range(4):
+        found = first_model([recorded(load, seed)])
+        numbers, file = found.numbers, found.model.load_torque
+        assert set(numbers) - {'inertia', 'viscous_friction', 'coulomb'} == set(truth)
+        for name, (value, unit) in truth.items():
+            written = (file.coefficients[int(name[1])] if name[1:].isdigit()
+                       else getattr(file, name))
+            assert (numbers[name].value, numbers[name].unit) == (pytest.approx(written), unit)
+            assert f'{name:<22}{written:12.4g} ±' in found.summary()
+            assert 0.0 < numbers[name].std < 0.2
+            off[name].append((numbers[name].value - value) / numbers[name].std)
+            assert numbers[name].determined == (value != 0.0)
+    for name, draws in off.items():
+        assert max(map(abs, draws)) < 3.5, (name, draws)
+
+
 @pytest.mark.parametrize(('effect', 'seed'), [(None, 99), ('stribeck_friction', 12),
                                               ('cogging_torque', 13)])
 def test_no_load_is_taken_for_what_the_model_lacks(effect, seed):
