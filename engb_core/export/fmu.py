@@ -14,6 +14,7 @@ https://fmi-standard.org: FMI 2.0.4 and 3.0.1.
 from __future__ import annotations
 
 from collections.abc import Sequence
+import contextlib
 from dataclasses import dataclass, replace
 import hashlib
 from importlib.resources import files
@@ -21,6 +22,7 @@ import os
 from pathlib import Path
 import platform
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -172,11 +174,21 @@ def _binary(found: str, sources: dict[str, str], version: int) -> bytes:
     with tempfile.TemporaryDirectory(prefix='engb-fmu-') as folder:
         for name, text in sources.items():
             (Path(folder) / name).write_text(text, encoding='utf-8')
-        result = subprocess.run(
+        # What the compiler puts down between its passes goes with the folder, whatever ends it; a
+        # group of its own, since it has others compile and link.
+        compiling = subprocess.Popen(
             [found, *FLAGS, '-o', 'unit', 'engb_model.c', f'fmi{version}.c', '-lm'], cwd=folder,
-            capture_output=True, text=True, timeout=300, check=False)
-        if result.returncode:
-            line = (result.stderr.strip().splitlines() or ['no message'])[0]
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+            env={**os.environ, 'TMPDIR': folder, 'TMP': folder, 'TEMP': folder})
+        try:
+            _, said = compiling.communicate(timeout=300)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.killpg(compiling.pid, signal.SIGKILL)
+            compiling.communicate()
+            raise
+        if compiling.returncode:
+            line = (said.strip().splitlines() or ['no message'])[0]
             raise InputError(f'{found} does not compile the model ({line}); name another C99 '
                              'compiler by CC=…, or leave the binary out (--source-only)')
         return (Path(folder) / 'unit').read_bytes()

@@ -29,12 +29,14 @@ A column that is named without a unit, and has none in its title, is taken to be
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engb_core.errors import InputError
 from engb_core.io.outputs import recording_output
 from engb_core.text.printable import printable
+from engb_ros.commands.common import add_progress, Progress
 from engb_ros.commands.table_options import add_table_options, request_of
 
 if TYPE_CHECKING:
@@ -61,6 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--namespace', default='/engb', metavar='/NAME',
                         help='of the topics (default: /engb)')
     parser.add_argument('--force', action='store_true', help='replace a recording that is there')
+    add_progress(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -73,10 +76,12 @@ def run(arguments: argparse.Namespace) -> None:
     request = request_of(arguments, plain_is_si=True)
     _check(arguments, request)
     from engb_core.io.tables.measure import measured_of
-    with recording_output(arguments.out, arguments.force, [arguments.table],
-                          f'--out {arguments.out}') as made:
+    with Progress(arguments) as progress, recording_output(
+            arguments.out, arguments.force, [arguments.table], f'--out {arguments.out}') as made:
+        progress(f'reading {arguments.table}{_size(arguments.table)}')
         measured, _ = measured_of(arguments.table, request)
         recording = measured.recording(arguments.joint)
+        progress(f'writing {recording.time.size} samples to {arguments.out}')
         write_recording(made, measured, arguments.joint, arguments.namespace)
     for text in measured.told:
         print(text)
@@ -104,6 +109,14 @@ def _listing(path: str) -> str:
     return f'{printable(path)}: {table.kind}, {len(table.channels)} columns\n' + '\n'.join(
         '  '.join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows)
+
+
+def _size(path: str) -> str:
+    """Return a file's size in words, where there is one: how long reading takes goes with it."""
+    try:
+        return f' ({os.path.getsize(path) / 1e6:.0f} MB)'
+    except OSError:
+        return ''
 
 
 def _check(arguments: argparse.Namespace, request: Request) -> None:

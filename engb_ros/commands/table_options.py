@@ -122,6 +122,13 @@ def _ask(question: Question) -> str:
     choices = f' ({", ".join(question.choices[:8])})' if question.choices else ''
     default = f' [{question.default}]' if question.default else ''
     # What is being done stands in the line.
-    print('\r\033[K' + printable(f'What is {question.subject}?{choices}{default}: '), end='',
+    print('\r\033[K' + (f'{printable(question.refused)}\n' if question.refused else '')
+          + printable(f'{_spoken(question.subject)}?{choices}{default}: '), end='',
           file=sys.stderr, flush=True)
     return sys.stdin.readline()
+
+
+def _spoken(subject: str) -> str:
+    """Return what a question is about as a question."""
+    return (subject[0].upper() + subject[1:] if subject.startswith(('which ', 'how many '))
+            else f'What is {subject}')

@@ -26,7 +26,9 @@ def ended(capsys, error, came=()):
     (program._Stopped(signal.SIGHUP), (), 129, 'engb: hung up\n'),
     (MemoryError(), (), 2, 'engb: not enough memory for this input; give shorter recordings\n'),
     (OSError(28, 'No space left on device', 'a.csv'), (), 2,
-     'engb: a.csv: No space left on device\n'),
+     'engb: a.csv: No space left on device; make room, or name another place\n'),
+    (PermissionError(13, 'Permission denied', 'locked/x'), (), 2, 'engb: locked/x: Permission '
+     'denied; name a place that you may read and write, or change its rights\n'),
     (OSError('odd'), (), 2, 'engb: odd\n'),
     (OSError(4, 'Interrupted system call'), (signal.SIGTERM,), 143, 'engb: terminated\n'),
     (ImportError('half of it'), (signal.SIGINT,), 130, 'engb: interrupted\n'),

@@ -3,9 +3,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 import re
+import signal
 import subprocess
+import sys
+import time
 import zipfile
 
 import pytest
@@ -98,3 +102,39 @@ def test_the_sizes_on_the_page_are_true(tmp_path):
         sizes.append(int(subprocess.run([str(tmp_path / name / 'size')], check=True,
                                         capture_output=True, text=True).stdout))
     assert [round(sizes[0] / 1e3, 1), round((sizes[1] - sizes[0]) / 1e3, 1)] == [1.9, 1.5]
+
+
+# Stands for a compiler: a driver whose passes leave files where TMPDIR says, and take long.
+SLOW = """#!/bin/sh
+echo pass > "${TMPDIR:-/tmp}/ccX.s"
+sleep 600 &
+echo $! > "$PASS.new" && mv "$PASS.new" "$PASS"
+wait
+"""
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_compilation_that_is_stopped_leaves_nothing(model_file, tmp_path, number):
+    (tmp_path / 'cc').write_text(SLOW)
+    (tmp_path / 'cc').chmod(0o755)
+    rest, told = tmp_path / 'rest', tmp_path / 'pass'
+    rest.mkdir()
+    running = subprocess.Popen(
+        [sys.executable, '-m', 'engb_ros.commands.main', 'export', str(model_file), '--to', 'fmu'],
+        env={**os.environ, 'CC': str(tmp_path / 'cc'), 'TMPDIR': str(rest), 'PASS': str(told),
+             'PYTHONPATH': str(Path(__file__).resolve().parents[2])},
+        stderr=subprocess.PIPE, text=True)
+    while not told.exists():
+        assert running.poll() is None, running.communicate()[1]
+        time.sleep(0.02)
+    running.send_signal(number)
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 128 + number and said.count('\n') == 1
+    assert list(rest.iterdir()) == []
+    assert not (model_file.parent / 'export').exists()
+    with pytest.raises(ProcessLookupError):
+        while True:     # it is gone once whoever it was left to has taken notice
+            os.kill(int(told.read_text()), 0)
+            if Path(f'/proc/{told.read_text().strip()}/stat').read_text().split()[2] == 'Z':
+                raise ProcessLookupError
+            time.sleep(0.02)

@@ -58,8 +58,30 @@ def test_samples_without_time_get_it_from_the_answered_rate(tmp_path):
 
 def test_an_empty_answer_is_told_with_the_option_that_would_give_it(tmp_path):
     path = csv(tmp_path, phi__rad=ANGLE, M__Nm=TORQUE)
-    with pytest.raises(InputError, match=r'the time of the samples is needed; give --rate 1000'):
+    with pytest.raises(InputError, match=r'no column of time is needed; give --rate 1000'):
         measured_of(path, Request(ask=lambda question: '  '))
+
+
+def test_an_answer_that_cannot_be_taken_is_asked_for_again(tmp_path):
+    path = csv(tmp_path, t__s=TIME, channel1=np.degrees(ANGLE), channel2=5.0 * TORQUE)
+    answers = iter(['channel9', 'channel1', 'channel2', 'grad celsius', 'N', 'counts', 'deg', 'A',
+                    'much', '0.2'])
+    put = []
+
+    def ask(question):
+        put.append((' '.join(question.words), question.refused))
+        return next(answers)
+
+    measured, request = measured_of(path, Request(ask=ask))
+    np.testing.assert_allclose(measured.columns['position'], ANGLE, atol=1e-7)
+    assert request.units == {'position': 'deg', 'effort': 'A'} and request.torque_constant == 0.2
+    for asked, words in (('--column position=', "no column 'channel9'"),
+                         ('--unit position=', 'not a known unit'),
+                         ('--unit position=', 'position cannot be a force'),
+                         ('--unit position=', 'such as 4096/rev'),
+                         ('--torque-constant ', 'must be a number above 0')):
+        assert [entry for entry in put if entry[0] == asked and words in entry[1]], (asked, words)
+    assert len(put) == 10
 
 
 @pytest.mark.parametrize('answer', ['-1', '0', 'fast', 'inf'])

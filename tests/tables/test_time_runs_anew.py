@@ -63,7 +63,7 @@ HEAD = 't [s],phi [rad],M [N·m]\n'
 @pytest.mark.parametrize(('text', 'words'), [
     ('', 'bench.csv: the file is empty; export'),
     (HEAD, 'bench.csv: holds no row of numbers; a table has one per sample'),
-    (HEAD + '0,1,2\n', 'bench.csv: the column for time holds 1 number; a recording has a row per'),
+    (HEAD + '0,1,2\n', 'bench.csv: the column for time holds one number; export a row per sample'),
     (HEAD + ''.join(f'{n / 100},{n},{n * n}\n' for n in range(10)),
      'bench.csv: holds 10 usable samples, at least 20 are needed; record a longer run')])
 def test_what_is_too_little_is_told_with_path_and_remedy(tmp_path, text, words):

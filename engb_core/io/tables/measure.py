@@ -109,11 +109,11 @@ def _columns(table: Table, request: Request) -> tuple[dict[str, int], Request]:
                  if role not in found.chosen and role not in absent]
     own = any(channel.clocked for channel in table.channels)
     if 'time' not in found.chosen and request.rate is None and not own:
-        option = ('--column', 'time=') if untitled else ('--rate', '')
-        questions.append(Question('which column is time' if untitled
-                                  else 'the time of the samples', '--column time=0' if untitled
-                                  else '--rate 1000', option))
-    answered = settled(request, questions, table.path)
+        questions.append(
+            Question('which column is time', '--column time=0', ('--column', 'time='))
+            if untitled else Question('the rate of the samples [Hz], as there is no column of time',
+                                      '--rate 1000', ('--rate', '')))
+    answered = settled(request, questions, table)
     if answered is not request:
         return _columns(table, answered)
     return found.chosen, request
@@ -191,7 +191,7 @@ def _units(table: Table, roles: dict[str, int], request: Request) -> tuple[dict[
     if ('effort' in units and units['effort'].quantity == 'current'
             and request.torque_constant is None):
         questions.append(_constant_question(table, roles['effort'], units.get('position')))
-    answered = settled(request, questions, table.path)
+    answered = settled(request, questions, table)
     if answered is not request:
         return _units(table, roles, answered)
     if 'effort' not in units:
@@ -299,10 +299,9 @@ def _on_one_clock(path: Path, table: Table, roles: dict[str, int], units: dict[s
                              f'{time.size})')
         series[role] = (time, values)
         told.append(_sentence(table, role, place, units[role], request))
-    for role in _MEASURED:
-        if role in series:
-            _refuse_dead_clock(path, series[role][0])
-            refuse_new_start(str(path), series[role][0])
+    for role in [role for role in _MEASURED if role in series]:
+        _refuse_dead_clock(path, series[role][0])
+        refuse_new_start(str(path), series[role][0])
     time, columns = _with_a_stamp_each(*_aligned(series, notes), notes)
     joint_type = 'prismatic' if units['position'].quantity == 'length' else 'revolute'
     if joint_type == 'revolute':
@@ -318,9 +317,9 @@ def _on_one_clock(path: Path, table: Table, roles: dict[str, int], units: dict[s
 def _refuse_dead_clock(path: Path, time: Array) -> None:
     good = time[np.isfinite(time)]
     if good.size < 2:
-        raise InputError(f'{path}: the column for time holds {good.size or "no"} '
-                         f'number{"" if good.size == 1 else "s"}; a recording has a row per '
-                         'sample, export more of it, or name another column with --column time=…')
+        count = 'one number' if good.size else 'no numbers'
+        raise InputError(f'{path}: the column for time holds {count}; export a row per sample, or '
+                         'name another column with --column time=…')
     if np.ptp(good) == 0:
         raise InputError(f'{path}: time never changes; choose another column for time, or give '
                          '--rate')

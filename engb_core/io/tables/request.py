@@ -8,6 +8,9 @@ from dataclasses import dataclass, field, replace
 import shlex
 
 from engb_core.errors import InputError
+from engb_core.io.tables.roles import QUANTITIES
+from engb_core.io.tables.table import Table
+from engb_core.io.tables.units import named
 
 __all__ = ['Asker', 'Question', 'Request', 'positive', 'settled']
 
@@ -22,6 +25,7 @@ class Question:
         words: the option's words before the answer itself: ('--unit', 'position=').
         choices: usual answers.
         default: what an empty answer stands for; '' where it must be answered.
+        refused: why the answer before this one could not be taken; '' where there was none.
     """
 
     subject: str
@@ -29,6 +33,7 @@ class Question:
     words: tuple[str, str]
     choices: tuple[str, ...] = ()
     default: str = ''
+    refused: str = ''
 
 
 Asker = Callable[[Question], str]
@@ -90,12 +95,15 @@ def positive(text: str, option: str) -> float:
     return value
 
 
-def settled(request: Request, questions: list[Question], path: object) -> Request:
-    """Return the request with all questions answered.
+def settled(request: Request, questions: list[Question], table: Table) -> Request:
+    """Return the request with all questions about a table answered.
+
+    An answer that can't be taken is asked for again, unless it is given again: that is no person.
 
     Raises:
         InputError: there is nobody to ask; the message has the command that answers them.
     """
+    path = table.path
     if not questions:
         return request
     if request.ask is None:
@@ -108,11 +116,34 @@ def settled(request: Request, questions: list[Question], path: object) -> Reques
             f'{path}: does not tell {subjects}. Say it, such as: '
             f'{shlex.join(request.command)} {options}' + (f'  ({others})' if others else ''))
     for question in questions:
-        answer = request.ask(question).strip() or question.default
-        if not answer:
-            raise InputError(f'{path}: {question.subject} is needed; give {question.option}')
-        request = request.told(question.words[0], question.words[1].strip('='), answer)
+        before = None
+        while True:
+            answer = request.ask(question).strip() or question.default
+            if not answer:
+                raise InputError(f'{path}: {question.subject} is needed; give {question.option}')
+            option, role = question.words[0], question.words[1].strip('=')
+            try:
+                _refuse_answer(table, option, role, answer)
+                request = request.told(option, role, answer)
+                break
+            except InputError as error:
+                if answer == before:
+                    raise
+                before, question = answer, replace(question, refused=str(error))
     return request
+
+
+def _refuse_answer(table: Table, option: str, role: str, answer: str) -> None:
+    """Raise InputError where a table has no such column, or a role no such unit."""
+    if option == '--column':
+        table.find(answer)
+    elif option == '--unit':
+        unit = named(answer, f'--unit {role}')
+        if unit.quantity == 'counts':
+            raise InputError(f'--unit {role}={answer}: say how many make one turn, such as '
+                             '4096/rev')
+        if unit.quantity not in QUANTITIES[role]:
+            raise InputError(f'--unit {role}={answer}: {role} cannot be a {unit.quantity}')
 
 
 def _joined(options: list[str]) -> str:
