@@ -182,14 +182,18 @@ def test_an_answer_at_the_terminal_is_what_the_model_says(tmp_path):
 
 def test_a_slip_at_the_terminal_is_told_and_asked_for_again(tmp_path):
     time = np.arange(400) / 100.0
-    (tmp_path / 'bench.csv').write_text('t [s],a,b\n' + ''.join(
-        f'{t:.2f},{np.sin(3 * t):.6f},{np.cos(3 * t):.6f}\n' for t in time))
+    for name, titles in (('named.csv', 't [s],position,effort'), ('bench.csv', 't [s],a,b')):
+        (tmp_path / name).write_text(titles + '\n' + ''.join(
+            f'{t:.2f},{np.sin(3 * t):.6f},{np.cos(3 * t):.6f}\n' for t in time))
     shown = at_a_terminal(
-        ['import', 'bench.csv', '--out', 'run'],
-        [('Which column is position', 'a'), ('Which column is effort', 'b'),
-         ('What is the unit of position', 'furlong'), ('not a known unit', 'rad'),
+        ['import', 'named.csv', '--out', 'run1'],
+        [('What is the unit of position', 'furlong'), ('not a known unit', 'rad'),
          ('What is the unit of effort', 'Nm')], tmp_path)
-    assert 'What is which' not in shown and (tmp_path / 'run' / 'metadata.yaml').exists()
+    assert shown.count('What is the unit of position') == 2
+    assert (tmp_path / 'run1' / 'metadata.yaml').exists()
+    shown = at_a_terminal(
+        ['import', 'bench.csv', '--out', 'run2'],
+        [('Which column is position', 'a'), ('Which column is effort', 'b')], tmp_path)
+    assert 'What is which' not in shown and '\r\033[KWhich column' in shown
     # What is being done is told, at the terminal alone.
     assert 'reading bench.csv' in shown and 'writing 400 samples' in shown
-    assert '\r\033[KWhich column' in shown

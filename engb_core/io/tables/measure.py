@@ -111,7 +111,7 @@ def _columns(table: Table, request: Request) -> tuple[dict[str, int], Request]:
     if 'time' not in found.chosen and request.rate is None and not own:
         questions.append(
             Question('which column is time', '--column time=0', ('--column', 'time='))
-            if untitled else Question('the rate of the samples [Hz], as there is no column of time',
+            if untitled else Question('the rate of the samples [Hz], with no column of time',
                                       '--rate 1000', ('--rate', '')))
     answered = settled(request, questions, table)
     if answered is not request:
