@@ -43,17 +43,19 @@ def Recording(time: ArrayLike, position: ArrayLike, effort: ArrayLike,
         InputError: a column that is no row of numbers, columns of different lengths, or fewer
             than 20 usable samples.
     """
-    columns = {key: None if values is None else _numbers(name, key, values)
-               for key, values in (('time', time), ('position', position), ('effort', effort),
-                                   ('velocity', velocity))}
-    shapes = {key: np.shape(values) for key, values in columns.items() if values is not None}
+    stamp, angle, torque, speed = (
+        None if values is None else _numbers(name, key, values) for key, values in (
+            ('time', time), ('position', position), ('effort', effort), ('velocity', velocity)))
+    shapes = {key: values.shape for key, values in (
+        ('time', stamp), ('position', angle), ('effort', torque), ('velocity', speed))
+        if values is not None}
+    if stamp is None or angle is None:
+        raise InputError(f'{name}: time and position are needed, (n,) floats in SI units')
     if len(set(shapes.values())) > 1 or len(shapes['time']) != 1:
         raise InputError(f'{name}: the columns have to be of one length: ' + ', '.join(
             f'{key} {shape}' for key, shape in shapes.items()))
-    assert columns['time'] is not None
-    refuse_new_start(name, columns['time'])
-    return Run.from_samples(name, columns['time'], columns['position'], columns['effort'],
-                            columns['velocity'], reference, signals)
+    refuse_new_start(name, stamp)
+    return Run.from_samples(name, stamp, angle, torque, speed, reference, signals)
 
 
 def _numbers(name: str, column: str, values: ArrayLike) -> Array:
@@ -239,9 +241,9 @@ def simulate(recording: Run | FilePath, model: Model | FilePath) -> tuple[Array,
 
 
 def _several(given: Run | FilePath | Sequence[Run | FilePath], model: Model) -> list[Run]:
-    one = isinstance(given, Run | str | os.PathLike) or not isinstance(given, Iterable)
-    entries: Iterable[Any] = [given] if one else given
-    return [_run(entry, model) for entry in entries]
+    if isinstance(given, Run | str | os.PathLike) or not isinstance(given, Iterable):
+        return [_run(given, model)]
+    return [_run(entry, model) for entry in given]
 
 
 def _run(given: Run | FilePath, model: Model) -> Run:

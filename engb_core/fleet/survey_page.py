@@ -75,8 +75,8 @@ def _header(page: Page, entries: Sequence[Entry], causes: list[Cause], trends: l
                     f'{_count(len(units), "unit")}: the model lacks it')
         tone = 'warn'
     elif len(units) == 1 and any(cause.on for cause in causes):
-        names = enumerate_words([effect_name(cause.effect) for cause in causes if cause.on])
-        headline = f'{capital(names)} on {shorten(next(iter(units)))}: the model lacks it'
+        found = enumerate_words([effect_name(cause.effect) for cause in causes if cause.on])
+        headline = f'{capital(found)} on {shorten(next(iter(units)))}: the model lacks it'
         tone = 'warn'
     elif any(cause.on for cause in causes):
         headline, tone = 'What the model lacks differs from unit to unit', 'warn'

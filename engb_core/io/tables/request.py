@@ -115,10 +115,11 @@ def settled(request: Request, questions: list[Question], table: Table) -> Reques
         raise InputError(
             f'{path}: does not tell {subjects}. Say it, such as: '
             f'{shlex.join(request.command)} {options}' + (f'  ({others})' if others else ''))
+    ask = request.ask
     for question in questions:
         before = None
         while True:
-            answer = request.ask(question).strip() or question.default
+            answer = ask(question).strip() or question.default
             if not answer:
                 raise InputError(f'{path}: {question.subject} is needed; give {question.option}')
             option, role = question.words[0], question.words[1].strip('=')
