@@ -106,6 +106,8 @@ def load_model(path: FilePath) -> Model:
     Raises:
         InputError: missing, or a value that is wrong; the message names it.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f'{_kind(path)} is no path; name a model file')
     return Model.read(path)
 
 

@@ -23,6 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from engb_core.errors import InputError
 from engb_core.text.printable import printable
 from engb_ros.commands.common import add_effects, folder_output, read_model
 
@@ -43,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--to', required=True, nargs='+', choices=sorted(FILES), metavar='FORMAT',
                         help=f'one or several of {", ".join(sorted(FILES))}')
     parser.add_argument('--out', metavar='DIR', help='where the files go')
-    parser.add_argument('--fmi', type=int, choices=(2, 3), default=2,
+    parser.add_argument('--fmi', type=int, choices=(2, 3),
                         help='version of the FMU (default 2)')
     parser.add_argument('--source-only', action='store_true',
                         help='an FMU without a binary; compile it where it runs')
@@ -55,6 +56,9 @@ def run(arguments: argparse.Namespace) -> None:
     model = read_model(arguments.model)
     out = Path(arguments.out) if arguments.out else Path(arguments.model).parent / 'export'
     wanted = list(dict.fromkeys(arguments.to))
+    if 'fmu' not in wanted and (arguments.fmi is not None or arguments.source_only):
+        option = '--source-only' if arguments.source_only else f'--fmi {arguments.fmi}'
+        raise InputError(f'{option}: has no effect without --to fmu; leave it out')
     with folder_output(out, [name for one in wanted for name in FILES[one]],
                        [arguments.model]) as folder:
         notes = {one: _WRITERS[one](model, folder, arguments) for one in wanted}
@@ -75,7 +79,7 @@ def _c(model: Model, folder: Path, _: argparse.Namespace) -> tuple[str, ...]:
 
 def _fmu(model: Model, folder: Path, arguments: argparse.Namespace) -> tuple[str, ...]:
     from engb_core.export.fmu import write_fmu
-    return write_fmu(model, folder / FILES['fmu'][0], arguments.fmi,
+    return write_fmu(model, folder / FILES['fmu'][0], arguments.fmi or 2,
                      title=Path(arguments.model).stem, binary=not arguments.source_only)
 
 

@@ -68,6 +68,7 @@ def test_paths_are_read_and_what_is_no_recording_is_told(tmp_path, monkeypatch):
             (lambda: engb.diagnose(recording, model, holdout=['y']), 'y: there is no such file'),
             (lambda: engb.simulate(recording, {}), 'an object of type dict is no model'),
             (lambda: engb.read(None), 'None is no path'),
+            (lambda: engb.load_model(None), 'None is no path; name a model file'),
             (lambda: engb.Recording(**{**rows, 'effort': ['a'] * 200}),
              'recording: effort is no row of numbers')):
         with pytest.raises(engb.InputError, match=words):

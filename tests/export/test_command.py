@@ -138,3 +138,9 @@ def test_a_compilation_that_is_stopped_leaves_nothing(model_file, tmp_path, numb
             if Path(f'/proc/{told.read_text().strip()}/stat').read_text().split()[2] == 'Z':
                 raise ProcessLookupError
             time.sleep(0.02)
+
+
+@pytest.mark.parametrize('words', [['--fmi', '3'], ['--source-only']])
+def test_what_is_said_of_an_fmu_has_no_effect_elsewhere(model_file, capsys, words):
+    assert main(['export', str(model_file), '--to', 'json', *words]) == BAD_INPUT
+    assert f'{" ".join(words)}: has no effect without --to fmu' in capsys.readouterr().err
