@@ -110,8 +110,7 @@ def simulator_of(arguments: argparse.Namespace, real: Sequence[Recording], joint
                      for run, match in matches]
             if not matches:
                 told.append(f'The simulated {other.name} has not the same commands as '
-                            f'{" or ".join(run.name for run in real)}: clocks and motions are not '
-                            'compared, and the surrogate is judged on each for itself.')
+                            f'{" or ".join(run.name for run in real)}: no clocks are compared.')
     return Simulator(surrogate.model, (*told, *surrogate.told()))
 
 

@@ -15,6 +15,8 @@ from engb_ros.commands.diagnose import summary
 from engb_ros.commands.import_table import write_recording
 from tests.report.samples import explained
 
+from .conftest import motion
+
 TIME = np.arange(300) * 0.01
 
 
@@ -62,6 +64,20 @@ def test_a_table_may_be_predicted(engb, refused, tmp_path):
     table(tmp_path / 'b.csv', 't,phi,M')
     refused('predict', 'b.csv', '--model', 'model.yaml', '--out', 'o.npz',
             words=['b.csv', 'engb predict b.csv', '--unit position=deg effort='])
+
+
+def test_a_table_may_be_identified(engb, tmp_path):
+    run = motion(8000)
+    current = run['effort'] / 0.05
+    np.savetxt(tmp_path / 'a.csv', np.stack([run['time'], run['position'], current], 1),
+               delimiter=',', comments='', header='t [s],phi [rad],I [A]')
+    outcome = engb('identify', 'a.csv', '--torque-constant', '0.05', '--joint', 'left', '--out',
+                   'm.yaml')
+    assert outcome.status == 0, outcome.err
+    assert 'a.csv: effort: column I [A], times 0.05 N·m/A' in outcome.out
+    found = Model.read(tmp_path / 'm.yaml')
+    assert found.motor.torque_constant == 0.05 and found.joint.name == 'left'
+    assert found.motor.inertia == pytest.approx(6.8e-5, rel=0.1)
 
 
 def test_a_diagnosis_that_is_a_list_cannot_be_adopted(refused, tmp_path):
