@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 import contextlib
 from dataclasses import replace
-from difflib import get_close_matches
 from functools import lru_cache
 import importlib
 from importlib.metadata import entry_points, EntryPoint
@@ -186,10 +185,7 @@ def get_effect(effect_id: str) -> Effect:
     """
     effects = catalogue()
     if effect_id not in effects:
-        near = get_close_matches(effect_id, effects, 1)
-        raise InputError(
-            f'unknown effect {effect_id!r}; ' + (f'did you mean {near[0]}?' if near else
-                                                 f'known: {", ".join(effects)}'))
+        raise InputError(f'unknown effect {effect_id!r}; known: {", ".join(effects)}')
     return effects[effect_id]
 
 

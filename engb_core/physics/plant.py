@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 import math
 
 import numpy as np
@@ -138,10 +137,8 @@ def setting_values(effect: Effect, setting: EffectSetting) -> list[float]:
     known = set(effect.names)
     for name in setting.parameters:
         if name not in known:
-            near = get_close_matches(name, effect.names, 1)
             raise InputError(f'effects: {effect.id} has no parameter {name!r}; '
-                             + (f'did you mean {near[0]}? ' if near else '')
-                             + f'it has {", ".join(effect.names)}')
+                             f'it has {", ".join(effect.names)}')
     values = []
     for name in effect.names:
         value = setting.parameters.get(name)

@@ -63,10 +63,28 @@ def read_model(path: str | os.PathLike[str]) -> Model:
     if model.effects:
         from engb_core.physics.plant import effects_of
         try:
+            _refuse_misspelt(model)
             effects_of(model)
         except InputError as error:
             raise InputError(f'{path}: {error}') from error
     return model
+
+
+def _refuse_misspelt(model: Model) -> None:
+    """Raise InputError where a name is unknown that is nearly that of an effect or parameter."""
+    from difflib import get_close_matches
+
+    from engb_core.effects.catalogue import catalogue
+    effects = catalogue()
+    for setting in model.effects:
+        effect = effects.get(setting.effect)
+        # A law's parameters are those of its own formula.
+        asked = {setting.effect: list(effects)} if effect is None else dict.fromkeys(
+            setting.parameters, list(effect.names)) if effect.made_of is None else {}
+        for name, known in asked.items():
+            if name not in known and (near := get_close_matches(name, known, 1)):
+                kind = 'unknown effect' if effect is None else f'{effect.id} has no parameter'
+                raise InputError(f'effects: {kind} {name!r}; did you mean {near[0]}?')
 
 
 def add_namespace(parser: argparse.ArgumentParser) -> None:

@@ -63,6 +63,9 @@ def test_an_effect_that_cannot_be_computed_is_told_before_it_is_used(
 @pytest.mark.parametrize('command', COMMANDS)
 @pytest.mark.parametrize(('setting', 'words'), [
     (EffectSetting('coging', {'amplitude': 1.0}), "'coging'; did you mean cogging_torque?"),
+    (EffectSetting('magic', {'amplitude': 1.0}), "unknown effect 'magic'; known: "),
+    (EffectSetting('pad_creep', {'volts': 1.0}), "no parameter 'volts'; it has relaxed_fraction"),
+    (EffectSetting('pad_creep', {}), 'needs the parameter relaxed_fraction'),
     (EffectSetting('cogging_torque', {'amplitud': 1.0}), 'did you mean amplitude?')])
 def test_a_wrong_name_in_a_model_file_is_told_with_the_file(
         refused, bag, model_file, command, setting, words):

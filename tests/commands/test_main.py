@@ -80,7 +80,8 @@ class Fake:
 @pytest.mark.parametrize(('error', 'status', 'text'), [
     (InputError('a.yaml: broken\n  badly'), 2, 'engb: a.yaml: broken badly\n'),
     (KeyboardInterrupt(), 130, 'engb: interrupted\n'),
-    (OSError(28, 'No space left on device', 'x'), 2, 'engb: x: No space left on device\n'),
+    (OSError(28, 'No space left on device', 'x'), 2,
+     'engb: x: No space left on device; make room, or name another place\n'),
     (MemoryError(), 2, None),
     (ZeroDivisionError('oh'), 70, None),
 ])
