@@ -172,6 +172,13 @@ class Model:
     effects: tuple[EffectSetting, ...] = ()
     joint: Joint = Joint()
 
+    def refuse_negative_friction(self) -> None:
+        """Raise InputError where friction would drive the motion. Least squares leave such numbers
+        in a file where there is next to no friction, and it may be diagnosed all the same; but
+        nothing is to be moved or simulated by it."""
+        _refuse_negative(self.motor, 'motor', {'viscous_friction': 'N·m·s/rad'})
+        _refuse_negative(self.friction, 'friction', {'coulomb': 'N·m', 'load_gain': ''})
+
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Model:
         """Read a model file.
@@ -229,11 +236,9 @@ class Model:
             raise InputError(f'motor.inertia is {motor.inertia}; it must be above 0 kg·m²')
         if motor.torque_constant <= 0:
             raise InputError('motor.torque_constant must be above 0 N·m/A')
-        _refuse_negative(motor, 'motor', {'viscous_friction': 'N·m·s/rad'})
         friction = _section(Friction, data.get('friction'), 'friction')
         if friction.saturation_velocity <= 0:
             raise InputError('friction.saturation_velocity must be above 0 rad/s')
-        _refuse_negative(friction, 'friction', {'coulomb': 'N·m', 'load_gain': ''})
         if not -1.0 <= friction.load_curvature <= 1.0:
             raise InputError(f'friction.load_curvature is {friction.load_curvature}; it must lie '
                              'within -1 and 1')
@@ -342,7 +347,7 @@ def _section(kind: type, data: Any, where: str, required: tuple[str, ...] = ()) 
 
 
 def _refuse_negative(section: Any, where: str, units: dict[str, str]) -> None:
-    """Raise InputError where a number that would feed energy into the motion is below 0."""
+    """Raise InputError where a number that would feed energy into a motion is below 0."""
     for name, unit in units.items():
         value = getattr(section, name)
         if value < 0:

@@ -54,6 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     model = read_model(arguments.model)
+    model.refuse_negative_friction()
     out = Path(arguments.out) if arguments.out else Path(arguments.model).parent / 'export'
     wanted = list(dict.fromkeys(arguments.to))
     if 'fmu' not in wanted and (arguments.fmi is not None or arguments.source_only):

@@ -33,7 +33,12 @@ EFFORT_SOURCE = ParameterSpec(
 
 
 def with_joint(model: Model, values: dict[str, Any]) -> Model:
-    """Return the model with the joint's name that parameter `joint` gives."""
+    """Return the model with the joint's name that parameter `joint` gives.
+
+    Raises:
+        InputError: its friction is negative.
+    """
+    model.refuse_negative_friction()
     name = values['joint']
     return replace(model, joint=replace(model.joint, name=name)) if name else model
 

@@ -180,8 +180,7 @@ def test_sections_of_the_wrong_kind_are_named(file, place, value):
     ('format', 'engb-model/2'), ('joint.type', 'spherical'), ('joint.name', 3),
     ('motor.inertia', 0.0), ('motor.inertia', -1e-5), ('motor.torque_constant', 0),
     ('friction.saturation_velocity', 0.0), ('friction.saturation_velocity', -1),
-    ('friction.load_curvature', 1.5), ('friction.coulomb', -0.03), ('friction.load_gain', -0.1),
-    ('motor.viscous_friction', -1e-4), ('controller.proportional', -1),
+    ('friction.load_curvature', 1.5), ('controller.proportional', -1),
     ('controller.integral', -0.1), ('controller.derivative', -1e-9),
     ('controller.rate', 0.0), ('controller.effort_limit', 0.0), ('controller.effort_limit', -1),
     ('load_torque.form', 'spline'), ('load_torque.coefficients', []),
@@ -202,6 +201,16 @@ def test_what_is_missing_is_named(file, place):
         here = here[int(name)] if isinstance(here, list) else here[name]
     del here[last]
     assert shown(place).removesuffix('.effect') in refusal(file(content))
+
+
+@pytest.mark.parametrize(('place', 'value'), [
+    ('friction.coulomb', -0.03), ('friction.load_gain', -0.1), ('motor.viscous_friction', -1e-4)])
+def test_friction_that_drives_may_be_diagnosed_and_moves_nothing(file, place, value):
+    """Least squares leave such numbers in a file."""
+    model = Model.read(file(changed(place, value)))
+    with pytest.raises(InputError, match=place):
+        model.refuse_negative_friction()
+    Model.read(file(FULL)).refuse_negative_friction()
 
 
 def test_a_sinusoid_without_amplitude_is_no_load(file):
