@@ -178,7 +178,8 @@ def _plant(experiment: Experiment, folder: Path, seed: int,
 
 def _driver(experiment: Experiment, model: Model, folder: Path) -> tuple[str, Mapping[str, Any]]:
     if experiment.excitation is not None:
-        return 'excitation', asdict(experiment.excitation)
+        # The plant's time may pass more slowly than the steady clock's.
+        return 'excitation', asdict(experiment.excitation) | {'use_sim_time': True}
     path = folder / 'model.yaml'
     model.write(path)
     reference = experiment.reference

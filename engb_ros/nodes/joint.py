@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 import math
 from time import monotonic
@@ -12,15 +12,17 @@ from typing import Any, TYPE_CHECKING
 from sensor_msgs.msg import JointState
 
 from engb_core.control.publisher_watch import PublisherWatch
+from engb_core.control.sample_watch import SampleWatch
 from engb_core.model import Model
 from engb_ros import interface
+from engb_ros.nodes.messages import joint_sample, JointSample
 from engb_ros.nodes.parameters import ParameterSpec
 
 if TYPE_CHECKING:
     from engb_ros.nodes.base import ManagedNode
 
-__all__ = ['EFFORT_SOURCE', 'HARDWARE_ID', 'JOINT', 'joint_effort', 'listen_for_effort',
-           'with_joint']
+__all__ = ['EFFORT_SOURCE', 'HARDWARE_ID', 'JOINT', 'JointListener', 'joint_effort',
+           'listen_for_effort', 'with_joint']
 
 JOINT = ParameterSpec('joint', '', 'name of the joint, where several brakes share a robot '
                       'description; empty: the model file\'s')
@@ -41,6 +43,39 @@ def with_joint(model: Model, values: dict[str, Any]) -> Model:
     model.refuse_negative_friction()
     name = values['joint']
     return replace(model, joint=replace(model.joint, name=name)) if name else model
+
+
+class JointListener:
+    """Takes one joint out of what is heard, and says once in the log if it is not there.
+
+    Args:
+        node: who listens.
+        joint: the joint's name.
+        longest: two samples farther apart than this are of no use to the node [s].
+
+    Attributes:
+        name: the joint's.
+        watch: what is missing of its samples.
+    """
+
+    def __init__(self, node: ManagedNode, joint: str, longest: float = math.inf) -> None:
+        self.name = joint
+        self.watch = SampleWatch(joint, longest)
+        self._node = node
+
+    def sample(self, message: JointState) -> JointSample | None:
+        """Return the joint's sample in a message; None where it holds none."""
+        found = joint_sample(message, self.name)
+        if found is None:
+            self.other(message.name)
+        else:
+            self.watch.present(monotonic())
+        return found
+
+    def other(self, names: Sequence[str]) -> None:
+        """Note a message without the joint."""
+        if words := self.watch.other(monotonic(), names):
+            self._node.get_logger().warning(words)
 
 
 def joint_effort(message: JointState, joint: str) -> float:
