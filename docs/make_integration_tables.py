@@ -13,6 +13,7 @@ import sys
 from engb_core.control.causes import Cause, CAUSES, State, STOPPING
 from engb_ros import interface
 from engb_ros.interface import SERVICES, Topic, TOPICS
+from engb_ros.nodes.parameters import shown_default, shown_range
 
 __all__ = ['filled', 'tables']
 
@@ -38,8 +39,9 @@ def tables() -> dict[str, str]:
     found = {'topics': _topics(), 'services': _services(), 'states': _states(),
              'causes': _causes(), 'stops': _stops()}
     for name, specs in _node_parameters().items():
-        rows = [(f'`{spec.name}`', _shown(spec.default), spec.unit or '-', _range(spec),
-                 'yes' if spec.live else 'no', spec.description) for spec in specs]
+        rows = [(f'`{spec.name}`', _shown(spec.default), spec.unit or '-',
+                 shown_range(spec) or '-', 'yes' if spec.live else 'no', spec.description)
+                for spec in specs]
         found[f'parameters {name}'] = _table(
             ('parameter', 'default', 'unit', 'range', 'live', 'meaning'), rows)
     return found
@@ -102,19 +104,8 @@ def _stops() -> str:
 
 
 def _shown(value: object) -> str:
-    if isinstance(value, bool):
-        return 'true' if value else 'false'
-    if isinstance(value, str):
-        return f'`{value}`' if value else "''"
-    return str(value)
-
-
-def _range(spec: object) -> str:
-    if spec.choices:
-        return ', '.join(spec.choices)
-    if spec.low is None:
-        return '-'
-    return f'{spec.low:g} … {spec.high:g}'
+    shown = shown_default(value)
+    return f'`{shown}`' if value and isinstance(value, str) else shown
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

@@ -16,8 +16,8 @@ from rcl_interfaces.msg import SetParametersResult
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.exceptions import InvalidHandle, ROSInterruptException
-from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.exceptions import ROSInterruptException
+from rclpy.executors import Executor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -32,6 +32,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from engb_core.errors import InputError
 from engb_ros.interface import Service, Topic
+from engb_ros.nodes.command_line import answer_without_ros
+from engb_ros.nodes.executor import make_executor, spin_once
 from engb_ros.nodes.known_publisher import KnownPublisherSubscription
 from engb_ros.nodes.messages import message_class, publisher_qos, subscription_qos
 from engb_ros.nodes.parameters import declare, ParameterSpec, values_with
@@ -350,38 +352,17 @@ class ManagedNode(LifecycleNode):
         self.reconfigure(self.values)
 
 
-def make_executor(context: rclpy.Context | None = None) -> Executor:
-    """Return the EventsExecutor (half the CPU per cycle), or, where rclpy has none, the
-    single-threaded one. ENGB_EXECUTOR=single asks for the latter."""
-    if os.environ.get('ENGB_EXECUTOR', 'events') != 'single':
-        try:
-            from rclpy.experimental import EventsExecutor
-            return EventsExecutor(context=context)
-        except ImportError:
-            pass
-    return SingleThreadedExecutor(context=context)
-
-
-def spin_once(executor: Executor, timeout: float) -> bool:
-    """Handle what has come, waiting no longer than `timeout` [s]; return whether it was of
-    something that had been destroyed.
-
-    The EventsExecutor raises then: what is destroyed may have an event in its queue, such as
-    another publisher that offers less than a subscription asks for.
-    """
-    try:
-        executor.spin_once(timeout_sec=timeout)
-    except InvalidHandle:
-        return True
-    return False
-
-
 def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None) -> int:
     """Run a node until SIGINT or SIGTERM; return the exit status (2 where input was bad).
+
+    `--help` is answered, and what is no option refused, before ROS is started.
 
     rclpy's own signal handling loses the race with a fast timer now and then, so the handlers
     here only set a flag, and the loop ends between two callbacks.
     """
+    answered = answer_without_ros(make_node, args)
+    if answered is not None:
+        return answered
     stopped = False
 
     def on_signal(number: int, frame: Any) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
-from engb_core.control.excitation import EXCITATIONS, ExcitationRun, ExcitationSettings
+from engb_core.control.excitation import ExcitationRun, EXCITATIONS, ExcitationSettings
 from engb_core.model import Joint
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run

@@ -15,7 +15,7 @@ from rclpy.parameter import Parameter
 
 from engb_core.errors import InputError
 
-__all__ = ['ParameterSpec', 'declare', 'values_with']
+__all__ = ['ParameterSpec', 'declare', 'shown_default', 'shown_range', 'values_with']
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,20 @@ class ParameterSpec:
                 if bad:
                     raise InputError(f'parameter {self.name} holds {item}; each must lie within '
                                      f'{self.low} and {self.high} {self.unit}')
+
+
+def shown_default(value: Any) -> str:
+    """Return a default as one writes it on a command line."""
+    if isinstance(value, bool):
+        return 'true' if value else 'false'
+    return (value or "''") if isinstance(value, str) else str(value)
+
+
+def shown_range(spec: ParameterSpec) -> str:
+    """Return which values a parameter takes; '' where nothing restricts them."""
+    if spec.choices:
+        return ', '.join(spec.choices)
+    return '' if spec.low is None else f'{spec.low:g} … {spec.high:g}'
 
 
 def declare(node: Node, specs: Sequence[ParameterSpec]) -> dict[str, Any]:
