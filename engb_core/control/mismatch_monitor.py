@@ -11,11 +11,15 @@ from engb_core.control.feedforward import Feedforward
 from engb_core.errors import InputError
 from engb_core.model import Model
 
-__all__ = ['MismatchMonitor', 'MonitorSettings', 'ZONES']
+__all__ = ['LONGEST_STEP', 'MismatchMonitor', 'MonitorSettings', 'ZONES']
 
 # Where a sample lies, in the words of a brake engineer.
 ZONES = ('standing', 'applying, unloaded', 'applying, under load', 'releasing, under load',
          'releasing, unloaded')
+
+
+# Between two samples farther apart than this nothing is judged [s].
+LONGEST_STEP = 0.1
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,7 @@ class MismatchMonitor:
         load = torques.load_torque(position)
         known = load + torques.friction_torque(load, velocity) + torques.cogging_torque(position)
         self.residual = self._observer.step(time, velocity, effort - known)
-        if 0.0 < dt < 0.1:
+        if 0.0 < dt < LONGEST_STEP:
             self._largest_load = max(self._largest_load, abs(load))
             self._remember(self._zone(load, velocity), dt)
         return self.residual
@@ -94,6 +98,17 @@ class MismatchMonitor:
         """
         return {zone: value for zone, value in self.rms().items()
                 if value > self.settings.threshold and zone != ZONES[0]}
+
+    def verdict(self) -> str:
+        """Return in words what `parted` says, the worst first, or that there is nothing yet."""
+        parted = self.parted()
+        if parted:
+            worst_first = sorted(parted.items(), key=lambda entry: -entry[1])
+            return 'model and measurement part: ' + ', '.join(
+                f'{zone} ({1e3 * value:.1f} mN·m)' for zone, value in worst_first)
+        if not set(self.rms()) - {ZONES[0]}:
+            return 'nothing is judged yet: the brake has not moved'
+        return 'model and measurement agree'
 
     def _zone(self, load: float, velocity: float) -> int:
         if abs(velocity) <= self._standstill:

@@ -6,11 +6,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 import math
 
-__all__ = ['PATIENCE', 'SampleWatch']
+__all__ = ['PATIENCE', 'SILENCE', 'SampleWatch']
 
 # After so long without a usable sample none are coming [s]: whoever has been silent for that is
 # no longer counted as a joint's drive either.
 PATIENCE = 1.0
+
+SILENCE = 'no joint_states come'
 
 _NAMES = ('position', 'velocity', 'effort')
 
@@ -76,8 +78,7 @@ class SampleWatch:
         elif passed <= 0.0:
             self._note(now, 'the stamps of joint_states do not advance')
         elif passed >= self._longest:
-            self._note(now, f'joint_states come {passed:.3g} s apart; nothing is judged beyond '
-                            f'{self._longest:g} s')
+            self._note(now, f'joint_states do not come every {self._longest:g} s')
         else:
             self._usable_at = now
             return True
@@ -89,7 +90,7 @@ class SampleWatch:
             return ''
         if now - self._fault_at <= PATIENCE:
             return self._fault
-        return 'no joint_states come'
+        return SILENCE
 
     def _note(self, now: float, fault: str) -> None:
         self._fault, self._fault_at = fault, now

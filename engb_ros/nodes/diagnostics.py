@@ -9,9 +9,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from engb_core.control.brake_controller import BrakeController
 from engb_core.control.causes import Cause, CAUSES, Severity, State
 
-__all__ = ['DiagnosticMessage', 'ERROR', 'OK', 'WARN', 'controller_status']
+__all__ = ['DiagnosticMessage', 'ERROR', 'OK', 'STALE', 'WARN', 'controller_status']
 
-OK, WARN, ERROR = 0, 1, 2
+OK, WARN, ERROR, STALE = 0, 1, 2, 3
 
 
 class DiagnosticMessage:
@@ -28,7 +28,7 @@ class DiagnosticMessage:
         self._message = DiagnosticArray(status=[self._status])
 
     def fill(self, stamp: Time, level: int, text: str, values: dict[str, str]) -> DiagnosticArray:
-        """Set stamp, level (OK, WARN, ERROR), text and values; return the message."""
+        """Set stamp, level (OK, WARN, ERROR, STALE), text and values; return the message."""
         self._message.header.stamp = stamp
         self._status.level = bytes([int(level)])
         self._status.message = text

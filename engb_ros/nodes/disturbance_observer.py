@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 from typing import Any
 
 from engb_core.bench.sensors import VelocityFromPosition
@@ -12,7 +13,7 @@ from engb_core.control.loop import VELOCITY_CUTOFF
 from engb_core.model import Model
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
-from engb_ros.nodes.joint import JOINT, with_joint
+from engb_ros.nodes.joint import JOINT, JointListener, with_joint
 from engb_ros.nodes.joint_reader import JointReader
 from engb_ros.nodes.messages import scalar, StampClock
 from engb_ros.nodes.parameters import ParameterSpec
@@ -22,7 +23,11 @@ __all__ = ['DisturbanceObserverNode', 'main']
 
 
 class DisturbanceObserverNode(ManagedNode):
-    """d̂ = q ∗ (J·ω̇ + B·ω − u), with u the measured effort."""
+    """d̂ = q ∗ (J·ω̇ + B·ω − u), with u the measured effort.
+
+    A sample of no use (a number that is none, a stamp that does not advance) is not answered: who
+    listens shall miss the estimate rather than take an old one for new.
+    """
 
     node_name = 'disturbance_observer'
     parameters = (
@@ -37,7 +42,8 @@ class DisturbanceObserverNode(ManagedNode):
     def configure(self, values: dict[str, Any]) -> None:
         """Build the observer."""
         model = with_joint(Model.read(values['model']) if values['model'] else Model(), values)
-        self._read = JointReader(model.joint.name).read
+        self._reader = JointReader(model.joint.name)
+        self._joint = JointListener(self, model.joint.name)
         self._observer = DisturbanceObserver(model.motor, values['cutoff'], values['order'])
         self._derived = VelocityFromPosition(VELOCITY_CUTOFF)
         self._stamps = StampClock()
@@ -53,14 +59,20 @@ class DisturbanceObserverNode(ManagedNode):
     def _on_joint_states(self, message: bytes) -> None:
         if not self.active:
             return
-        sample = self._read(message)
+        sample = self._reader.read(message)
         if sample is None:
+            self._joint.other(self._reader.names(message))
             return
+        self._joint.present()
         sec, nanosec, position, velocity, effort = sample
         time = self._stamps.seconds_of(sec, nanosec)
         if velocity != velocity:
-            velocity = self._derived.step(time, position)
+            derived = self._derived.step(time, position)
+            velocity = derived if math.isfinite(position) else math.nan
+        rejected = self._observer.rejected
         estimate = self._observer.step(time, velocity, effort)
+        if self._observer.rejected != rejected:
+            return
         self._count += 1
         if self._count % self._every == 0:
             self._publish(scalar(estimate))

@@ -20,8 +20,8 @@ from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
-from engb_ros.nodes.joint import JOINT, with_joint
-from engb_ros.nodes.messages import joint_sample, scalar, StampClock
+from engb_ros.nodes.joint import JOINT, JointListener, with_joint
+from engb_ros.nodes.messages import scalar, StampClock
 from engb_ros.nodes.parameters import ParameterSpec
 
 __all__ = ['IdentifierNode', 'main']
@@ -51,7 +51,7 @@ class IdentifierNode(ManagedNode):
         """Get ready to collect."""
         self._start_model = with_joint(
             Model.read(values['model']) if values['model'] else Model(), values)
-        self._joint = self._start_model.joint.name
+        self._joint = JointListener(self, self._start_model.joint.name)
         self._samples = [array('d') for _ in range(4)]
         self._stamps = StampClock()
         self._identified: Model | None = None
@@ -77,7 +77,7 @@ class IdentifierNode(ManagedNode):
     def _on_joint_states(self, message: JointState) -> None:
         if not self.active:
             return
-        sample = joint_sample(message, self._joint)
+        sample = self._joint.sample(message)
         if sample is None:
             return
         time = self._stamps.seconds(message.header.stamp)
@@ -100,7 +100,7 @@ class IdentifierNode(ManagedNode):
         time, position, velocity, effort = (np.array(column) for column in self._samples)
         known = bool(velocity.size) and bool(np.isfinite(velocity).mean() > 0.5)
         recording = Recording.from_samples('live', time, position, effort,
-                                           velocity if known else None, joint=self._joint)
+                                           velocity if known else None, joint=self._joint.name)
         self._worker = threading.Thread(target=self._work, args=(recording,), daemon=True)
         self._worker.start()
         return f'identifying from {recording.time.size} samples, {recording.duration:.1f} s'

@@ -51,16 +51,14 @@ class JointListener:
     Args:
         node: who listens.
         joint: the joint's name.
-        longest: two samples farther apart than this are of no use to the node [s].
 
     Attributes:
         name: the joint's.
-        watch: what is missing of its samples.
     """
 
-    def __init__(self, node: ManagedNode, joint: str, longest: float = math.inf) -> None:
+    def __init__(self, node: ManagedNode, joint: str) -> None:
         self.name = joint
-        self.watch = SampleWatch(joint, longest)
+        self._watch = SampleWatch(joint)
         self._node = node
 
     def sample(self, message: JointState) -> JointSample | None:
@@ -69,12 +67,16 @@ class JointListener:
         if found is None:
             self.other(message.name)
         else:
-            self.watch.present(monotonic())
+            self.present()
         return found
+
+    def present(self) -> None:
+        """Note a message that holds the joint."""
+        self._watch.present(monotonic())
 
     def other(self, names: Sequence[str]) -> None:
         """Note a message without the joint."""
-        if words := self.watch.other(monotonic(), names):
+        if words := self._watch.other(monotonic(), names):
             self._node.get_logger().warning(words)
 
 

@@ -53,6 +53,13 @@ class JointReader:
         return (sec, nanosec, position, rest[0] if self._has_velocity else math.nan,
                 rest[-1] if self._has_effort else math.nan)
 
+    def names(self, message: bytes) -> list[str]:
+        """Return the joints that a message holds; none where it is no JointState."""
+        try:
+            return list(parse_joint_state(message).names)
+        except Damaged:
+            return []
+
     def _learn(self, message: bytes) -> bool:
         """Take up the layout of a message; return whether it holds the joint's position."""
         self._size = -1

@@ -29,7 +29,7 @@ def test_silence_is_told_after_a_while():
     (0.01, (0.0, 0.0, math.nan), 'no finite effort of motor'),
     (0.01, (math.nan, math.inf, 0.0), 'no finite position and velocity of motor'),
     (0.0, (1.0, 2.0, 3.0), 'do not advance'),
-    (0.2, (1.0, 2.0, 3.0), 'come 0.2 s apart')])
+    (0.2, (1.0, 2.0, 3.0), 'do not come every 0.1 s')])
 def test_samples_of_no_use_are_told(spacing, sample, told):
     made = watch(longest=0.1)
     for number in range(1, 150):
