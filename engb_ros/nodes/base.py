@@ -70,6 +70,7 @@ class ManagedNode(LifecycleNode):
         super().__init__(self.node_name, **options)
         self.active = self._starting = False
         self.failure: InputError | None = None
+        self.broken: InputError | None = None   # what ended the work in the midst of it
         self._less_is_offered: list[tuple[Topic, Callable[[Any], None]]] = []
         self._owned: list[tuple[Callable[[Any], Any], Any]] = []
         self._silenced: list[tuple[float, KnownPublisherSubscription]] = []
@@ -131,6 +132,17 @@ class ManagedNode(LifecycleNode):
 
     # Helpers; what they make is given back by a cleanup.
 
+    def caught(self, callback: Callable[..., None]) -> Callable[..., None]:
+        """Return a callback whose InputError ends the node in one line: an executor would print
+        where it was raised."""
+        def call(*args: Any) -> None:
+            try:
+                callback(*args)
+            except InputError as error:
+                self.broken = self.broken or error
+
+        return call
+
     def advertise(self, topic: Topic) -> Any:
         """Return a managed publisher of `topic`."""
         publisher = self.create_lifecycle_publisher(
@@ -149,7 +161,7 @@ class ManagedNode(LifecycleNode):
         and takes what there is.
         """
         kind, qos = message_class(topic.type), subscription_qos(topic, every)
-        events = None
+        callback, events = self.caught(callback), None
         if qos.reliability == ReliabilityPolicy.RELIABLE:
             events = SubscriptionEventCallbacks(
                 incompatible_qos=lambda event: self._less_is_offered.append((topic, callback)))
@@ -163,7 +175,7 @@ class ManagedNode(LifecycleNode):
         """Call `callback` with the newest message of each publisher, and what tells that one from
         the others (None where rcl cannot be asked, and of the newest of all then); return the
         subscription. `raw`: with the serialised bytes."""
-        kind = message_class(topic.type)
+        kind, callback = message_class(topic.type), self.caught(callback)
 
         def taken(data: bytes, publisher: bytes | None) -> None:
             try:
@@ -223,7 +235,7 @@ class ManagedNode(LifecycleNode):
 
     def every(self, period: float, callback: Callable[[], None]) -> Any:
         """Return a timer on the steady clock: no jump of the time of day reaches it [s]."""
-        timer = self.create_timer(period, callback, clock=self._steady)
+        timer = self.create_timer(period, self.caught(callback), clock=self._steady)
         self._owned.append((self.destroy_timer, timer))
         return timer
 
@@ -277,7 +289,7 @@ class ManagedNode(LifecycleNode):
         except Exception as error:   # whatever it is, a lifecycle manager may try again
             self._give_back()
             self.failure = error if isinstance(error, InputError) else InputError(
-                f'could not be configured: {type(error).__name__}: {error}')
+                f'could not be configured: {type(error).__name__}: {" ".join(str(error).split())}')
             if not self._starting:   # at the start `run` prints it
                 self.get_logger().error(str(self.failure))
             return TransitionCallbackReturn.FAILURE
@@ -307,8 +319,13 @@ class ManagedNode(LifecycleNode):
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Give everything back."""
-        self._give_back()
+        """Give everything back; ERROR, told in one line, where a bag cannot be closed, say."""
+        try:
+            self._give_back()
+        except InputError as error:
+            self._give_back()   # the rest
+            self.get_logger().error(str(error))
+            return TransitionCallbackReturn.ERROR
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -373,7 +390,7 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         signal.signal(number, on_signal)
     node: ManagedNode | None = None
     executor: Executor | None = None
-    status = 0
+    status, name = 0, getattr(make_node, 'node_name', 'node')
     share_no_memory(os.environ)
     try:
         rclpy.init(args=None if args is None else list(args),
@@ -399,6 +416,8 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
         while not stopped:
             if spin_once(executor, node.poll_period):
                 node.get_logger().info('an event came of what had been destroyed')
+            if node.broken:
+                raise node.broken
             node.poll()
             node.destroy_silenced()
             if node._less_is_offered:
@@ -408,16 +427,19 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
             pause = time.monotonic() + 0.1
             while time.monotonic() < pause:
                 spin_once(executor, 0.02)
+        if node.broken:
+            raise node.broken
     except InputError as error:
-        status = _say(node or make_node, error)
+        status = _say(name if node is None else node.get_name(), error)
     except (KeyboardInterrupt, ROSInterruptException):
         pass
     finally:
         if node is not None:
+            name = node.get_name()   # a node that has been destroyed has none
             try:
                 _end(node)
             except InputError as error:   # a bag that cannot be closed
-                status = _say(node, error)
+                status = _say(name, error)
         rclpy.try_shutdown()
         # The middleware's threads end with the last reference to the node. Frozen it would outlive
         # Python, and those threads would run on into the libraries' own end: a crash at times.
@@ -435,9 +457,7 @@ def _end(node: ManagedNode) -> None:
         node.destroy_node()
 
 
-def _say(node: Any, error: InputError) -> int:
+def _say(name: str, error: InputError) -> int:
     """Print what is wrong, in one line; return the exit status."""
-    name = (node.get_name() if isinstance(node, ManagedNode)
-            else getattr(node, 'node_name', 'node'))
     print(f'{name}: {error}', file=sys.stderr, flush=True)
     return 2

@@ -9,6 +9,7 @@ from pathlib import Path
 import time
 from typing import Any
 
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from engb_core.errors import InputError
@@ -23,6 +24,10 @@ __all__ = ['RecorderNode', 'main']
 
 # What is recorded where nothing else is asked for.
 _OWN = (*interface.TOPICS, interface.DIAGNOSTICS, interface.CLOCK)
+
+# A publisher that has been there for so long [s] and was not heard is told of: to find one another
+# takes up to 3 s.
+_UNHEARD = 3.0
 
 # Messages of a topic that may wait while the computer is busy with something else.
 _BACKLOG = 100_000
@@ -56,20 +61,35 @@ class RecorderNode(ManagedNode):
 
     def configure(self, values: dict[str, Any]) -> None:
         """Open the bag."""
-        path = values['bag'] or self._default_path()
-        self._writer = BagWriter(Path(path), compressed=values['compression'] == 'zstd',
+        names = [name for name in values['topics'] if name] or [
+            topic.name for topic in _OWN]
+        self._wanted = {self._resolved(name) for name in names}
+        path = Path(values['bag'] or self._default_path())
+        try:
+            path = path.expanduser()
+        except RuntimeError:
+            raise InputError(f'parameter bag is {path}: nobody of this name has a home here; give '
+                             'a folder') from None
+        self._writer = BagWriter(path, compressed=values['compression'] == 'zstd',
                                  split_size=1_000_000 * values['split_size'],
                                  split_time=values['split_time'])
+        self._is_made = False
         self._recorded: dict[str, Any] = {}
         self._every = values['every']
         self._heard = self._heard_before = 0
+        self._came: Counter[str] = Counter()
+        self._seen: dict[str, float] = {}       # since when a publisher has been there
+        self._unheard: set[str] = set()         # told of
+        self._began = False
         self._early: list[tuple[str, bytes]] = []
         self._written: Counter[str] = Counter()
-        names = [name for name in values['topics'] if name] or [
-            topic.name for topic in _OWN]
-        self._wanted = {self.resolve_topic_name(name) for name in names}
         self._statuses = {self.resolve_topic_name(topic.name) for topic in _OWN
                           if topic.kind == 'status'}
+        joint_states = self.resolve_topic_name(interface.JOINT_STATES.name)
+        # Without joint states a bag is no recording; of the others many may be silent, unless
+        # somebody asks for them by name.
+        self._expected = {name for name in self._wanted
+                          if any(values['topics']) or name == joint_states}
         for topic in _OWN:
             name = self.resolve_topic_name(topic.name)
             if name in self._wanted:
@@ -78,7 +98,12 @@ class RecorderNode(ManagedNode):
         self.every(0.2, self._look_around)
         self.every(values['chunk_time'], self._writer.finish_chunk)
         self._look_around()
+        self._is_made = True
         self.get_logger().info(f'recording to {path}')
+
+    def start(self) -> None:
+        """Record from now on."""
+        self._began = True
 
     def finishing(self) -> bool:
         """Go on while messages that were sent before the signal still come in."""
@@ -92,10 +117,26 @@ class RecorderNode(ManagedNode):
                 self.destroy_subscription(subscription)
         self._recorded = {}
         writer = getattr(self, '_writer', None)
-        if writer is not None and writer.is_open:
+        if writer is not None and writer.is_open and not self._is_made:
+            writer.discard()   # the configuration failed
+        elif writer is not None and writer.is_open:
             self._write_early(time.time_ns())   # simulated time never began
             count = writer.close()
             self.get_logger().info(f'{count} messages in {writer.path}')
+            for name in sorted(self._expected) if self._began else ():
+                if not self._written[name]:
+                    self.get_logger().warning(
+                        f'{writer.path} holds no {name}'
+                        + (': a publisher was there, and nothing came of it'
+                           if name in self._seen else ', which nobody published'))
+
+    def _resolved(self, name: str) -> str:
+        try:
+            return str(self.resolve_topic_name(name))
+        except rclpy_implementation.RCLError as error:
+            reason = str(error).rpartition(', at ')[0].rpartition(': ')[2]   # without rcl's file
+            raise InputError(f'parameter topics holds {name!r}, which is no topic: {reason}'
+                             ) from None
 
     def _default_path(self) -> str:
         seconds, _ = divmod(self.get_clock().now().nanoseconds, 1_000_000_000)
@@ -105,6 +146,19 @@ class RecorderNode(ManagedNode):
         for name, types in self.get_topic_names_and_types():
             if self.values['all'] or name in self._wanted:
                 self._subscribe(name, types[0])
+        if self.active:
+            self._tell_of_unheard()
+
+    def _tell_of_unheard(self) -> None:
+        now = time.monotonic()
+        for name in self._expected - self._unheard:
+            if self._came[name] or not self.count_publishers(name):
+                continue
+            if now - self._seen.setdefault(name, now) > _UNHEARD:
+                self._unheard.add(name)
+                self.get_logger().warning(
+                    f'{name}: a publisher has been there for {_UNHEARD:g} s, and nothing has '
+                    f'come of it; see whether it speaks, and how: ros2 topic info -v {name}')
 
     def _subscribe(self, name: str, type_name: str) -> None:
         before = self._recorded.get(name)
@@ -143,7 +197,7 @@ class RecorderNode(ManagedNode):
             durability=(DurabilityPolicy.TRANSIENT_LOCAL if durable
                         else DurabilityPolicy.VOLATILE))
         subscription = self.create_subscription(
-            kind, name, self._recording(name, type_name), qos, raw=True)
+            kind, name, self.caught(self._recording(name, type_name)), qos, raw=True)
         if before is not None:
             self.destroy_subscription(before)
         self._recorded[name] = subscription
@@ -156,6 +210,7 @@ class RecorderNode(ManagedNode):
             nonlocal count, known
             count += 1
             self._heard += 1
+            self._came[name] += 1
             if self.active and count % every == 0:
                 if not known:   # who sends is known now, and with it what is offered
                     known = self._writer.add_topic(name, type_name, self._offered(name))

@@ -2,10 +2,13 @@
 """The recorder: everything sent is in the bag, whoever stops it and however."""
 
 import contextlib
+import os
+import shutil
 import signal
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState
 from mcap.stream_reader import StreamReader
 import pytest
 from rosbags.highlevel import AnyReader
@@ -23,6 +26,7 @@ from engb_ros.interface import (
     EFFORT_COMMAND,
     JOINT_STATES,
     RECORDED,
+    Service,
 )
 from engb_ros.processes.runner import node_command
 
@@ -203,7 +207,8 @@ def test_a_full_disk_ends_the_recorder_in_one_line_and_loses_nothing_written(run
         time.sleep(0.001)
     assert process.status == 2
     assert 'cannot be written (File too large)' in process.output
-    assert 'Traceback' not in process.output
+    said = [line for line in process.output.splitlines() if '[INFO]' not in line]
+    assert len(said) == 1, said
     runner.processes.clear()
     with (tmp_path / 'bag' / 'bag.mcap').open('rb') as file:
         kinds = []
@@ -217,3 +222,99 @@ def test_an_existing_folder_is_not_overwritten(runner, tmp_path):
     process = runner.start('recorder', parameters={'bag': str(tmp_path / 'bag')})
     assert process.wait(60.0) == 2
     assert 'exists already' in process.output
+
+
+def said_at_the_end(process, status):
+    """Return what a node has said before it ended with `status`, but for what went well."""
+    assert process.wait(30.0) == status
+    return [line for line in process.output.splitlines() if '[INFO]' not in line]
+
+
+@pytest.mark.parametrize('stop', [True, False])
+def test_a_bag_that_was_removed_ends_the_recorder_in_one_line(runner, probe, tmp_path, stop):
+    process = runner.start('recorder', parameters={'bag': str(tmp_path / 'bag'),
+                                                   'chunk_time': 60.0 if stop else 0.1})
+    runner.wait_until(lambda: probe.subscribers(JOINT_STATES), 'the recorder', pause=probe.spin)
+    shutil.rmtree(tmp_path / 'bag')
+    if stop:
+        process.signal(signal.SIGINT)
+    lines = said_at_the_end(process, 2)
+    assert len(lines) == 1 and 'was moved or removed' in lines[0], lines
+    runner.processes.clear()
+
+
+def test_a_bag_that_was_moved_is_whole_and_what_took_its_place_stays(runner, probe, tmp_path):
+    process = runner.start('recorder', parameters={'bag': str(tmp_path / 'bag'),
+                                                   'chunk_time': 60.0})
+    send(probe, runner, 50)
+    until_recorded(runner, probe, '/engb/joint_states')
+    (tmp_path / 'bag').rename(tmp_path / 'moved')
+    (tmp_path / 'bag').mkdir()
+    (tmp_path / 'bag' / 'metadata.yaml').write_text('precious')
+    process.signal(signal.SIGINT)
+    lines = said_at_the_end(process, 2)
+    assert len(lines) == 1 and 'was moved or removed' in lines[0], lines
+    runner.processes.clear()
+    assert (tmp_path / 'bag' / 'metadata.yaml').read_text() == 'precious'
+    assert [path.name for path in (tmp_path / 'bag').iterdir()] == ['metadata.yaml']
+    with next((tmp_path / 'moved').glob('*.mcap')).open('rb') as file:
+        kinds = [type(record).__name__ for record in StreamReader(file).records]
+    assert 'Message' in kinds and kinds[-1] == 'Footer'
+
+
+@pytest.mark.parametrize('name', ['bad name!', 'a//b', '{wheel}'])
+def test_a_configuration_that_fails_leaves_no_bag(runner, tmp_path, name):
+    process = runner.start('recorder', parameters={'bag': str(tmp_path / 'bag'),
+                                                   'topics': [name]})
+    lines = said_at_the_end(process, 2)
+    assert len(lines) == 1 and f'parameter topics holds {name!r}' in lines[0], lines
+    assert '.c:' not in lines[0]
+    assert not list(tmp_path.iterdir())
+    runner.processes.clear()
+
+
+def test_a_publisher_that_is_not_heard_is_told_of_under_way_and_at_the_end(runner, probe,
+                                                                           tmp_path):
+    process = runner.start('recorder', parameters={'bag': str(tmp_path / 'bag')})
+    publisher = probe.advertise(JOINT_STATES)
+    runner.wait_until(publisher.get_subscription_count, 'the recorder', pause=probe.spin)
+    runner.wait_until(lambda: 'nothing has come of it' in process.output, 'the words',
+                      pause=probe.spin)
+    process.signal(signal.SIGINT)
+    lines = said_at_the_end(process, 0)
+    assert len(lines) == 2, lines
+    assert 'ros2 topic info -v /engb/joint_states' in lines[0]
+    assert 'holds no /engb/joint_states: a publisher was there' in lines[1]
+    runner.processes.clear()
+
+
+def test_a_bag_in_the_users_home_is_made_there(runner_of_commands, tmp_path):
+    runner = runner_of_commands
+    runner.environment['HOME'] = str(tmp_path)
+    process = runner.start('recorder', parameters={'bag': '~/bag'})
+    runner.wait_until(lambda: (tmp_path / 'bag').is_dir(), 'the bag')
+    process.signal(signal.SIGINT)
+    assert process.wait(30.0) == 0
+    assert not os.path.lexists('~')
+    assert 'which nobody published' in process.output
+    runner.processes.clear()
+
+
+def test_a_cleanup_of_a_bag_that_was_removed_fails_in_one_line(runner, probe, tmp_path):
+    process = runner.start('recorder', parameters={'bag': str(tmp_path / 'bag'),
+                                                   'chunk_time': 60.0})
+    runner.wait_until(lambda: probe.subscribers(JOINT_STATES), 'the recorder', pause=probe.spin)
+    shutil.rmtree(tmp_path / 'bag')
+    service = Service('~/change_state', 'lifecycle_msgs/srv/ChangeState', '')
+    answers = []
+    for transition in (4, 2, 1, 3):   # deactivate, cleanup, and begin anew
+        request = ChangeState.Request()
+        request.transition.id = transition
+        answers.append(probe.call('recorder', service, request=request).success)
+    assert answers == [True, False, True, True]
+    process.signal(signal.SIGINT)
+    lines = said_at_the_end(process, 0)
+    assert sum('was moved or removed' in line for line in lines) == 1, lines
+    assert 'Traceback' not in process.output
+    assert (tmp_path / 'bag' / 'metadata.yaml').is_file()
+    runner.processes.clear()

@@ -105,6 +105,7 @@ class BagWriter:
             return
         try:
             if self._splits and self._is_full(time):
+                self._refuse_another_place()
                 self._end_part()
                 self._begin_part()
             self._writer.write(connection, time, message)
@@ -118,11 +119,12 @@ class BagWriter:
         rosbags itself finishes a chunk only at a mebibyte.
 
         Raises:
-            InputError: the disk takes no more.
+            InputError: the disk takes no more, or the bag is no longer where it was made.
         """
         storage: Any = self._writer.storage
         if not self.is_open or storage is None:
             return
+        self._refuse_another_place()
         try:
             if storage.chunk.msgs:
                 storage.close_chunk()
@@ -134,10 +136,12 @@ class BagWriter:
         """Write index and metadata; return the number of messages.
 
         Raises:
-            InputError: the disk takes no more; what was written before is readable.
+            InputError: the disk takes no more, or the bag is no longer where it was made; what
+                was written before is readable.
         """
         if not self.is_open:
             return self._count
+        self._refuse_another_place()
         try:
             self._note_part()
             self._writer.close()
@@ -147,6 +151,30 @@ class BagWriter:
             raise self._unwritable(error) from error
         self.is_open = False
         return self._count
+
+    def discard(self) -> None:
+        """Take away what was made, where no message has been written and nobody added anything."""
+        if not self.is_open or self._count:
+            return
+        self.is_open = False
+        storage: Any = self._writer.storage
+        with contextlib.suppress(OSError):
+            storage.bio.close()
+            storage.path.unlink()
+            self.path.rmdir()
+
+    def _refuse_another_place(self) -> None:
+        """Raise InputError where the open file does not lie at its path any more: another one's
+        metadata would be overwritten there."""
+        storage: Any = self._writer.storage
+        with contextlib.suppress(OSError):
+            if os.path.samestat(os.stat(storage.path), os.fstat(storage.bio.fileno())):
+                return
+        self.is_open = False
+        with contextlib.suppress(OSError):
+            storage.close(9, '')    # moved, it can be read from there
+        raise InputError(f'{self.path}: was moved or removed while it was written; leave it where '
+                         'it is until the recorder has ended')
 
     # Parts of a bag: rosbags writes one file, so the next one takes its place here.
 
