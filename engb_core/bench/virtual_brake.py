@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple, TYPE_CHECKING
 
 from engb_core.bench.sensors import SensorChain, SensorSettings
+from engb_core.effects.catalogue import catalogue
 from engb_core.errors import InputError
 from engb_core.model import EffectSetting, Model
 from engb_core.physics.simulation import BrakePlant
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ['DriveSettings', 'Measurement', 'Profile', 'VirtualBrake', 'parse_effects']
 
+
+# As text of YAML.
+_EXAMPLE = '"stribeck_friction: {breakaway_ratio: 1.4, stribeck_velocity: 2.0}"'
 
 # A demand of more than so many times the drive's limit comes from somebody else.
 _MEANT = 10.0
@@ -134,7 +138,11 @@ class VirtualBrake:
         return True
 
     def advance(self) -> Measurement:
-        """Go on by one sample and return what the drive reports then."""
+        """Go on by one sample and return what the drive reports then.
+
+        Raises:
+            InputError: the numbers of the brake let its motion leave all bounds.
+        """
         time = self.samples * self.period
         if self._command_age > self.drive.command_timeout:
             self.torque = 0.0
@@ -150,6 +158,8 @@ class VirtualBrake:
             angle = self._plant.measured_position(self.period)
         else:
             torque, angle = self._plant.effort, self._plant.position
+        if not math.isfinite(angle + torque):
+            raise InputError(self._runs_away(time))
         position, velocity, effort = self._sensors.measure(time, angle, torque)
         if bench is None:
             return Measurement(time, position, velocity, effort, disc_speed, temperature)
@@ -157,21 +167,42 @@ class VirtualBrake:
                            bench.load_cell())
 
 
+    def _runs_away(self, time: float) -> str:
+        effects = '; '.join(
+            f'{entry.effect} ({", ".join(f"{name} {value:g}" for name, value in numbers)})'
+            for entry in self.model.effects if (numbers := entry.parameters.items()))
+        source = f'effects: with {effects}' if effects and self._bench is None else 'brake:'
+        return (f'{source} the simulated motion is beyond all numbers {time:.3g} s after the '
+                'start; give values that a machine has, or a smaller physics_step')
+
+
+def _refuse_wrong_sign(setting: EffectSetting) -> None:
+    """Raise InputError where a value is below nought that by its nature cannot be, or an inertia,
+    a speed, a distance is none at all. How large one may be is a matter of the machine."""
+    effect = catalogue().get(setting.effect)
+    for entry in effect.parameters if effect is not None else ():
+        value = setting.parameters.get(entry.name, entry.high)
+        none = entry.low > 0.0 and entry.unit != '-'
+        if value < 0.0 <= entry.low or none and value == 0.0:
+            unit = '' if entry.unit == '-' else f' {entry.unit}'
+            raise InputError(f'effects: {setting.effect}.{entry.name} is {value:g}{unit}; it must '
+                             + ('be above 0' if none else 'not be below 0'))
+
+
 def parse_effects(text: str) -> tuple[EffectSetting, ...]:
     """Read effects written as YAML: 'stribeck_friction: {breakaway_ratio: 1.4, …}'.
 
     Raises:
-        InputError: not such a mapping.
+        InputError: not such a mapping, or a value that no machine can have.
     """
     if not text.strip():
         return ()
     try:
         data = load_yaml(text)
     except InputError as error:
-        raise InputError(f'effects {shown(text)}: {error}; write '
-                         '"stribeck_friction: {breakaway_ratio: 1.4}"') from None
+        raise InputError(f'effects {shown(text)}: {error}; write {_EXAMPLE}') from None
     if not isinstance(data, dict):
-        raise InputError(f'effects {shown(text)}: write "name: {{parameter: value}}"')
+        raise InputError(f'effects {shown(text)}: write {_EXAMPLE}')
     settings = []
     for name, parameters in data.items():
         parameters = parameters or {}
@@ -187,4 +218,5 @@ def parse_effects(text: str) -> tuple[EffectSetting, ...]:
             if not math.isfinite(values[str(key)]):
                 raise InputError(f'effects: {name}.{key} is {value}; it must be finite')
         settings.append(EffectSetting(str(name), values))
+        _refuse_wrong_sign(settings[-1])
     return tuple(settings)

@@ -1,7 +1,9 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The drive behind the plant node: limits, timeout, sensors, effects by text."""
 
+from dataclasses import replace
 import math
+import re
 
 import numpy as np
 import pytest
@@ -88,3 +90,29 @@ def test_effects_come_as_text():
 def test_bad_effects_are_refused(text):
     with pytest.raises(InputError, match='effects'):
         parse_effects(text)
+
+
+@pytest.mark.parametrize(('text', 'told'), [
+    ('inertia_error: {inertia: -1.0}', 'inertia_error.inertia is -1 kg·m²; it must be above 0'),
+    ('inertia_error: {inertia: 0}', 'must be above 0'),
+    ('viscous_friction_error: {viscous_friction: -0.1}', 'must not be below 0'),
+    ('backlash: {gap: -0.2}', 'backlash.gap is -0.2 rad')])
+def test_effects_that_no_machine_has_are_refused(text, told):
+    with pytest.raises(InputError, match=re.escape(told)):
+        parse_effects(text)
+    for allowed in ('contact_shift: {shift: -1.0}', 'asymmetric_friction: {asymmetry: -0.5}'):
+        assert parse_effects(allowed)
+
+
+@pytest.mark.parametrize(('text', 'told'), [
+    ('viscous_friction_error: {viscous_friction: 1.0e6}',
+     'viscous_friction_error (viscous_friction 1e+06)'),
+    ('{torque_offset: {offset: 0.1}, nonlinear_viscous_friction: '
+     '{quadratic_viscous_friction: -1.0}}',
+     'torque_offset (offset 0.1); nonlinear_viscous_friction (quadratic_viscous_friction -1)')])
+def test_a_motion_beyond_all_numbers_names_the_effect(text, told):
+    brake = VirtualBrake(replace(Model.read(TRUE_BRAKE), effects=parse_effects(text)))
+    with pytest.raises(InputError, match=re.escape(told)):
+        for _ in range(3000):
+            brake.command(0.1)
+            brake.advance()

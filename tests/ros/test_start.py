@@ -170,6 +170,10 @@ def test_real_time_holds_for_every_thread(runner, probe):
     ('disturbance_observer', {'order': 3}, 'must lie within 1 and 2'),
     ('plant', {'effects': 'telepathy: {strength: 1.0}'}, 'telepathy'),
     ('plant', {'effects': 'stribeck_friction: {colour: 1.0}'}, 'colour'),
+    ('plant', {'effects': 'inertia_error: {inertia: -1.0}'}, 'inertia is -1 kg·m²'),
+    # Once it has moved.
+    ('plant', {'effects': 'viscous_friction_error: {viscous_friction: 1.0e6}'},
+     'viscous_friction_error (viscous_friction 1e+06)'),
     ('plant', {'speed': 0.0}, 'lockstep'),
     ('plant', {'disc_speed_times': [0.0, 1.0]}, '2 times and 1 values'),
     ('recorder', {'bag': '/proc/bag'}, 'cannot be made'),
@@ -177,9 +181,34 @@ def test_real_time_holds_for_every_thread(runner, probe):
 def test_bad_parameters_end_in_one_line_and_status_2(runner, node, parameters, told):
     process = runner.start_command(node, node_command(node, parameters=parameters))
     assert process.wait(60.0) == 2
-    lines = [line for line in process.output.splitlines() if told in line]
-    assert len(lines) == 1, process.output
-    assert 'Traceback' not in process.output
+    lines = process.output.splitlines()
+    assert len(lines) == 1 and told in lines[0], process.output
+
+
+@pytest.mark.parametrize('lockstep', [True, False])
+def test_a_simulation_beyond_all_numbers_ends_in_one_line_however_it_is_driven(
+        runner, probe, lockstep):
+    process = runner.start('plant', parameters={
+        'lockstep': lockstep, 'rate': 200.0,
+        'effects': 'nonlinear_viscous_friction: {quadratic_viscous_friction: -1.0}'})
+    probe.advertise(EFFORT_COMMAND)
+    end = time.monotonic() + 60.0
+    while process.status is None and time.monotonic() < end:
+        probe.publish(EFFORT_COMMAND, 0.1)
+        probe.spin()
+    assert process.wait() == 2
+    assert process.output.count('\n') == 1, process.output
+    assert 'nonlinear_viscous_friction (quadratic_viscous_friction -1)' in process.output
+    runner.processes.clear()
+
+
+def test_a_drive_emulator_beyond_all_numbers_ends_in_one_line(runner, bus):
+    process = runner.start('drive_emulator', parameters={
+        **bus, 'effects': 'viscous_friction_error: {viscous_friction: 1.0e6}'})
+    assert process.wait(60.0) == 2
+    assert process.output.count('\n') == 1, process.output
+    assert 'viscous_friction_error (viscous_friction 1e+06)' in process.output
+    runner.processes.clear()
 
 
 def test_parameters_are_described_and_checked_while_running(runner, probe):
