@@ -21,8 +21,9 @@ __all__ = ['BRAKE_PARAMETERS', 'make_brake']
 BRAKE_PARAMETERS = (
     ParameterSpec('model', '', 'model file of the true brake; empty: the one in config/'),
     JOINT,
-    ParameterSpec('effects', '', 'further physics, as YAML: "stribeck_friction: '
-                  '{breakaway_ratio: 1.4, stribeck_velocity: 2.0}"'),
+    ParameterSpec('effects', '', 'further physics, as a text of YAML; on a command line: -p '
+                  '"effects:=\'stribeck_friction: {breakaway_ratio: 1.4, stribeck_velocity: '
+                  '2.0}\'"'),
     ParameterSpec('mechanism', '', 'mechanism file: its load torque and load-dependent '
                   'friction (chapter 2) take the place of the model\'s'),
     ParameterSpec('pad_friction', 0.0, 'μ of the pads on the turning disc, with `mechanism`',

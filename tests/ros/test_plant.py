@@ -2,11 +2,23 @@
 """The plant node: pace, drive timeout, effects, bad commands, simulated time."""
 
 import math
+import shlex
 import time
 
+from rcl_interfaces.srv import GetParameters
 from sensor_msgs.msg import JointState
 
-from engb_ros.interface import CLOCK, DISC_SPEED, EFFORT_COMMAND, JOINT_COMMAND, JOINT_STATES
+from engb_core.bench.virtual_brake import parse_effects
+from engb_ros.interface import (
+    CLOCK,
+    DISC_SPEED,
+    EFFORT_COMMAND,
+    JOINT_COMMAND,
+    JOINT_STATES,
+    Service,
+)
+from engb_ros.nodes.plant import PlantNode
+from engb_ros.processes.runner import node_command
 
 
 def stamp(message):
@@ -84,6 +96,22 @@ def test_any_effect_of_the_library_can_be_switched_on(runner, probe):
     runner.start('plant', parameters={'effects': effects, 'rate': 200.0})
     states = probe.listen(JOINT_STATES)
     runner.wait_until(lambda: len(states) > 10, 'samples', pause=probe.spin)
+    runner.stop()
+
+
+def test_effects_are_taken_as_their_description_writes_them(runner, probe):
+    spec = next(spec for spec in PlantNode.parameters if spec.name == 'effects')
+    words = shlex.split(spec.description.partition('on a command line: ')[2])
+    assert words[0] == '-p' and len(words) == 2
+    process = runner.start_command('plant', node_command('plant') + words)
+    states = probe.listen(JOINT_STATES)
+    runner.wait_until(lambda: len(states) > 10, 'samples', pause=probe.spin)
+    request = GetParameters.Request(names=['effects'])
+    service = Service('~/get_parameters', 'rcl_interfaces/srv/GetParameters', '')
+    value = probe.call('plant', service, request=request).values[0].string_value
+    assert parse_effects(value)[0].parameters == {'breakaway_ratio': 1.4,
+                                                  'stribeck_velocity': 2.0}
+    assert not process.output
     runner.stop()
 
 
