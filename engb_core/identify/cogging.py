@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.identify.giving_up import look_whether_to_give_up
 from engb_core.identify.smoothing import Motion
 
 __all__ = ['find_orders', 'order_spectrum']
@@ -45,6 +46,7 @@ def order_spectrum(pieces: Sequence[Motion], residual: Array, orders: Array) -> 
     power = np.zeros(orders.size)
     block = max(1, 200000 // angle.size)
     for first in range(0, orders.size, block):
+        look_whether_to_give_up()
         some = orders[first:first + block, None]
         passed = np.exp(-0.5 * (some * blur)**2)
         sine, cosine = passed * np.sin(some * angle), passed * np.cos(some * angle)

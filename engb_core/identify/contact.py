@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from engb_core.identify.confidence import Estimate
+from engb_core.identify.giving_up import look_whether_to_give_up
 from engb_core.identify.regression import Fit, fit
 from engb_core.identify.regression_problem import Form, Problem
 from engb_core.identify.smoothing import Motion
@@ -148,6 +149,7 @@ def contact_profile(pieces: Sequence[Motion], form: Form, values: Mapping[str, f
         'saturation_velocity') + 1:])
     squares, numbers = np.empty(angles.size), []
     for place, angle in enumerate(angles.tolist()):
+        look_whether_to_give_up()
         table = np.concatenate([_load_columns(piece, shape, angle, form.degree)
                                 for piece, shape in zip(used, shapes, strict=True)])
         reach = np.abs(table).max(axis=0)

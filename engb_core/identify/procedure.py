@@ -15,6 +15,7 @@ from engb_core.identify.attenuation import below_the_counts
 from engb_core.identify.cogging import find_orders
 from engb_core.identify.confidence import Estimate
 from engb_core.identify.contact import contact_estimate, fit_contacts
+from engb_core.identify.giving_up import may_be_given_up
 from engb_core.identify.paper_way import load_degree, paper_way, PaperResult
 from engb_core.identify.regression import Fit, fit, Form
 from engb_core.identify.smoothing import Motion, moving_pieces
@@ -142,7 +143,8 @@ class IdentifiedModel:
 
 def identify(recordings: Sequence[Recording], model: Model | None = None,
              progress: Progress | None = None,
-             prior: Mapping[str, Estimate] | None = None) -> IdentifiedModel:
+             prior: Mapping[str, Estimate] | None = None,
+             give_up: Callable[[], bool] | None = None) -> IdentifiedModel:
     """Identify the model from recorded clamp and release strokes.
 
     Args:
@@ -152,11 +154,19 @@ def identify(recordings: Sequence[Recording], model: Model | None = None,
         progress: called with one line of text per step.
         prior: numbers known from elsewhere with their standard deviation, by the names of
             `estimates` (J and B of a step test, say); they join the regression.
+        give_up: asked between any two evaluations whether the result is wanted no more.
 
     Raises:
         InputError: no motion, no clamp stroke with a release after it, or too many orders of
             cogging in the model.
+        GivenUp: `give_up` said so.
     """
+    with may_be_given_up(give_up):
+        return _identified(recordings, model, progress, prior)
+
+
+def _identified(recordings: Sequence[Recording], model: Model | None, progress: Progress | None,
+                prior: Mapping[str, Estimate] | None) -> IdentifiedModel:
     tell = progress or (lambda line: None)
     start = _merged(model or Model())
     pieces = moving_pieces(recordings)

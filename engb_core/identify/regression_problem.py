@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.identify.confidence import Estimate
+from engb_core.identify.giving_up import look_whether_to_give_up
 from engb_core.identify.smoothing import Motion
 
 __all__ = ['Form', 'load_torque', 'Problem']
@@ -121,6 +122,7 @@ class Problem:
 
     def evaluate(self, values: Array) -> tuple[Array, Array]:
         """Return modelled less measured torque (m,) and its derivative by `values` (m, p)."""
+        look_whether_to_give_up()
         if self._last is not None and np.array_equal(self._last[0], values):
             return self._last[1]
         named = dict(zip(self.form.names, values, strict=True))

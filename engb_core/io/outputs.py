@@ -124,19 +124,20 @@ def claimed_folder(folder: str | os.PathLike[str], names: Sequence[str],
 
 @contextlib.contextmanager
 def file_output(path: str | os.PathLike[str], suffix: str,
-                inputs: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Path]:
+                inputs: Iterable[str | os.PathLike[str]] = (), told: str = '') -> Iterator[Path]:
     """Give a hidden file to write into; it becomes `path` once all is well.
 
     Args:
         path: a file there already is replaced if this program made it and nobody changed it.
         suffix: that its name must have: '.yaml' or '.npz'.
         inputs: as for `folder_output`.
+        told: what messages call it.
 
     Raises:
         InputError: the path is a folder, an input or somebody's file, can't be written, or lacks
             the suffix.
     """
-    told = f'--out {os.fspath(path)}'
+    told = told or f'--out {os.fspath(path)}'
     target = _real(path)
     if target.suffix != suffix:
         raise InputError(f'{told}: the name must end in {suffix}')

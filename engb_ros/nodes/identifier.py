@@ -6,6 +6,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 import math
+import os
 from pathlib import Path
 import threading
 from typing import Any
@@ -16,6 +17,8 @@ import yaml
 
 from engb_core.control.feedforward import Feedforward
 from engb_core.errors import InputError
+from engb_core.identify.giving_up import GivenUp
+from engb_core.io.outputs import file_output
 from engb_core.model import Model
 from engb_core.recording import Recording
 from engb_ros import interface
@@ -27,18 +30,25 @@ from engb_ros.nodes.parameters import ParameterSpec
 __all__ = ['IdentifierNode', 'main']
 
 
+# An evaluation of a fit takes milliseconds, on a busy computer more; who still computes then does
+# so for nobody [s].
+_LONGEST_EVALUATION = 1.0
+
+
 class IdentifierNode(ManagedNode):
     """Steps 2 to 6 on the samples of the running brake.
 
     The identification runs in a thread of its own; the samples go on being collected. Once it
-    is done, `load_torque` and `friction_torque` follow the measured angle and velocity.
+    is done, `load_torque` and `friction_torque` follow the measured angle and velocity. A node
+    that ends, or is cleaned up, gives up what is under way.
     """
 
     node_name = 'identifier'
     parameters = (
         ParameterSpec('model', '', 'start model file; empty: the paper\'s nominal motor'),
         JOINT,
-        ParameterSpec('model_out', '', 'where service ~/write_model writes; empty: it answers '
+        ParameterSpec('model_out', '', 'file (.yaml) that service ~/write_model writes; one that '
+                      'engb did not write, or that was changed since, stays; empty: it answers '
                       'with the YAML'),
         ParameterSpec('longest', 300.0, 'how much is collected; then the oldest half is dropped',
                       's', 1.0, 36000.0),
@@ -69,10 +79,12 @@ class IdentifierNode(ManagedNode):
             self.every(values['period'], self._identify_again)
 
     def close(self) -> None:
-        """Wait for an identification under way."""
+        """Give up an identification under way: it takes up to a minute, and launch waits 5 s."""
         worker = getattr(self, '_worker', None)
-        if worker is not None:
-            worker.join(timeout=20.0)
+        if worker is not None and worker.is_alive():
+            self._unwanted.set()
+            self.get_logger().warning('the identification under way is given up')
+            worker.join(_LONGEST_EVALUATION)
 
     def _on_joint_states(self, message: JointState) -> None:
         if not self.active:
@@ -101,7 +113,9 @@ class IdentifierNode(ManagedNode):
         known = bool(velocity.size) and bool(np.isfinite(velocity).mean() > 0.5)
         recording = Recording.from_samples('live', time, position, effort,
                                            velocity if known else None, joint=self._joint.name)
-        self._worker = threading.Thread(target=self._work, args=(recording,), daemon=True)
+        self._unwanted = threading.Event()
+        self._worker = threading.Thread(target=self._work, args=(recording, self._unwanted),
+                                        daemon=True)
         self._worker.start()
         return f'identifying from {recording.time.size} samples, {recording.duration:.1f} s'
 
@@ -111,15 +125,19 @@ class IdentifierNode(ManagedNode):
         except InputError as error:
             self.get_logger().info(str(error))
 
-    def _work(self, recording: Recording) -> None:
+    def _work(self, recording: Recording, unwanted: threading.Event) -> None:
         from engb_core.identify.procedure import identify  # here: the node starts faster
         try:
-            found = identify([recording], self._start_model)
+            found = identify([recording], self._start_model, give_up=unwanted.is_set)
+        except GivenUp:
+            return
         except InputError as error:
             self.get_logger().error(f'not identified: {error}')
             return
         except Exception as error:   # the node lives on; the cause is told in full
             self.get_logger().error(f'not identified: {type(error).__name__}: {error}')
+            return
+        if unwanted.is_set():
             return
         self._identified = found.model
         self._torques = Feedforward(found.model)
@@ -129,15 +147,14 @@ class IdentifierNode(ManagedNode):
         model = self._identified
         if model is None:
             raise InputError('nothing is identified yet; drive strokes, then call ~/identify')
-        path = self.values['model_out']
-        if not path:
+        if not self.values['model_out']:
             return yaml.safe_dump(model.to_mapping(), sort_keys=False, allow_unicode=True)
-        try:
-            model.write(path)
-        except OSError as error:
-            raise InputError(f'{path}: cannot be written ({error.strerror}); set parameter '
-                             f'model_out to a writable path') from error
-        return str(Path(path).absolute())
+        path = Path(os.path.expanduser(self.values['model_out'])).absolute()
+        # What somebody else made, or changed, is not overwritten.
+        with file_output(path, '.yml' if path.suffix == '.yml' else '.yaml',
+                         told=f'parameter model_out {path}') as made:
+            model.write(made)
+        return str(path)
 
     def _clear(self) -> str:
         count = len(self._samples[0])
