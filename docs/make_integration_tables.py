@@ -63,12 +63,13 @@ def _node_parameters() -> dict[str, tuple]:
     from engb_ros.nodes.controller import ControllerNode
     from engb_ros.nodes.disturbance_observer import DisturbanceObserverNode
     from engb_ros.nodes.drive_emulator import DriveEmulatorNode
+    from engb_ros.nodes.excitation import ExcitationNode
     from engb_ros.nodes.identifier import IdentifierNode
     from engb_ros.nodes.monitor import MonitorNode
     from engb_ros.nodes.plant import PlantNode
     from engb_ros.nodes.recorder import RecorderNode
     nodes = (ControllerNode, CanBridgeNode, DriveEmulatorNode, PlantNode,
-             DisturbanceObserverNode, IdentifierNode, RecorderNode, MonitorNode)
+             DisturbanceObserverNode, IdentifierNode, RecorderNode, MonitorNode, ExcitationNode)
     return {node.node_name: (AUTOSTART, *node.parameters) for node in nodes}
 
 
