@@ -438,6 +438,8 @@ def run(make_node: Callable[[], ManagedNode], args: Sequence[str] | None = None)
             name = node.get_name()   # a node that has been destroyed has none
             try:
                 _end(node)
+                if node.broken and status == 0:
+                    raise node.broken
             except InputError as error:   # a bag that cannot be closed
                 status = _say(name, error)
         rclpy.try_shutdown()

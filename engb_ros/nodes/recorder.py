@@ -13,11 +13,13 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from engb_core.errors import InputError
+from engb_core.io.bags.first_messages import FirstMessages
 from engb_core.io.bags.writing import BagWriter, offered_qos
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.messages import message_class
 from engb_ros.nodes.parameters import ParameterSpec
+from engb_ros.nodes.raw_subscription import RawSubscription
 
 __all__ = ['RecorderNode', 'main']
 
@@ -29,6 +31,9 @@ _OWN = (*interface.TOPICS, interface.DIAGNOSTICS, interface.CLOCK)
 # takes up to 3 s.
 _UNHEARD = 3.0
 
+# Between two looks at what has come [s]: when it came is known of each.
+_LOOK = 0.02
+
 # Messages of a topic that may wait while the computer is busy with something else.
 _BACKLOG = 100_000
 
@@ -39,7 +44,9 @@ class RecorderNode(ManagedNode):
     Topics are subscribed as they appear. Publishers that are best effort are read so; what is
     transient local is read so. A chunk of the file is finished every `chunk_time` seconds: what
     was recorded before is readable even if the recorder is killed. What comes before simulated
-    time has begun is written with the first time there is.
+    time has begun is written with the first time there is. A message has the time at which it was
+    received; a topic's first ones, which discovery may have kept back for seconds, that at which
+    they were sent.
     """
 
     node_name = 'recorder'
@@ -83,6 +90,7 @@ class RecorderNode(ManagedNode):
         self._began = False
         self._early: list[tuple[str, bytes]] = []
         self._written: Counter[str] = Counter()
+        self._first: dict[str, FirstMessages] = {}
         self._statuses = {self.resolve_topic_name(topic.name) for topic in _OWN
                           if topic.kind == 'status'}
         joint_states = self.resolve_topic_name(interface.JOINT_STATES.name)
@@ -95,6 +103,7 @@ class RecorderNode(ManagedNode):
             if name in self._wanted:
                 self._subscribe(name, topic.type)
         self.serve(interface.RECORDED, self._say_what_is_recorded)
+        self.every(_LOOK, self._take)
         self.every(0.2, self._look_around)
         self.every(values['chunk_time'], self._writer.finish_chunk)
         self._look_around()
@@ -105,6 +114,10 @@ class RecorderNode(ManagedNode):
         """Record from now on."""
         self._began = True
 
+    def stop(self) -> None:
+        """Take what has come so far."""
+        self.caught(self._take)()
+
     def finishing(self) -> bool:
         """Go on while messages that were sent before the signal still come in."""
         before, self._heard_before = self._heard_before, self._heard
@@ -114,12 +127,14 @@ class RecorderNode(ManagedNode):
         """Close the bag: index and metadata are written."""
         for subscription in getattr(self, '_recorded', {}).values():
             if subscription is not None:
-                self.destroy_subscription(subscription)
+                self._destroy(subscription)
         self._recorded = {}
         writer = getattr(self, '_writer', None)
         if writer is not None and writer.is_open and not self._is_made:
             writer.discard()   # the configuration failed
         elif writer is not None and writer.is_open:
+            for name in list(self._first):
+                self._write_first(name)
             self._write_early(time.time_ns())   # simulated time never began
             count = writer.close()
             self.get_logger().info(f'{count} messages in {writer.path}')
@@ -175,7 +190,8 @@ class RecorderNode(ManagedNode):
             was_best_effort = before.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
             was_durable = before.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
             best_effort = best_effort or was_best_effort
-            if not offered or self._written[name]:   # else what was heard would be written twice
+            held = name in self._first and self._first[name].count
+            if not offered or self._written[name] or held:   # else it would be written twice
                 durable = durable and was_durable
             if (best_effort, durable) == (was_best_effort, was_durable):
                 return
@@ -196,17 +212,41 @@ class RecorderNode(ManagedNode):
                          else ReliabilityPolicy.RELIABLE),
             durability=(DurabilityPolicy.TRANSIENT_LOCAL if durable
                         else DurabilityPolicy.VOLATILE))
-        subscription = self.create_subscription(
-            kind, name, self.caught(self._recording(name, type_name)), qos, raw=True)
+        callback = self._recording(name, type_name)
+        if self.sim_time:   # only now is known what time it is by /clock
+            subscription: Any = self.create_subscription(kind, name, self.caught(callback), qos,
+                                                         raw=True)
+        else:
+            subscription = RawSubscription(self, kind, name, qos, callback)
+            if not durable and not self._written[name]:
+                self._first.setdefault(name, FirstMessages(time.time_ns()))
         if before is not None:
-            self.destroy_subscription(before)
+            self._destroy(before)
         self._recorded[name] = subscription
 
-    def _recording(self, name: str, type_name: str) -> Callable[[bytes], None]:
-        clock, write, every, count = self.get_clock(), self._write, self._every, 0
-        known = False
+    def _destroy(self, subscription: Any) -> None:
+        if isinstance(subscription, RawSubscription):
+            subscription.destroy()
+        else:
+            self.destroy_subscription(subscription)
 
-        def on_message(raw: bytes) -> None:
+    def _take(self) -> None:
+        for subscription in self._recorded.values():
+            if isinstance(subscription, RawSubscription):
+                subscription.take()
+        now = time.time_ns()
+        for name in [name for name, first in self._first.items() if first.are_complete(now)]:
+            self._write_first(name)
+
+    def _write_first(self, name: str) -> None:
+        for sent, raw in self._first.pop(name).dated(self.count_publishers(name) == 1):
+            self._write(name, sent, raw)
+
+    def _recording(self, name: str, type_name: str) -> Callable[..., None]:
+        clock, write, every, count = self.get_clock(), self._write, self._every, 0
+        first, known = self._first, False
+
+        def on_message(raw: bytes, sent: int = 0, received: int = 0) -> None:
             nonlocal count, known
             count += 1
             self._heard += 1
@@ -214,7 +254,11 @@ class RecorderNode(ManagedNode):
             if self.active and count % every == 0:
                 if not known:   # who sends is known now, and with it what is offered
                     known = self._writer.add_topic(name, type_name, self._offered(name))
-                write(name, clock.now().nanoseconds, raw)
+                now = received or clock.now().nanoseconds
+                if name in first:
+                    first[name].hold(sent, now, raw)
+                else:
+                    write(name, now, raw)
 
         return on_message
 

@@ -84,7 +84,7 @@ def test_refused_frames_cost_nothing_but_themselves(runner, probe, bus, tmp_path
     loop.until(lambda: loop.has(Cause.STATE_STALE), 'the word')
     runner.start_command('can_bridge', [
         sys.executable, str(REFUSING), 'can_bridge', *node_command(
-            'can_bridge', parameters={**bus, 'channel': f'{word},{bus["channel"]}'})[3:]])
+            'can_bridge', parameters={**bus, 'channel': f'{word},{bus["channel"]}'})[4:]])
     loop.until(lambda: not loop.has(Cause.STATE_STALE), 'the bridge')
     loop.go(15.0)
     begin = len(loop.state)

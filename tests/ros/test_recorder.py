@@ -5,6 +5,7 @@ import contextlib
 import os
 import shutil
 import signal
+import struct
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -318,3 +319,37 @@ def test_a_cleanup_of_a_bag_that_was_removed_fails_in_one_line(runner, probe, tm
     assert 'Traceback' not in process.output
     assert (tmp_path / 'bag' / 'metadata.yaml').is_file()
     runner.processes.clear()
+
+
+def test_the_first_messages_have_the_times_at_which_they_were_sent(runner, probe, tmp_path):
+    """Discovery keeps them back for seconds, now and then; here the recorder stands still."""
+    process = runner.start('recorder', parameters={'bag': str(tmp_path / 'bag')})
+    publisher = probe.advertise(DISC_SPEED)
+    runner.wait_until(publisher.get_subscription_count, 'the recorder', pause=probe.spin)
+    probe.call('recorder', RECORDED)   # it has found the publisher, too
+    process.signal(signal.SIGSTOP)
+    sent = []
+
+    def send():
+        sent.append(time.time())
+        probe.publish(DISC_SPEED, sent[-1])
+        probe.spin(0.01)
+
+    end = time.monotonic() + 2.0
+    while time.monotonic() < end:
+        send()
+    process.signal(signal.SIGCONT)
+    runner.wait_until(lambda: time.monotonic() > end + 1.5, 'later ones', pause=send)
+    until_recorded(runner, probe, '/engb/disc_speed')
+    runner.stop()
+    with next((tmp_path / 'bag').glob('*.mcap')).open('rb') as file:
+        records = list(StreamReader(file).records)
+    channels = {record.id: record.topic for record in records
+                if type(record).__name__ == 'Channel'}
+    logged = [(record.log_time * 1e-9, struct.unpack_from('<d', record.data, 4)[0])
+              for record in records if type(record).__name__ == 'Message'
+              and channels[record.channel_id] == '/engb/disc_speed']
+    assert [value for _, value in logged] == sent[-len(logged):]
+    # All that the middleware kept, the first one among it.
+    assert logged[0][1] < sent[0] + 1.0
+    assert abs(logged[0][0] - logged[0][1]) < 0.5
