@@ -107,7 +107,7 @@ class MismatchMonitor:
             return 'model and measurement part: ' + ', '.join(
                 f'{zone} ({1e3 * value:.1f} mN·m)' for zone, value in worst_first)
         if not set(self.rms()) - {ZONES[0]}:
-            return 'nothing is judged yet: the brake has not moved'
+            return 'nothing is judged yet: the brake stands, or has hardly moved'
         return 'model and measurement agree'
 
     def _zone(self, load: float, velocity: float) -> int:

@@ -6,8 +6,6 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 import math
-import os
-from pathlib import Path
 import threading
 from typing import Any
 
@@ -25,7 +23,7 @@ from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.joint import JOINT, JointListener, with_joint
 from engb_ros.nodes.messages import scalar, StampClock
-from engb_ros.nodes.parameters import ParameterSpec
+from engb_ros.nodes.parameters import ParameterSpec, path_of
 
 __all__ = ['IdentifierNode', 'main']
 
@@ -149,7 +147,7 @@ class IdentifierNode(ManagedNode):
             raise InputError('nothing is identified yet; drive strokes, then call ~/identify')
         if not self.values['model_out']:
             return yaml.safe_dump(model.to_mapping(), sort_keys=False, allow_unicode=True)
-        path = Path(os.path.expanduser(self.values['model_out'])).absolute()
+        path = path_of('model_out', self.values['model_out']).absolute()
         # What somebody else made, or changed, is not overwritten.
         with file_output(path, '.yml' if path.suffix == '.yml' else '.yaml',
                          told=f'parameter model_out {path}') as made:

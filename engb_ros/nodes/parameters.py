@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
+from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -15,7 +16,8 @@ from rclpy.parameter import Parameter
 
 from engb_core.errors import InputError
 
-__all__ = ['ParameterSpec', 'declare', 'shown_default', 'shown_range', 'values_with']
+__all__ = ['ParameterSpec', 'declare', 'path_of', 'shown_default', 'shown_range',
+           'values_with']
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,19 @@ def shown_range(spec: ParameterSpec) -> str:
     if spec.choices:
         return ', '.join(spec.choices)
     return '' if spec.low is None else f'{spec.low:g} … {spec.high:g}'
+
+
+def path_of(name: str, text: str) -> Path:
+    """Return the path that a parameter gives, `~` expanded: no shell does so behind `:=`.
+
+    Raises:
+        InputError: there is no such user.
+    """
+    try:
+        return Path(text).expanduser()
+    except RuntimeError:
+        raise InputError(f'parameter {name} is {text}: there is no such user here; give a whole '
+                         'path') from None
 
 
 def declare(node: Node, specs: Sequence[ParameterSpec]) -> dict[str, Any]:

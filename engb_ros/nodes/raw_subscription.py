@@ -44,7 +44,7 @@ class RawSubscription:
         self._kind, self._callback = kind, callback
         with node.handle:
             self._handle = _make_subscription(node.handle, kind, topic,
-                                              qos.get_c_qos_profile())  # type: ignore[no-untyped-call]
+                                              qos.get_c_qos_profile())
 
     def take(self) -> None:
         """Hand on all that has come."""

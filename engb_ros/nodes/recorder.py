@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from pathlib import Path
 import time
 from typing import Any
 
@@ -18,7 +17,7 @@ from engb_core.io.bags.writing import BagWriter, offered_qos
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.messages import message_class
-from engb_ros.nodes.parameters import ParameterSpec
+from engb_ros.nodes.parameters import ParameterSpec, path_of
 from engb_ros.nodes.raw_subscription import RawSubscription
 
 __all__ = ['RecorderNode', 'main']
@@ -71,12 +70,7 @@ class RecorderNode(ManagedNode):
         names = [name for name in values['topics'] if name] or [
             topic.name for topic in _OWN]
         self._wanted = {self._resolved(name) for name in names}
-        path = Path(values['bag'] or self._default_path())
-        try:
-            path = path.expanduser()
-        except RuntimeError:
-            raise InputError(f'parameter bag is {path}: nobody of this name has a home here; give '
-                             'a folder') from None
+        path = path_of('bag', values['bag'] or self._default_path())
         self._writer = BagWriter(path, compressed=values['compression'] == 'zstd',
                                  split_size=1_000_000 * values['split_size'],
                                  split_time=values['split_time'])

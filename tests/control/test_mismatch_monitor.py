@@ -56,3 +56,15 @@ def test_what_is_not_finite_is_left_out():
 def test_bad_settings_are_refused():
     with pytest.raises(InputError, match='threshold'):
         MonitorSettings(threshold=0.0)
+
+
+def test_its_verdict_says_when_there_is_none():
+    monitor = MismatchMonitor(BRAKE)
+    assert 'nothing is judged yet' in monitor.verdict()
+    for number in range(2000):   # standing still is no evidence, whatever the torque
+        monitor.step(1e-3 * number, 20.0, 0.0, 0.5)
+    assert 'nothing is judged yet' in monitor.verdict()
+    assert watched().verdict() == 'model and measurement agree'
+    worst = watched(EffectSetting('load_stiffness_error', {'scale': 1.3}))
+    assert worst.verdict().startswith('model and measurement part: ')
+    assert worst.verdict().index(max(worst.parted(), key=worst.parted().get)) < 60

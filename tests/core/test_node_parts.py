@@ -25,7 +25,7 @@ from engb_ros.nodes.controller_parameters import controller_settings, PARAMETERS
 from engb_ros.nodes.joint import joint_effort  # noqa: E402
 from engb_ros.nodes.messages import joint_sample  # noqa: E402
 from engb_ros.nodes.model_door import LARGEST_FILE, read_candidate  # noqa: E402
-from engb_ros.nodes.parameters import ParameterSpec, values_with  # noqa: E402
+from engb_ros.nodes.parameters import ParameterSpec, path_of, values_with  # noqa: E402
 from engb_ros.processes.runner import RunnerError, RunnerTimeout  # noqa: E402
 
 
@@ -44,6 +44,14 @@ def test_a_value_that_ros_lets_pass_is_refused(made, value, words):
         made.check(value)
     with pytest.raises(InputError, match=words):
         values_with({'a': made.default}, [made], [SimpleNamespace(name='a', value=value)])
+
+
+def test_a_path_in_somebodys_home_is_expanded(monkeypatch):
+    monkeypatch.setenv('HOME', '/home/one')
+    assert path_of('bag', '~/x') == Path('/home/one/x')
+    assert path_of('bag', 'a/~/x') == Path('a/~/x')
+    with pytest.raises(InputError, match='parameter bag is ~nobody-of-this-name/x'):
+        path_of('bag', '~nobody-of-this-name/x')
 
 
 def test_changes_of_known_parameters_are_taken():

@@ -73,7 +73,7 @@ def test_it_is_stale_while_there_is_nothing_to_judge(runner, probe):
             (3, 'no finite position', sender(probe, position=math.nan)),
             (3, 'no finite effort', sender(probe, effort=math.nan)),
             (3, 'do not advance', sender(probe, stamps_stand=True)),
-            (0, 'has not moved', sender(probe, position=0.0, velocity=0.0)),
+            (0, 'has hardly moved', sender(probe, position=0.0, velocity=0.0)),
             (1, 'model and measurement part', sender(probe)),
             # The judgement is not repeated as if it were of now.
             (3, 'no joint_states come', probe.spin)):
