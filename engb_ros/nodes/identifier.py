@@ -6,6 +6,8 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 import math
+import os
+import sys
 import threading
 from typing import Any
 
@@ -28,9 +30,10 @@ from engb_ros.nodes.parameters import ParameterSpec, path_of
 __all__ = ['IdentifierNode', 'main']
 
 
-# An evaluation of a fit takes milliseconds, on a busy computer more; who still computes then does
-# so for nobody [s].
+# An evaluation of a fit takes milliseconds. Only an identification that has just begun, and still
+# imports what it needs, may take longer than this to be given up [s].
 _LONGEST_EVALUATION = 1.0
+_WORKER = 'identification'
 
 
 class IdentifierNode(ManagedNode):
@@ -113,7 +116,7 @@ class IdentifierNode(ManagedNode):
                                            velocity if known else None, joint=self._joint.name)
         self._unwanted = threading.Event()
         self._worker = threading.Thread(target=self._work, args=(recording, self._unwanted),
-                                        daemon=True)
+                                        name=_WORKER, daemon=True)
         self._worker.start()
         return f'identifying from {recording.time.size} samples, {recording.duration:.1f} s'
 
@@ -163,4 +166,11 @@ class IdentifierNode(ManagedNode):
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node."""
-    return run(IdentifierNode, args)
+    status = run(IdentifierNode, args)
+    if any(thread.name == _WORKER for thread in threading.enumerate()):
+        # All is closed. Python would end the thread in the midst of a library's code, which may
+        # abort the process.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    return status
