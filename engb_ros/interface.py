@@ -83,7 +83,8 @@ TOPICS: tuple[Topic, ...] = (*RECORDED_TOPICS, CONTROLLER_STATE, CONTROLLER_CAUS
 START_REFERENCE = Service('~/start_reference', TRIGGER,
                           'controller: begin the trajectory that parameter `reference` names')
 CLEAR_FAULTS = Service('~/clear_faults', TRIGGER, 'controller: clear latched faults whose '
-                       'condition is gone; it then holds the position and waits for commands')
+                       'condition is gone; it then holds the position and waits for commands, or '
+                       'for ~/start_reference where `reference` is a trajectory')
 ACCEPT_MODEL = Service('~/accept_model', TRIGGER, 'controller: take the model file of parameter '
                        '`candidate_model` into use, if it lies within bounds')
 IDENTIFY = Service('~/identify', TRIGGER, 'identifier: identify from the samples collected so far')

@@ -55,8 +55,6 @@ class BrakeController:
         self._disc_speed = 0.0
         self._force = force_control_of(model, settings)
         self._moves = False
-        # Of nameless sources: when which angle was asked for, as an angle and as a force.
-        self._wanted: dict[bool, tuple[float, float]] = {}
         self.start(0.0)
 
     @property
@@ -74,6 +72,7 @@ class BrakeController:
         self.supervisor.start(now)
         self.silent, self._last = False, now
         self._restart()
+        self.source.restart()
 
     def apply(self, settings: ControllerSettings) -> None:
         """Change settings while running; the torque doesn't jump. `reference` is not changed."""
@@ -153,7 +152,7 @@ class BrakeController:
         rivals = supervisor.commands.rivals and command.source == ANONYMOUS
         if supervisor.faults or rivals:
             angle = self._angle_of_force(value) if command.by_force else value
-            if rivals and self._is_less_than_the_other_kind(now, command.by_force, angle):
+            if rivals and supervisor.commands.asks_for_less(now, command.by_force, angle):
                 return False
             if supervisor.faults and (supervisor.stop is not Stop.HOLD
                                       or angle > self.source.target):
@@ -166,14 +165,6 @@ class BrakeController:
             self.report.position_input = value
             self.source.command(value)
         return True
-
-    def _is_less_than_the_other_kind(self, now: float, by_force: bool, angle: float) -> bool:
-        """Whether, of two nameless sources, one of which asks for angles and the other for forces,
-        the other one asks for more."""
-        self._wanted[by_force] = (now, angle)
-        other = self._wanted.get(not by_force)
-        return (other is not None and now - other[0] <= self.supervisor.commands.window
-                and other[1] > angle)
 
     def on_disc_speed(self, now: float, value: float) -> None:
         """Take the disc's speed [rad/s]."""
@@ -204,7 +195,8 @@ class BrakeController:
 
     def clear(self, now: float, speak: bool = True) -> Cause:
         """Clear latched faults; return those whose condition remains. A brake without faults
-        goes on as if nothing had been asked; one that is silent speaks, if it may."""
+        goes on as if nothing had been asked; one that is silent speaks, if it may, and holds the
+        position: a trajectory goes on by `start_reference` alone."""
         supervisor = self.supervisor
         stop = supervisor.stop
         if not supervisor.faults:
@@ -213,8 +205,7 @@ class BrakeController:
         if not left and (speak or not self.silent):
             if self.silent or stop is not Stop.HOLD:
                 self._restart(self.clamp.output)
-            else:   # torque is there and the loop is closed: it stays so
-                self._hold()
+            self._hold()   # where torque is there and the loop is closed, it stays so
             self.silent = False
         return left
 
@@ -289,6 +280,7 @@ class BrakeController:
         target = self.source.target
         limit = self.settings.supervisor.effort_limit
         self._restart(min(max(torque, -limit), limit))
+        self._hold()
         self.supervisor.enabled_once = True
         self.silent, self._last = False, now
         if force is not None:

@@ -84,6 +84,8 @@ class CommandArbiter:
         self.settings = settings
         self._note = note
         self.rivals = False
+        # Of nameless sources: when which angle was asked for, as an angle and as a force.
+        self._wanted: dict[bool, tuple[float, float]] = {}
         self.reset(0.0)
 
     def reset(self, now: float) -> None:
@@ -194,6 +196,13 @@ class CommandArbiter:
             return False
         self.spoke_at = now
         return True
+
+    def asks_for_less(self, now: float, by_force: bool, angle: float) -> bool:
+        """Whether, of two nameless sources, one of which asks for angles and the other for forces,
+        the other one asks for more than this `angle` [rad]."""
+        self._wanted[by_force] = (now, angle)
+        other = self._wanted.get(not by_force)
+        return other is not None and now - other[0] <= self.window and other[1] > angle
 
     def _highest(self, now: float, by_force: bool, value: float) -> float:
         recent = self._recent

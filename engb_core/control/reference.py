@@ -121,7 +121,8 @@ class ReferenceSource:
     """The set-point of each cycle, by time and by where the motor stands.
 
     After `reset` it holds the measured position; it moves to a command or to the trajectory's
-    start within the limits, so nothing jumps.
+    start within the limits, so nothing jumps. A trajectory that was ended (`hold`) goes on by
+    `start` alone.
     """
 
     def __init__(self, settings: ReferenceSettings) -> None:
@@ -130,7 +131,7 @@ class ReferenceSource:
         self._limiter = MotionLimiter(settings.apply_speed, settings.release_speed,
                                       settings.approach_acceleration)
         self._target: float | None = None
-        self.reset()
+        self.restart()
 
     @property
     def duration(self) -> float:
@@ -170,12 +171,16 @@ class ReferenceSource:
         self._target = position
         self._requested = False
 
+    def restart(self) -> None:
+        """Begin as at the first time (on activation): a trajectory begins, unless it waits."""
+        self._requested = not self.settings.start_on_request
+        self.reset()
+
     def reset(self) -> None:
-        """Hold the position of the next sample; a trajectory starts anew."""
+        """Hold the position of the next sample; a trajectory that is asked for starts anew."""
         self._time: float | None = None
         self._target = None
         self._begin: float | None = None
-        self._requested = not self.settings.start_on_request
         self._finished = False
 
     def command(self, position: float) -> None:

@@ -202,6 +202,9 @@ class ControllerNode(ManagedNode):
         if left:
             raise InputError('still there: ' + ', '.join(cause.key for cause in Cause
                                                          if left & cause))
+        if self._controller.source.commanded_by_trajectory:
+            return ('cleared; the position is held until ~/start_reference begins the reference '
+                    'anew')
         return 'cleared; the position is held until a new command comes'
 
     # Messages and timers.

@@ -55,7 +55,7 @@ _REFERENCE = (
                   'or a CSV file of time,position', choices=REFERENCES),
     ParameterSpec('reference_file', '', 'CSV file for reference:=file'),
     ParameterSpec('start_on_request', False, 'wait for service ~/start_reference with the '
-                  'trajectory'),
+                  'trajectory, as after ~/clear_faults; false: begin with the activation'),
     ParameterSpec('repeat', False, 'begin the trajectory again when it ends'),
     ParameterSpec('stroke_amplitudes', [12.0, 24.0, 36.0], 'lengths of the identification strokes',
                   'rad', -1e4, 1e4),
