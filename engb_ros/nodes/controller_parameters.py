@@ -8,6 +8,7 @@ from typing import Any
 
 from engb_core.control.brake_settings import ControllerSettings, ForceSettings
 from engb_core.control.causes import CAUSES, Stop, STOPPING
+from engb_core.control.gain_checks import check_holding
 from engb_core.control.loop import LoopSettings
 from engb_core.control.pid import ANTIWINDUP_STRATEGIES, PidGains
 from engb_core.control.reference import REFERENCES, ReferenceSettings
@@ -172,23 +173,20 @@ def controller_settings(values: dict[str, Any],
 def check_gains(values: dict[str, Any], present: dict[str, Any]) -> None:
     """Raise InputError where gains would hold no brake, changed while one may be applied.
 
-    An error of `largest_error` must bring full torque within a second, as it does (or as near to
-    it) with the present ones: with all gains at 0 and no feedforward one request lets a brake go.
+    Args:
+        values: of all parameters, as the whole request would leave them.
+        present: as they are.
     """
-    def torque(given: dict[str, Any]) -> float:
-        return float(min(given['largest_error'] * (given['p'] + 1.0 * given['i']),
-                         given['effort_limit'], given['u_clamp_max']))
+    check_holding(_gains(values), _gains(present), values['largest_error'],
+                  values['effort_limit'])
 
-    if torque(values) < torque(present):
-        raise InputError(
-            f'p {values["p"]:g} and i {values["i"]:g} would not hold the brake: an error of '
-            f'{values["largest_error"]:g} rad must bring full torque within a second; restart '
-            'with these gains on purpose')
+
+def _gains(values: dict[str, Any]) -> PidGains:
+    return PidGains(**{name: values[name] for name in PidGains.__dataclass_fields__})
 
 
 def _loop(values: dict[str, Any]) -> LoopSettings:
-    gains = PidGains(**{name: values[name] for name in PidGains.__dataclass_fields__})
-    return LoopSettings(gains, values['load_feedforward'], values['friction_feedforward'],
+    return LoopSettings(_gains(values), values['load_feedforward'], values['friction_feedforward'],
                         values['cogging_feedforward'], values['disturbance_compensation'],
                         values['disturbance_cutoff'])
 
