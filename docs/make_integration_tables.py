@@ -31,6 +31,8 @@ _STATES = {
     State.ENABLED: 'tracks',
     State.DEGRADED: 'tracks, with a cause of severity degraded',
     State.FAULT: 'a fault is latched until ~/clear_faults',
+    State.INACTIVE: 'last word of a controller that was deactivated, shut down or stopped: it '
+                    'gives no torque and takes no command; its causes are 0',
 }
 
 

@@ -62,8 +62,8 @@ class Service:
     meaning: str
 
 
-CONTROLLER_STATE = Topic('controller_state', STRING, '', 'ready, enabled, degraded or fault',
-                         'status')
+CONTROLLER_STATE = Topic('controller_state', STRING, '',
+                         'ready, enabled, degraded, fault or inactive', 'status')
 CONTROLLER_CAUSES = Topic('controller_causes', UINT32, '', 'one bit per cause (docs/integrate.md)',
                           'status')
 CONTROLLER_ACTIVATION = Topic('controller_activation', UINT64, 'ns', 'when a controller became '

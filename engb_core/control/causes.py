@@ -16,6 +16,7 @@ class State(Enum):
     ENABLED = 'enabled'
     DEGRADED = 'degraded'
     FAULT = 'fault'
+    INACTIVE = 'inactive'
 
 
 class Severity(Enum):

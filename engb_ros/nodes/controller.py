@@ -12,11 +12,11 @@ from typing import Any
 from rclpy.duration import Duration
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, String, UInt32, UInt64
+from std_msgs.msg import Float64, String, UInt64
 
 from engb_core.control.brake_controller import BrakeController
 from engb_core.control.brake_settings import ControllerSettings
-from engb_core.control.causes import Cause
+from engb_core.control.causes import Cause, State
 from engb_core.control.claims import CLAIM_PERIOD, ControllerClaims, STANDBY_CLAIM
 from engb_core.control.clamp_force import read_mechanism
 from engb_core.control.command_arbiter import Command
@@ -26,7 +26,7 @@ from engb_core.model import Model
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
 from engb_ros.nodes.controller_parameters import check_gains, controller_settings, PARAMETERS
-from engb_ros.nodes.diagnostics import controller_status, DiagnosticMessage
+from engb_ros.nodes.controller_words import ControllerWords
 from engb_ros.nodes.joint import with_joint
 from engb_ros.nodes.joint_reader import JointReader
 from engb_ros.nodes.messages import (
@@ -82,13 +82,10 @@ class ControllerNode(ManagedNode):
         self._reference = JointMessage(self._joint)
         self._report = JointState(name=['input', 'command', 'output'],
                                   position=array('d', [0.0] * 3), effort=array('d', [0.0] * 3))
-        self._diagnostic = DiagnosticMessage(
-            f'{self.get_namespace().strip("/")}: {self.get_name()}', values['hardware_id'])
         self._reference_every = values['reference_every']
         self._force_every = values['force_every']
         self._report_every = values['report_every']
         self._count = 0
-        self._told: tuple[Any, int] | None = None
         self._speak_at, self._look_at = inf, 0.0
         self._claims = ControllerClaims()
         self._spoke = False
@@ -103,12 +100,12 @@ class ControllerNode(ManagedNode):
         self._publish_report = self.advertise(interface.CONTROL_REPORT).publish
         self._publish_force = (self.advertise(interface.CLAMP_FORCE).publish
                                if self._controller.estimator else None)
-        self._publish_state = self.advertise(interface.CONTROLLER_STATE).publish
-        self._publish_causes = self.advertise(interface.CONTROLLER_CAUSES).publish
+        self._words = ControllerWords(self, self._controller, values['hardware_id'])
+        self.listen(interface.CONTROLLER_STATE, self._on_state_of_another)
+        self._somebody_left = False
         activation = self.advertise(interface.CONTROLLER_ACTIVATION)
         self._publish_activation = activation.publish
         self.listen(interface.CONTROLLER_ACTIVATION, self._on_activation)
-        self._publish_diagnostics = self.advertise(interface.DIAGNOSTICS).publish
         self._command_topics = [
             self.listen(topic, callback).topic_name for topic, callback in (
                 (interface.POSITION_COMMAND, self._on_position_command),
@@ -179,17 +176,18 @@ class ControllerNode(ManagedNode):
             self.get_logger().warning('the age of joint states or commands is not watched '
                                       '(state_timeout, command_timeout, use_sim_time)')
         self._look_for_others()
-        self._tell()
+        self._words.tell()
 
     def stop(self) -> None:
-        """Send a last command: no torque. A healthy controller leaves a standby the torque that is
-        there; should none take over, the drive lets go by its own timeout."""
+        """Send a last command: no torque; and say so. A healthy controller leaves a standby the
+        torque that is there; should none take over, the drive lets go by its own timeout."""
         hands_over = (self._claims.standby(monotonic())
                       and not self._controller.supervisor.stopping)
         if not self._controller.silent and not hands_over:
             self._publish_effort(scalar(0.0))
             # A publisher that is destroyed takes along what is still under way.
             self._effort_publisher.wait_for_all_acked(Duration(seconds=_LAST_WORD))
+        self._words.say_inactive(_LAST_WORD)
 
     # Services.
 
@@ -198,7 +196,7 @@ class ControllerNode(ManagedNode):
 
     def _clear_faults(self) -> str:
         left = self._controller.clear(monotonic(), speak=not self._standby)
-        self._tell()
+        self._words.tell()
         if left:
             raise InputError('still there: ' + ', '.join(cause.key for cause in Cause
                                                          if left & cause))
@@ -339,13 +337,14 @@ class ControllerNode(ManagedNode):
         torque = self._controller.on_tick(now)
         if torque is not None:
             self._publish_effort(scalar(torque))
-        supervisor = self._controller.supervisor
-        if self._told != (supervisor.state, supervisor.stopping):
-            self._tell()
+        self._words.tell_changes()
 
     def _on_activation(self, message: UInt64) -> None:
         if self.active:
             self._claims.hear(monotonic(), message.data)
+
+    def _on_state_of_another(self, message: String) -> None:
+        self._somebody_left |= message.data == State.INACTIVE.value
 
     def _claim(self) -> None:
         """Say that this controller drives the brake; who has a fault makes no claim."""
@@ -354,6 +353,9 @@ class ControllerNode(ManagedNode):
     def _look_for_others(self) -> None:
         if not self.active:
             return
+        if self._somebody_left:   # his last word on the topic that both share hides this one's
+            self._somebody_left = False
+            self._words.tell()
         now, controller, count = monotonic(), self._controller, self.count_publishers
         supervisor = controller.supervisor
         supervisor.commands.rivals = self._has_rivals([count(topic)
@@ -439,29 +441,9 @@ class ControllerNode(ManagedNode):
             values.effort_input, values.effort_command, values.effort_output)
         self._publish_report(message)
 
-    def _tell(self) -> None:
-        """Publish the state now, because it has changed."""
-        supervisor = self._controller.supervisor
-        before, self._told = self._told, (supervisor.state, supervisor.stopping)
-        self._publish_state(String(data=supervisor.state.value))
-        self._diagnose()
-        if before is None or before[1] == self._told[1]:
-            return
-        if supervisor.latched:
-            self.get_logger().error('fault: ' + ', '.join(
-                cause.key for cause in Cause if supervisor.latched & cause))
-        elif supervisor.stopping:
-            self.get_logger().warning('joint states have stopped: waiting for them, without '
-                                      'torque; no command is taken meanwhile')
-
     def _diagnose(self) -> None:
-        if not self.active:
-            return
-        now = monotonic()
-        self._publish_causes(UInt32(data=int(self._controller.supervisor.active(now))))
-        level, message, values = controller_status(self._controller, now)
-        self._publish_diagnostics(self._diagnostic.fill(
-            self.get_clock().now().to_msg(), level, message, values))
+        if self.active:
+            self._words.diagnose()
 
 
 def _process(endpoint: TopicEndpointInfo) -> bytes:
