@@ -46,7 +46,7 @@ class BrakeController:
         self.supervisor = Supervisor(settings.supervisor)
         self.clamp = FinalClamp(settings.supervisor)
         self.loop = PositionLoop(model, settings.loop)
-        self.source = ReferenceSource(settings.reference)
+        self.source = ReferenceSource(settings.reference, settings.reference_bounds(model))
         self._velocity = VelocityWatch(settings.supervisor.velocity_tolerance)
         self._look_at(model)
         self.supervisor.watch_commands = settings.reference.kind == 'command'

@@ -10,7 +10,9 @@ from engb_core.control.clamp_force import EstimatorSettings
 from engb_core.control.loop import LoopSettings
 from engb_core.control.reference import ReferenceSettings
 from engb_core.control.supervisor_settings import SupervisorSettings
+from engb_core.control.trajectory import ReferenceBounds
 from engb_core.mechanism.kinematics import Mechanism
+from engb_core.model import Model
 
 __all__ = ['ControllerSettings', 'ForceSettings', 'Report']
 
@@ -52,6 +54,18 @@ class ControllerSettings:
     position_max: float = 50.0
     force_max: float = math.inf
     stale_value: float = 0.0
+
+    def reference_bounds(self, model: Model) -> ReferenceBounds:
+        """Return which trajectories a brake can follow.
+
+        Until the whole torque has sped its motor up to v it lags by v²/(2a), which may be no more
+        than `largest_error`; and angles that move faster than `largest_speed` are not believed.
+        """
+        limits = self.supervisor
+        torque = min(limits.effort_limit, self.loop.gains.u_clamp_max)
+        speed = math.sqrt(2.0 * torque / model.motor.inertia * limits.largest_error)
+        return ReferenceBounds(self.position_min, self.position_max,
+                               min(limits.largest_speed, speed))
 
 
 @dataclass

@@ -10,6 +10,7 @@ from engb_core.control.trajectory import (
     file_reference,
     identification_strokes,
     joined,
+    ReferenceBounds,
     Setpoint,
     slow_strokes,
     Trajectory,
@@ -92,15 +93,19 @@ class ReferenceSettings:
     apply_speed: float = 60.0
     release_speed: float = 60.0
 
-    def trajectory(self) -> Trajectory | None:
-        """Return the trajectory of these settings, None for commands."""
+    def trajectory(self, bounds: ReferenceBounds | None = None) -> Trajectory | None:
+        """Return the trajectory of these settings, None for commands.
+
+        Raises:
+            InputError: there is none, or a brake of these bounds could not follow it.
+        """
         if self.kind == 'command':
             return None
         if self.kind == 'file':
             if not self.file:
                 raise InputError('reference is file, but reference_file is empty; name a CSV '
                                  'file of time,position')
-            return file_reference(self.file)
+            return file_reference(self.file, bounds)
         if self.kind != 'strokes':
             raise InputError(f'reference is {self.kind!r}; it must be one of '
                              f'{", ".join(REFERENCES)}')
@@ -112,22 +117,37 @@ class ReferenceSettings:
             parts.append(identification_strokes(
                 self.amplitudes, self.acceleration, self.stop_time,
                 repetitions=self.repetitions))
-            return joined(parts, self.acceleration)
+            strokes = joined(parts, self.acceleration)
         except ValueError as error:
             raise InputError(f'identification strokes: {error}') from error
+        if bounds is not None:
+            self._check_strokes(strokes, bounds)
+        return strokes
+
+    def _check_strokes(self, strokes: Trajectory, bounds: ReferenceBounds) -> None:
+        slow = self.slow_range if self.slow_speeds else ()
+        for name, angles in (('stroke_amplitudes', self.amplitudes), ('slow_range', slow)):
+            for angle in angles:
+                if told := bounds.out_of_range(angle):
+                    raise InputError(f'parameter {name}: {told}; make the strokes shorter, or '
+                                     'widen the range if the brake may go there')
+        if told := bounds.too_fast(max(strokes.top_speeds())):
+            raise InputError(f'the identification strokes take {told}; lower stroke_acceleration '
+                             'or slow_speeds')
 
 
 class ReferenceSource:
     """The set-point of each cycle, by time and by where the motor stands.
 
     After `reset` it holds the measured position; it moves to a command or to the trajectory's
-    start within the limits, so nothing jumps. A trajectory that was ended (`hold`) goes on by
-    `start` alone.
+    start within the limits, so nothing jumps. A trajectory that leaves `bounds` is refused; one
+    that was ended (`hold`) goes on by `start` alone.
     """
 
-    def __init__(self, settings: ReferenceSettings) -> None:
+    def __init__(self, settings: ReferenceSettings,
+                 bounds: ReferenceBounds | None = None) -> None:
         self.settings = settings
-        self._trajectory = settings.trajectory()
+        self._trajectory = settings.trajectory(bounds)
         self._limiter = MotionLimiter(settings.apply_speed, settings.release_speed,
                                       settings.approach_acceleration)
         self._target: float | None = None

@@ -16,8 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from engb_core.errors import InputError
 
-__all__ = ['Setpoint', 'Trajectory', 'TrajectoryBuilder', 'file_reference',
+__all__ = ['ReferenceBounds', 'Setpoint', 'Trajectory', 'TrajectoryBuilder', 'file_reference',
            'identification_strokes', 'joined', 'slow_strokes']
+
+# A reference takes no longer than a day: what does is time in another unit (a minute and a half
+# in ms) [s].
+LONGEST = 86_400.0
 
 Array = NDArray[np.float64]
 
@@ -28,6 +32,29 @@ class Setpoint(NamedTuple):
     position: float
     velocity: float = 0.0
     acceleration: float = 0.0
+
+
+class ReferenceBounds(NamedTuple):
+    """What a brake can follow: from `low` to `high` [rad], at most at `speed` [rad/s]."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    speed: float = math.inf
+
+    def out_of_range(self, position: float) -> str:
+        """Return what is wrong with a position [rad]; '' where it lies within the range."""
+        if self.low <= position <= self.high:
+            return ''
+        name, end = (('position_max', self.high) if position > self.high
+                     else ('position_min', self.low))
+        return f'{position:.4g} rad lies beyond {name}, {end:.4g} rad'
+
+    def too_fast(self, speed: float) -> str:
+        """Return what is wrong with a speed [rad/s]; '' where the brake can follow."""
+        if speed <= self.speed:
+            return ''
+        return (f'{speed:.4g} rad/s, and this brake can follow {self.speed:.4g} rad/s '
+                '(largest_speed; effort_limit, the model\'s inertia and largest_error)')
 
 
 class Trajectory:
@@ -63,6 +90,17 @@ class Trajectory:
         return Setpoint(p0 + tau * (p1 + tau * (p2 + tau * p3)),
                         p1 + tau * (2.0 * p2 + 3.0 * tau * p3),
                         2.0 * p2 + 6.0 * tau * p3)
+
+    def top_speeds(self) -> list[float]:
+        """Return the highest speed of each piece, whatever its direction [rad/s]."""
+        ends = [*self._begins[1:], self.duration]
+        found = []
+        for begin, end, (_, p1, p2, p3) in zip(self._begins, ends, self._pieces, strict=True):
+            length = end - begin
+            turn = -p2 / (3.0 * p3) if p3 else 0.0   # where the acceleration is none
+            found.append(max(abs(p1 + tau * (2.0 * p2 + 3.0 * tau * p3))
+                             for tau in (0.0, length, min(max(turn, 0.0), length))))
+        return found
 
     def sample(self, times: ArrayLike) -> tuple[Array, Array, Array]:
         """Return position, velocity, acceleration at `times` (n,), each (n,)."""
@@ -202,14 +240,19 @@ def _append(times: list[float], pieces: list[Any], part: Trajectory) -> None:
     pieces.extend(part._pieces)
 
 
-def file_reference(path: str | os.PathLike[str]) -> Trajectory:
+def file_reference(path: str | os.PathLike[str],
+                   bounds: ReferenceBounds | None = None) -> Trajectory:
     """Read a reference from a CSV file with the columns `time` [s] and `position` [rad].
 
     Between the rows it runs as a monotone cubic (PCHIP): it never overshoots them.
 
+    Args:
+        path: of the file.
+        bounds: of the brake that shall follow; None: none are known.
+
     Raises:
         InputError: unreadable, a column missing, fewer than two rows, a value that is not a
-            finite number, time not increasing.
+            finite number, time not increasing or in another unit, out of bounds.
     """
     path = Path(path)
     try:
@@ -221,7 +264,10 @@ def file_reference(path: str | os.PathLike[str]) -> Trajectory:
                 if column not in names:
                     raise InputError(f'{path}: no column {column!r}; the first line must name '
                                      f'time,position')
-            rows = [(row['time'], row['position']) for row in reader]
+            rows, lines = [], []
+            for row in reader:
+                rows.append((row['time'], row['position']))
+                lines.append(reader.line_num)
     except OSError as error:
         raise InputError(f'{path}: cannot be read ({error.strerror}); give a CSV file with '
                          f'time,position') from error
@@ -232,18 +278,41 @@ def file_reference(path: str | os.PathLike[str]) -> Trajectory:
         try:
             values[index] = [float(cell) for cell in row]
         except (TypeError, ValueError):
-            raise InputError(f'{path}: line {index + 2} holds no two numbers') from None
+            raise InputError(f'{path}: line {lines[index]} holds no two numbers') from None
     if len(rows) < 2:
         raise InputError(f'{path}: fewer than two rows; a reference needs a begin and an end')
     if not np.isfinite(values).all():
         raise InputError(f'{path}: a value is not finite; every time and position must be')
     time = values[:, 0] - values[0, 0]
     if np.any(np.diff(time) <= 0.0):
-        line = int(np.flatnonzero(np.diff(time) <= 0.0)[0]) + 3
+        line = lines[int(np.flatnonzero(np.diff(time) <= 0.0)[0]) + 1]
         raise InputError(f'{path}: time does not increase at line {line}; sort the rows')
-    if len(rows) == 2:
-        slope = (values[1, 1] - values[0, 1]) / time[1]
-        return Trajectory(time, [(values[0, 1], slope, 0.0, 0.0)])
+    if time[-1] > LONGEST:
+        index = int(np.flatnonzero(time > LONGEST)[0])
+        raise InputError(f'{path}: line {lines[index]} comes {time[index]:.4g} s after the first '
+                         f'row; a reference takes {LONGEST:.0f} s at most: give time in seconds')
+    trajectory = _through(time, values[:, 1])
+    if bounds is not None:
+        _check_rows(trajectory, values[:, 1].tolist(), bounds, path, lines)
+    return trajectory
+
+
+def _through(time: Array, position: Array) -> Trajectory:
+    """Return the trajectory through rows of time [s], from 0, and position [rad]."""
+    if time.size == 2:
+        return Trajectory(time, [(position[0], (position[1] - position[0]) / time[1], 0.0, 0.0)])
     from scipy.interpolate import PchipInterpolator  # here: a node without a file starts faster
-    coefficients = PchipInterpolator(time, values[:, 1]).c
+    coefficients = PchipInterpolator(time, position).c
     return Trajectory(time, [tuple(column[::-1]) for column in coefficients.T])
+
+
+def _check_rows(trajectory: Trajectory, positions: list[float], bounds: ReferenceBounds,
+                path: Path, lines: list[int]) -> None:
+    """Raise InputError at the first row that the brake could not follow."""
+    for position, line in zip(positions, lines, strict=True):
+        if told := bounds.out_of_range(position):
+            raise InputError(f'{path}: line {line}: {told}; change the row, or the parameter if '
+                             'the brake may go there')
+    for speed, line in zip(trajectory.top_speeds(), lines[1:], strict=True):
+        if told := bounds.too_fast(speed):
+            raise InputError(f'{path}: the move to line {line} takes {told}; give it more time')

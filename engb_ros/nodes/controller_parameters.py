@@ -54,7 +54,8 @@ _LOOP = (
 _REFERENCE = (
     ParameterSpec('reference', 'command', 'what to track: commands, the identification strokes, '
                   'or a CSV file of time,position', choices=REFERENCES),
-    ParameterSpec('reference_file', '', 'CSV file for reference:=file'),
+    ParameterSpec('reference_file', '', 'CSV file for reference:=file; within position_min and '
+                  'position_max, no faster than the brake can follow, no longer than a day'),
     ParameterSpec('start_on_request', False, 'wait for service ~/start_reference with the '
                   'trajectory, as after ~/clear_faults; false: begin with the activation'),
     ParameterSpec('repeat', False, 'begin the trajectory again when it ends'),
