@@ -13,6 +13,7 @@ from engb_core.control.clamp_force import ClampForceEstimator
 from engb_core.control.command_arbiter import ANONYMOUS, Command
 from engb_core.control.final_clamp import FinalClamp
 from engb_core.control.force_control import force_control_of, ForceControl, PreparedModel
+from engb_core.control.gain_checks import delay_margin
 from engb_core.control.loop import PositionLoop
 from engb_core.control.reference import ReferenceSource
 from engb_core.control.supervisor import Supervisor
@@ -119,10 +120,12 @@ class BrakeController:
 
     def _look_at(self, model: Model) -> None:
         """Say how slow stands, and how fast a motor speeds up: with the whole torque, and as much
-        again of load and friction (a brake that were heavier is not accepted)."""
+        again of load and friction (a brake that were heavier is not accepted); and how far apart
+        samples may come."""
         self._slow = 2.0 * model.friction.saturation_velocity
         limit = 2.0 * self.settings.supervisor.effort_limit / model.motor.inertia
         self._velocity.acceleration = self.supervisor.states.acceleration = limit
+        self.supervisor.longest_interval = delay_margin(self.settings.loop.gains, model.motor)
 
     # Inputs.
     def on_position_command(self, now: float, value: float) -> bool:
@@ -188,8 +191,7 @@ class BrakeController:
     def start_reference(self) -> float:
         """Begin the trajectory; return its length [s]. InputError where there is none."""
         if self.supervisor.stopping:
-            raise InputError('a fault is latched; clear it first' if self.supervisor.faults
-                             else 'joint states have stopped; they are waited for')
+            raise InputError(self.supervisor.waits_for or 'a fault is latched; clear it first')
         self.source.start()
         return self.source.duration
 
@@ -310,7 +312,7 @@ class BrakeController:
         if supervisor.stop not in (None, Stop.HOLD):
             return 0.0
         self.setpoint = self.source.at(time, position)
-        if self.source.commanded_by_trajectory and self.source.running:
+        if self.source.commanded_by_trajectory and self.source.running and supervisor.paced:
             supervisor.enable()
         loop = self.loop
         loop.pid.frozen = supervisor.torques.short

@@ -121,7 +121,8 @@ CAUSES: dict[Cause, CauseInfo] = {
         Severity.NOTICE, 'a command differed from the last of its kind by more than '
         '`largest_command_step` or `largest_force_step`', 'taken: an emergency looks like this'),
     Cause.STATE_STALE: CauseInfo(
-        Severity.FAULT, 'no valid joint state within `state_timeout`',
+        Severity.FAULT, 'no valid joint state within `state_timeout`; before the first command '
+        'also joint states that come too seldom for the loop to have any phase margin',
         'stopped by `stop_state_stale`; before the first command since activation not latched: '
         'waited for, told as a warning', _BLIND,
         'a torque that nobody watches must go, but the vehicle shall not jerk'),

@@ -37,6 +37,8 @@ class SampleClock:
     Attributes:
         time: when the last sample was taken [s], from the first one on.
         spacing: least mean spacing of the samples [s]; 0: not known yet.
+        pace: the same as it looks so far, of the fewest that tell it [s]; 0: no two have come.
+            Samples that are lost, or a pause, make a drive look no slower for long.
     """
 
     def __init__(self) -> None:
@@ -44,7 +46,7 @@ class SampleClock:
 
     def reset(self) -> None:
         """Forget the past."""
-        self.time = self.spacing = 0.0
+        self.time = self.spacing = self.pace = 0.0
         self._ahead = 0.0
         self._stamps = deque([0.0], _MANY + 1)
 
@@ -59,6 +61,9 @@ class SampleClock:
         if stamped:
             stamps.append(stamps[-1] + passed)
         count = len(stamps) - 1
+        if few := min(count, _LEAST):
+            lately = (stamps[-1] - stamps[-1 - few]) / few
+            self.pace = min(self.pace, lately) if count > _LEAST else lately
         if count >= _LEAST:
             mean = (stamps[-1] - stamps[0]) / count
             grown = self.spacing * (1.0 + _GROWTH)

@@ -53,6 +53,8 @@ class Supervisor:
         faults: faults that wait to be cleared, as a plain number: it is asked every cycle, and
             arithmetic with enum flags costs a microsecond each.
         counts: how often each cause came up.
+        longest_interval: samples that come farther apart leave the loop no phase margin [s];
+            whoever knows the loop says; inf: none are too far apart.
         enabled_once: since `start` a command was taken, or a torque taken over. Before, joint
             states that stop are no fault: nothing was asked of the brake, and whoever sends them
             may still be starting. They are waited for, without torque.
@@ -61,6 +63,7 @@ class Supervisor:
     def __init__(self, settings: SupervisorSettings) -> None:
         self.counts = dict.fromkeys(Cause, 0)
         self.watch_commands = True
+        self.longest_interval = math.inf
         self._last_seen: dict[Cause, float] = {}
         self.commands = CommandArbiter(settings, self.note)
         self.states = StateWatch(settings, self.note)
@@ -118,6 +121,23 @@ class Supervisor:
         if self.enabled_once or not self.states.seen:
             return self.faults
         return self.faults | self._conditions & _STATE_STALE
+
+    @property
+    def too_slow(self) -> bool:
+        """Whether joint states come too seldom for the loop to be closed."""
+        return not self.enabled_once and self.states.taken.pace > self.longest_interval
+
+    @property
+    def waits_for(self) -> str:
+        """What is waited for before the first command, in one line; '': nothing."""
+        if not self.stopping & ~self.faults:
+            return ''
+        if not self.too_slow:
+            return 'joint states have stopped: waiting for them'
+        pace, longest = self.states.taken.pace, self.longest_interval
+        return (f'joint states come every {1e3 * pace:.3g} ms ({1.0 / pace:.3g} Hz): with these '
+                f'gains and the model\'s inertia the loop has no phase margin below '
+                f'{1.0 / longest:.3g} Hz; let the drive send faster, or start with lower p and d')
 
     @property
     def latched(self) -> Cause:
@@ -198,9 +218,14 @@ class Supervisor:
         """Follow a command, or a trajectory, from now on."""
         self.commanded = self.enabled_once = True
 
+    @property
+    def paced(self) -> bool:
+        """Whether samples have shown how far apart they come: before, nothing is tracked."""
+        return self.longest_interval == math.inf or self.states.taken.pace > 0.0
+
     def _have_states(self, now: float) -> bool:
         """Whether joint states, once missed, have come for `state_timeout` without a gap."""
-        return (not self._conditions & _STATE_STALE
+        return (not self._conditions & _STATE_STALE and self.paced
                 and now - self._back_since >= self._settings.state_timeout)
 
     def accept_state(self, now: float, stamp: float, position: float, velocity: float) -> bool:
@@ -219,11 +244,14 @@ class Supervisor:
             self.set(Cause.ANGLE_LOST, True, now)
             self.set(Cause.ANGLE_LOST, False, now)
             self.states.believe()
-        if self._conditions & _STATE_STALE:
+        too_slow = self.too_slow
+        if too_slow or self._conditions & _STATE_STALE:
             timeout = self._settings.state_timeout
             if first or now - self._state_time > timeout:
                 self._back_since = now
-            if first or self.enabled_once or now - self._back_since >= timeout:
+            if too_slow:
+                self._follow(Cause.STATE_STALE, True, now, latch=False)
+            elif first or self.enabled_once or now - self._back_since >= timeout:
                 self._conditions &= ~_STATE_STALE
         self._state_time = now
         return True
@@ -284,9 +312,9 @@ class Supervisor:
         self._disc_time = now
         self._conditions &= ~_DISC_SPEED_STALE
 
-    def _follow(self, cause: Cause, holds: bool, now: float) -> None:
+    def _follow(self, cause: Cause, holds: bool, now: float, latch: bool | None = None) -> None:
         if bool(self._conditions & cause.value) is not holds:
-            self.set(cause, holds, now)
+            self.set(cause, holds, now, latch)
 
     def observer_spoke(self, now: float) -> None:
         """Feed the observer's watchdog."""

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from time import monotonic
-from typing import Any
 
 from rclpy.duration import Duration
 from std_msgs.msg import String, UInt32
@@ -34,28 +33,31 @@ class ControllerWords:
         self._state = node.advertise(interface.CONTROLLER_STATE)
         self._causes = node.advertise(interface.CONTROLLER_CAUSES)
         self._diagnostics = node.advertise(interface.DIAGNOSTICS)
-        self._told: tuple[Any, int] | None = None
+        self._told: tuple[State, int, bool] | None = None
 
     def tell_changes(self) -> None:
         """Publish the state if it has changed."""
-        supervisor = self._controller.supervisor
-        if self._told != (supervisor.state, supervisor.stopping):
+        if self._told != self._now():
             self.tell()
+
+    def _now(self) -> tuple[State, int, bool]:
+        supervisor = self._controller.supervisor
+        return supervisor.state, supervisor.stopping, supervisor.too_slow
 
     def tell(self) -> None:
         """Publish the state now, and put into the log what has changed."""
         supervisor, logger = self._controller.supervisor, self._node.get_logger()
-        before, self._told = self._told, (supervisor.state, supervisor.stopping)
+        before, self._told = self._told, self._now()
         self._state.publish(String(data=supervisor.state.value))
         self.diagnose()
-        if before is None or before[1] == self._told[1]:
+        if before is None or before[1:] == self._told[1:]:
             return
         if supervisor.latched:
             logger.error('fault: ' + ', '.join(
                 cause.key for cause in Cause if supervisor.latched & cause))
         elif supervisor.stopping:
-            logger.warning('joint states have stopped: waiting for them, without torque; no '
-                           'command is taken meanwhile')
+            logger.warning(f'{supervisor.waits_for}; until then there is no torque, and no '
+                           'command is taken')
 
     def diagnose(self) -> None:
         """Publish causes and diagnostics."""

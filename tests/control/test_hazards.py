@@ -108,6 +108,13 @@ def test_stamps_of_nought_are_told():
     brake.stamp = lambda now: 0.0
     brake.asked = Command(10.0)
     brake.run(0.3)
+    # Of samples that never came in time no loop is closed: they are waited for.
+    assert brake.state is State.READY
+    assert brake.controller.supervisor.active(brake.now) & Cause.STATE_STALE
+    assert brake.sent == 0.0
+    brake = Brake().at(10.0)
+    brake.stamp = lambda now: 0.0
+    brake.run(0.3)
     assert brake.latched(Cause.STATE_STALE)
 
 
