@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
+import sys
 from typing import NamedTuple, TYPE_CHECKING
 
 from engb_core.bench.sensors import SensorChain, SensorSettings
@@ -128,9 +129,10 @@ class VirtualBrake:
 
     def command(self, torque: float) -> bool:
         """Demand `torque` [N·m]; what is too much is cut. What is not finite, or beyond all that a
-        controller of this drive would ask for, is dropped: return False then."""
+        controller of this drive would ask for, is dropped: return False then. What controllers ask
+        of a drive that gives nothing, its limit does not tell."""
         limit = self.drive.effort_limit
-        if not abs(torque) <= _MEANT * limit:   # NaN too
+        if not abs(torque) <= (_MEANT * limit or sys.float_info.max):   # NaN too
             self.rejected += 1
             return False
         self.torque = min(max(float(torque), -limit), limit)

@@ -6,12 +6,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engb_core.control.pid import PidGains
 from engb_core.errors import InputError
 from engb_core.model import Motor
 
 __all__ = ['check_holding', 'delay_margin', 'holding_torque']
+
+Array = NDArray[np.float64]
 
 # An error must have brought full torque by then [s].
 HOLDING_TIME = 1.0
@@ -92,8 +95,9 @@ def delay_margin(gains: PidGains, motor: Motor) -> float:
     return min(margins)
 
 
-def _squared(polynomial: np.ndarray) -> np.ndarray:
+def _squared(polynomial: Array) -> Array:
     """Return |P(jω)|² as a polynomial of ω², highest power first."""
     mirrored = polynomial * (-1.0) ** np.arange(polynomial.size - 1, -1, -1)   # P(−s)
     even = np.polymul(polynomial, mirrored)[::2]                               # in s² = −ω²
-    return even * (-1.0) ** np.arange(even.size - 1, -1, -1)
+    signs = (-1.0) ** np.arange(even.size - 1, -1, -1)
+    return np.asarray(even * signs)

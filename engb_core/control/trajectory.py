@@ -264,25 +264,24 @@ def file_reference(path: str | os.PathLike[str],
                 if column not in names:
                     raise InputError(f'{path}: no column {column!r}; the first line must name '
                                      f'time,position')
-            rows, lines = [], []
-            for row in reader:
-                rows.append((row['time'], row['position']))
-                lines.append(reader.line_num)
+            rows = [(row['time'], row['position'], reader.line_num) for row in reader]
     except OSError as error:
         raise InputError(f'{path}: cannot be read ({error.strerror}); give a CSV file with '
                          f'time,position') from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f'{path}: not a CSV file; give one with time,position') from error
-    values = np.empty((len(rows), 2))
-    for index, row in enumerate(rows):
+    values, lines = np.empty((len(rows), 2)), [line for *_, line in rows]
+    for index, (*cells, line) in enumerate(rows):
         try:
-            values[index] = [float(cell) for cell in row]
+            values[index] = [float(cell) for cell in cells]
         except (TypeError, ValueError):
-            raise InputError(f'{path}: line {lines[index]} holds no two numbers') from None
+            raise InputError(f'{path}: line {line} holds no two numbers') from None
     if len(rows) < 2:
         raise InputError(f'{path}: fewer than two rows; a reference needs a begin and an end')
     if not np.isfinite(values).all():
-        raise InputError(f'{path}: a value is not finite; every time and position must be')
+        line = lines[int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])]
+        raise InputError(f'{path}: a value is not finite at line {line}; every time and position '
+                         'must be')
     time = values[:, 0] - values[0, 0]
     if np.any(np.diff(time) <= 0.0):
         line = lines[int(np.flatnonzero(np.diff(time) <= 0.0)[0]) + 1]
@@ -299,11 +298,12 @@ def file_reference(path: str | os.PathLike[str],
 
 def _through(time: Array, position: Array) -> Trajectory:
     """Return the trajectory through rows of time [s], from 0, and position [rad]."""
+    times = time.tolist()
     if time.size == 2:
-        return Trajectory(time, [(position[0], (position[1] - position[0]) / time[1], 0.0, 0.0)])
+        return Trajectory(times, [(position[0], (position[1] - position[0]) / time[1], 0.0, 0.0)])
     from scipy.interpolate import PchipInterpolator  # here: a node without a file starts faster
     coefficients = PchipInterpolator(time, position).c
-    return Trajectory(time, [tuple(column[::-1]) for column in coefficients.T])
+    return Trajectory(times, [tuple(column[::-1]) for column in coefficients.T])
 
 
 def _check_rows(trajectory: Trajectory, positions: list[float], bounds: ReferenceBounds,

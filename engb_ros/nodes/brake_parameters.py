@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from engb_core.bench.settings import BenchSettings
     from engb_core.bench.virtual_brake import VirtualBrake
 
-__all__ = ['BRAKE_PARAMETERS', 'make_brake']
+__all__ = ['BRAKE_PARAMETERS', 'make_brake', 'word_about_torque']
 
 BRAKE_PARAMETERS = (
     ParameterSpec('model', '', 'model file of the true brake; empty: the one in config/'),
@@ -56,6 +56,14 @@ BRAKE_PARAMETERS = (
     ParameterSpec('pad_temperature_values', [20.0], 'pad temperature at these instants', '°C',
                   -273.0, 2000.0),
 )
+
+
+def word_about_torque(values: dict[str, Any]) -> str:
+    """Return what there is to say of a drive that gives no torque, in one line; '' of others."""
+    if values['effort_limit'] > 0.0:
+        return ''
+    return ('parameter effort_limit is 0: this drive gives no torque, whatever it is asked for; '
+            'its controller will find drive_off')
 
 
 def make_brake(values: dict[str, Any]) -> VirtualBrake:

@@ -301,6 +301,7 @@ class ControllerNode(ManagedNode):
         sample = self._read(message)
         if sample is None:
             controller.on_wrong_joint(now)
+            self._words.hear_wrong_joint(message, self._joint)
             return
         sec, nanosec, position, velocity, effort = sample
         torque = controller.on_state(now, self._stamps.seconds_of(sec, nanosec), position,

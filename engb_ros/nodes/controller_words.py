@@ -10,11 +10,19 @@ from std_msgs.msg import String, UInt32
 
 from engb_core.control.brake_controller import BrakeController
 from engb_core.control.causes import Cause, State
+from engb_core.io.bags.cdr import parse_joint_state
+from engb_core.io.bags.compression import Damaged
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode
 from engb_ros.nodes.diagnostics import controller_status, DiagnosticMessage, WARN
 
 __all__ = ['ControllerWords']
+
+# Several joint states of another joint are no chance [messages].
+_SEVERAL = 10
+
+# Of a message with many joints so many are named.
+_NAMES = 4
 
 
 class ControllerWords:
@@ -33,6 +41,7 @@ class ControllerWords:
         self._state = node.advertise(interface.CONTROLLER_STATE)
         self._causes = node.advertise(interface.CONTROLLER_CAUSES)
         self._diagnostics = node.advertise(interface.DIAGNOSTICS)
+        self._wrong_joint = 0
         self._told: tuple[State, int, bool] | None = None
 
     def tell_changes(self) -> None:
@@ -58,6 +67,22 @@ class ControllerWords:
         elif supervisor.stopping:
             logger.warning(f'{supervisor.waits_for}; until then there is no torque, and no '
                            'command is taken')
+
+    def hear_wrong_joint(self, message: bytes, joint: str) -> None:
+        """Say once that the drive tells of another joint, while it has told nothing of `joint`;
+        one message may be of somebody else on the topic."""
+        if self._controller.supervisor.states.seen:
+            return
+        self._wrong_joint += 1
+        if self._wrong_joint != _SEVERAL:
+            return
+        try:
+            names = ', '.join(map(repr, parse_joint_state(message).names[:_NAMES])) or 'no joint'
+        except Damaged:
+            names = 'no joint that can be read'
+        self._node.get_logger().warning(
+            f'joint_states tell of {names}, and nothing of {joint!r}, the joint that this '
+            'controller drives: give both the same parameter joint; until then there is no torque')
 
     def diagnose(self) -> None:
         """Publish causes and diagnostics."""

@@ -17,7 +17,7 @@ from engb_ros.can.bus import CanBus
 from engb_ros.can.codec import dbc_file, DriveCodec, DriveCommand, DriveStatus, OFF
 from engb_ros.can.link import DriveEnd
 from engb_ros.nodes.base import ManagedNode, run
-from engb_ros.nodes.brake_parameters import BRAKE_PARAMETERS, make_brake
+from engb_ros.nodes.brake_parameters import BRAKE_PARAMETERS, make_brake, word_about_torque
 from engb_ros.nodes.can_bridge import BUS_PARAMETERS
 from engb_ros.nodes.parameters import ParameterSpec
 
@@ -48,6 +48,8 @@ class DriveEmulatorNode(ManagedNode):
     def configure(self, values: dict[str, Any]) -> None:
         """Build the brake and open the bus."""
         self._brake = make_brake(values)
+        if word := word_about_torque(values):
+            self.get_logger().warning(word)
         codec = DriveCodec(dbc_file(values['dbc']), values['drive'])
         self._link = DriveEnd(codec, values['command_timeout'])
         self._torque_constant = self._brake.model.motor.torque_constant

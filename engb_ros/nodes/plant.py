@@ -13,7 +13,7 @@ from rosgraph_msgs.msg import Clock
 from engb_core.errors import InputError
 from engb_ros import interface
 from engb_ros.nodes.base import ManagedNode, run
-from engb_ros.nodes.brake_parameters import BRAKE_PARAMETERS, make_brake
+from engb_ros.nodes.brake_parameters import BRAKE_PARAMETERS, make_brake, word_about_torque
 from engb_ros.nodes.joint import EFFORT_SOURCE, listen_for_effort
 from engb_ros.nodes.messages import JointMessage, scalar
 from engb_ros.nodes.parameters import ParameterSpec
@@ -50,6 +50,8 @@ class PlantNode(ManagedNode):
             raise InputError('parameter speed is 0.0 without lockstep; nothing would set the '
                              'pace: set lockstep, or a speed above 0')
         self._brake = make_brake(values)
+        if word := word_about_torque(values):
+            self.get_logger().warning(word)
         self._lockstep = values['lockstep']
         self._patience = values['answer_timeout']
         self._speed = values['speed'] if values['speed'] > 0.0 else float('inf')

@@ -116,3 +116,13 @@ def test_a_motion_beyond_all_numbers_names_the_effect(text, told):
         for _ in range(3000):
             brake.command(0.1)
             brake.advance()
+
+
+def test_a_drive_that_gives_nothing_takes_whatever_is_asked_for_and_gives_nothing():
+    brake = VirtualBrake(BRAKE, DriveSettings(effort_limit=0.0))
+    assert brake.command(0.5)
+    assert brake.command(-1e6)
+    assert (brake.torque, brake.rejected) == (0.0, 0)
+    assert not brake.command(math.nan)
+    assert not brake.command(math.inf)
+    assert brake.rejected == 2
