@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,6 @@ from engb_core.errors import InputError
 from engb_core.model import Motor
 
 __all__ = ['check_holding', 'delay_margin', 'holding_torque']
-
-Array = NDArray[np.float64]
 
 # An error must have brought full torque by then [s].
 HOLDING_TIME = 1.0
@@ -95,9 +94,8 @@ def delay_margin(gains: PidGains, motor: Motor) -> float:
     return min(margins)
 
 
-def _squared(polynomial: Array) -> Array:
+def _squared(polynomial: NDArray[Any]) -> Any:
     """Return |P(jω)|² as a polynomial of ω², highest power first."""
     mirrored = polynomial * (-1.0) ** np.arange(polynomial.size - 1, -1, -1)   # P(−s)
     even = np.polymul(polynomial, mirrored)[::2]                               # in s² = −ω²
-    signs = (-1.0) ** np.arange(even.size - 1, -1, -1)
-    return np.asarray(even * signs)
+    return even * (-1.0) ** np.arange(even.size - 1, -1, -1)
