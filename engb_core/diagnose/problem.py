@@ -231,20 +231,21 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
     fitted = motions[:len(recordings)]
     slowest = slowest_speed(fitted, model.friction.saturation_velocity,
                             max(motion.speed for motion in fitted))
-    bands = [min(bandwidth, highest) for highest in told]
-    comparisons = [comparison_of(motion, band, slowest, before_stop)
-                   for motion, band in zip(motions, bands, strict=True)]
-    # A shaft that stands throughout a recording tells nothing of the machine.
-    moves = [comparison.grid.size > 0 for comparison in comparisons]
     physics = physics_of(model)
-    runs, judged = list[Run](), list[Run]()
-    for place, (recording, motion, comparison, band, highest, noise) in enumerate(zip(
-            (*recordings, *held_out), motions, comparisons, bands, told, noises, strict=True)):
-        if moves[place]:
-            counts = position_noise(recording, motion, comparison, physics, noise)
-            run = _run(recording, motion, comparison, band, place >= len(recordings), counts,
-                       physics, noise)
-            (judged if run.held_out else runs).append(replace(run, coarse=highest < COMPARED))
+    every: list[Run] = []
+    for place, (recording, motion, highest, noise) in enumerate(zip(
+            (*recordings, *held_out), motions, told, noises, strict=True)):
+        band = min(bandwidth, highest)
+        comparison = comparison_of(motion, band, slowest, before_stop)
+        if comparison.grid.size == 0:
+            # A shaft that stands throughout a recording tells nothing of the machine.
+            continue
+        counts = position_noise(recording, motion, comparison, physics, noise)
+        run = _run(recording, motion, comparison, band, place >= len(recordings), counts,
+                   physics, noise)
+        every.append(replace(run, coarse=highest < COMPARED))
+    runs, judged = (tuple(run for run in every if run.held_out == held)
+                    for held in (False, True))
     points = sum(int(run.fitted.sum()) for run in runs)
     if points < LEAST_POINTS:
         raise InputError(
@@ -253,7 +254,7 @@ def problem_of(recordings: Sequence[Recording], model: Model, held_out: Sequence
             f'{LEAST_POINTS} are needed); record strokes')
     scene = scene_of([run.recording for run in runs], [run.motion for run in runs], model)
     floor = float(np.sqrt(np.mean(np.concatenate([run.noise for run in runs]) ** 2)))
-    return Problem(tuple(runs), tuple(judged), model, scene, floor, bandwidth, before_stop)
+    return Problem(runs, judged, model, scene, floor, bandwidth, before_stop)
 
 
 def with_less_noise(problem: Problem, part: float) -> Problem:

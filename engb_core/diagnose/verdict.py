@@ -71,9 +71,8 @@ def _unexplained(fitter: Fitter, explanation: Explanation, left: float) -> Unexp
     for index in unnamed:
         what = what + added_by(fitter, fit, index)
     where = zones(runs, fitter.problem.split(what), fitter.problem.model)
-    position, velocity = (np.concatenate([values[run.comparison.grid] for run, values in zip(
-        runs, column, strict=True)]) for column in (
-            [run.motion.position for run in runs], [run.motion.velocity for run in runs]))
+    position = np.concatenate([run.motion.position[run.comparison.grid] for run in runs])
+    velocity = np.concatenate([run.motion.velocity[run.comparison.grid] for run in runs])
     names = [name for index in unnamed for name in _told_by(fit, index)]
     names += list(table.table.names) if table else []
     if not names:
