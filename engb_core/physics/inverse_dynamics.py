@@ -182,7 +182,10 @@ def _inverse_actuation(samples: Array, physics: Physics, state: Array, torque: A
     if taps is None:
         return _searched(samples, physics, state, torque)
     slow: Array = convolve1d(torque, taps, mode='nearest')
-    return torque + (_searched(samples, physics, state, slow) - slow)
+    effort = _searched(samples, physics, state, slow)
+    # The noise of the rest averages out where its effort goes with it alone.
+    largest = float(np.max(np.abs(effort), initial=0.0))
+    return effort + (torque - slow) / _mean_slope(samples, physics, largest)
 
 
 def _searched(samples: Array, physics: Physics, state: Array, torque: Array) -> Array:
@@ -204,6 +207,31 @@ def _searched(samples: Array, physics: Physics, state: Array, torque: Array) -> 
             # What remembers nothing need not be asked again where it is right.
             near = _NEAR * largest
     return effort
+
+
+def _mean_slope(samples: Array, physics: Physics, largest: float) -> Array:
+    """Return the torque per effort (n,) [-] of each sample, in the mean over efforts of up to
+    `largest` [N·m] either way: what does not depend on the effort itself."""
+    if largest == 0.0:
+        return np.ones(samples.shape[0])
+    down, up = np.empty((2, samples.shape[0]))
+    for effort, torque in ((-largest, down), (largest, up)):
+        _actuated(physics.functions, physics.bounds, physics.owner, physics.parameters,
+                  physics.fresh_state(), samples, effort, torque)
+    return np.clip((up - down) / (2.0 * largest), _LEAST_SLOPE, _MOST_SLOPE)
+
+
+@kernel
+def _actuated(functions: object, bounds: Places, owner: Places, parameters: Array, state: Array,
+              samples: Array, effort: float, torque: Array) -> None:
+    """Write the torque (n,) that an effort gives at each sample [N·m]."""
+    for row in range(samples.shape[0]):
+        sample = row_of(samples, row)
+        sample[EFFORT] = effort
+        for index in range(bounds[_ACTUATION], bounds[_ACTUATION + 1]):
+            sample[EFFORT] = call_effect(functions, index, parameters, owner[index], state,
+                                         sample)
+        torque[row] = sample[EFFORT]
 
 
 @kernel

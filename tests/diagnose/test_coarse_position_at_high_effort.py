@@ -74,4 +74,4 @@ def test_a_prediction_is_not_too_high_in_the_mean():
                    gaussian_kernel(10.0, STEP))
     high = recording.effort > 0.7 * LARGEST
     assert high.sum() > 1000
-    assert abs(float(np.mean(off[high]))) < 0.01 * LARGEST
+    assert abs(float(np.mean(off[high]))) < 0.01 * float(np.mean(recording.effort[high]))

@@ -6,9 +6,9 @@ import pytest
 
 from engb_core.diagnose import problem as problems
 from engb_core.diagnose.engine import diagnose
-from engb_core.diagnose.noise_level import predicted_of_noise, with_less_noise
+from engb_core.diagnose.noise_level import predicted_of_noise
 from engb_core.diagnose.optimise.fit import Fitter
-from engb_core.diagnose.problem import problem_of
+from engb_core.diagnose.problem import problem_of, with_less_noise
 from engb_core.diagnose.search.every_effect import search
 
 from .simulated_brake import brake_with, lively, NOMINAL

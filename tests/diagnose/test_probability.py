@@ -7,14 +7,22 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from engb_core.diagnose.constants import SURE, WORTH_PART
+from engb_core.diagnose.constants import PHYSICS_FOR_NUMBER, SURE, WORTH_PART
 from engb_core.diagnose.formula import further_odds, something_known, sure_part
+from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.score import probability
-from engb_core.diagnose.score.probability import closer_odds, further_known, part_left
+from engb_core.diagnose.score.probability import (
+    closer_odds,
+    further_known,
+    part_left,
+    rival_weights,
+)
 from engb_core.diagnose.score.ranking import worth_having
 from engb_core.diagnose.score.reduced_chi_square import reduced_chi_square_of
+from engb_core.effects.catalogue import get_effect
+from engb_core.model import LoadTorque
 
 from .simulated_brake import brake_with, lively, NOMINAL
 
@@ -127,3 +135,31 @@ def test_noise_is_no_more_than_what_the_better_fit_leaves(monkeypatch):
     told, true = (closer_odds(rival, chosen, SimpleNamespace(
         sigma=size * np.ones(400), spread=np.ones(400)), 0.1) for size in (2.0, 1.0))
     assert true < 0.01 and told < 0.01
+
+
+def test_a_number_that_no_file_holds_is_no_likelier_than_physics_that_acts_like_it():
+    """An offset of the current sensor, and friction that differs by direction."""
+    fitter = Fitter(problem_of([lively(brake_with('torque_offset', offset=0.01))], NOMINAL))
+    rival, offset, scale = (fitter.fit(variants_of(get_effect(name), fitter.problem.scene)[0])
+                            for name in ('asymmetric_friction', 'torque_offset',
+                                         'load_stiffness_error'))
+    assert probability._prior(rival, offset) == 1.0
+    assert probability._prior(rival, scale) == PHYSICS_FOR_NUMBER
+
+
+def test_a_rival_that_stands_on_fewer_numbers_is_held_against_the_chosen_on_the_same():
+    """Free numbers take up noise, which is nothing that speaks for an effect."""
+    fitter = Fitter(problem_of([lively(brake_with('torque_offset', offset=0.01))], NOMINAL))
+    variant, = variants_of(get_effect('torque_offset'), fitter.problem.scene)
+    chosen = fitter.refine(fitter.fit(variant))
+    standing = fitter.refine(fitter.with_file(chosen))
+    assert len(standing.hypothesis.numbers) < len(chosen.hypothesis.numbers)
+    assert rival_weights(chosen, [standing], fitter, 10.0) == pytest.approx([0.5, 0.5])
+
+
+def test_a_straight_load_has_no_contact_that_could_have_shifted():
+    contact = get_effect('contact_shift')
+    straight = replace(NOMINAL, load_torque=LoadTorque(coefficients=(0.1, 0.004, 0.0, 0.0)))
+    for model, applies in ((NOMINAL, True), (straight, False)):
+        scene = problem_of([lively(NOMINAL)], model).scene
+        assert contact.applies is not None and contact.applies(scene) == applies
