@@ -17,8 +17,8 @@ demo: $(VENV)/.ready
 
 test: $(VENV)/.ready lint types
 	$(BIN)/python -m pytest -q -n $(WORKERS) -m 'not real_time' tests
-	# Real time, after the others: two at a time leave each other time enough.
-	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -q -n 2 -m real_time tests/ros tests/can_bus
+	# Real time, after the others: three at a time leave each other time enough, as most only wait.
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -q -n 3 -m real_time tests/ros tests/can_bus
 
 check: $(VENV)/.ready lint types
 	$(BIN)/python -m pytest -q -n $(WORKERS) -m 'not slow' tests

@@ -156,20 +156,21 @@ def in_order(findings: list[EffectFinding], stands: bool = False) -> list[Effect
     """Return the findings in order of share. What is doubtful may well be a makeshift for details
     of what is sure, unless it is expected to explain more than all of that; and a number that is
     off, unless the file `stands` but for those that are told, may have moved with the file's refit
-    to make up for physics that is missing: they come after that, whatever their share."""
+    to make up for physics that is missing: they get no more than half of the least of that."""
     sure = [finding for finding in findings if finding.probability >= SURE]
     expected = sum(finding.probability * finding.share for finding in sure)
     if sure:
         sure += [finding for finding in findings if finding not in sure
                  and finding.probability * finding.share > expected]
     physics = [] if stands else [finding for finding in sure if not _is_number(finding)]
+    most = LARGER_PART * min((finding.share for finding in physics or sure), default=2.0)
 
     def leads(finding: EffectFinding) -> bool:
         # No refit moves a form that none of the file's numbers can give the load curve.
         return finding in (physics or sure) or (finding.effect == LOAD_SHAPE and finding in sure)
 
-    return sorted(findings, key=lambda finding: (bool(sure) and not leads(finding),
-                                                 -finding.share))
+    return sorted((finding if leads(finding) else replace(finding, share=min(finding.share, most))
+                   for finding in findings), key=lambda finding: -finding.share)
 
 
 def _is_number(finding: EffectFinding) -> bool:

@@ -26,7 +26,7 @@ def test_what_is_sure_comes_first():
     found = in_order([finding('doubtful', 0.2, 0.6), finding('lesser', 0.9, 0.1),
                       finding('greater', 0.9, 0.3)])
     assert [entry.effect for entry in found] == ['greater', 'lesser', 'doubtful']
-    assert found[2].share == 0.6
+    assert found[2].share == 0.05
 
 
 def test_what_explains_nearly_all_is_no_detail_of_what_is_a_little_surer():
@@ -37,7 +37,7 @@ def test_what_explains_nearly_all_is_no_detail_of_what_is_a_little_surer():
 def test_missing_physics_comes_before_numbers_that_moved_to_make_up_for_it():
     found = in_order([finding('inertia_error', 0.98, 0.7), finding('actuation_lag', 0.9, 0.2)])
     assert [(entry.effect, entry.share) for entry in found] == [
-        ('actuation_lag', 0.2), ('inertia_error', 0.7)]
+        ('actuation_lag', 0.2), ('inertia_error', 0.1)]
 
 
 def test_a_form_of_the_load_curve_is_no_number_that_a_refit_moved():
