@@ -193,17 +193,18 @@ def test_a_bag_in_several_files_holds_everything(runner, probe, tmp_path):
 
 def test_a_full_disk_ends_the_recorder_in_one_line_and_loses_nothing_written(runner, probe,
                                                                              tmp_path):
-    # The system lets the process write no file beyond 64 KiB: what a full disk does.
+    # The system lets the process write no file beyond 256 KiB, several of the bag's chunks: what a
+    # full disk does.
     command = node_command('recorder', parameters={'bag': str(tmp_path / 'bag')})
     process = runner.start_command('recorder', [
-        'bash', '-c', 'ulimit -f 64; exec "$@"', 'bash', *command])
+        'bash', '-c', 'ulimit -f 256; exec "$@"', 'bash', *command])
     probe.publish(JOINT_STATES, JointState())
     probe.publish(DISC_SPEED, 0.0)
     runner.wait_until(lambda: probe.subscribers(JOINT_STATES), 'the recorder', pause=probe.spin)
     message = JointState(name=['motor'], position=[0.0], velocity=[0.0], effort=[0.0])
     end = time.monotonic() + 60.0
     while process.status is None and time.monotonic() < end:
-        message.header.stamp.nanosec += 1_000_000
+        message.header.stamp.nanosec += 100_000
         probe.publish(JOINT_STATES, message)
         time.sleep(0.001)
     assert process.status == 2
