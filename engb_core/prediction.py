@@ -8,6 +8,7 @@ number a recording, found by least squares; everything else comes from the model
 from __future__ import annotations
 
 from dataclasses import replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,8 @@ from scipy.optimize import minimize_scalar
 from engb_core.effects.catalogue import get_effect
 from engb_core.model import Model
 from engb_core.physics.inverse_dynamics import effort_of_motion
-from engb_core.physics.plant import physics_of
+from engb_core.physics.nominal_torque import N_SATURATION
+from engb_core.physics.plant import Physics, physics_of
 from engb_core.recording import Recording
 from engb_core.signals.data_faults import cleaned
 from engb_core.signals.filtering import comparison_of, slowest_speed
@@ -64,18 +66,19 @@ def predict_effort(recording: Recording, model: Model) -> Array:
         motions = [motion_of(clean, bandwidth) for bandwidth in BANDWIDTHS]
     else:
         motions = [sharp_motion_of(clean)]
-    tells = outweighed_from(clean, model.motor.inertia, position_variance(
-        clean, motions[0], sampling_noise(clean)))
-    return np.median([_effort(recording, motion, model, tells) for motion in motions], axis=0)
+    physics, tells = physics_of(model), math.inf
+    if physics.stages['actuation']:
+        tells = outweighed_from(clean, model.motor.inertia, position_variance(
+            clean, motions[0], sampling_noise(clean)))
+    return np.median([_effort(recording, motion, physics, tells) for motion in motions], axis=0)
 
 
-def _effort(recording: Recording, motion: Motion, model: Model, told: float) -> Array:
+def _effort(recording: Recording, motion: Motion, physics: Physics, told: float) -> Array:
     """Return the effort at the recording's samples, without what these cannot show: late torque
     turns within less."""
     moving = np.abs(motion.velocity) >= slowest_speed(
-        [motion], model.friction.saturation_velocity, motion.speed)
-    effort = effort_of_recording(recording, motion, motion.samples(), physics_of(model), moving,
-                                 told=told)
+        [motion], float(physics.nominal[N_SATURATION]), motion.speed)
+    effort = effort_of_recording(recording, motion, motion.samples(), physics, moving, told=told)
     return np.interp(recording.time, motion.time,
                      band_limited(effort, motion.step, recording.interval))
 

@@ -168,7 +168,6 @@ class VirtualBrake:
         return Measurement(time, position, velocity, effort, disc_speed, bench.pad_temperature,
                            bench.load_cell())
 
-
     def _runs_away(self, time: float) -> str:
         effects = '; '.join(
             f'{entry.effect} ({", ".join(f"{name} {value:g}" for name, value in numbers)})'

@@ -6,7 +6,7 @@ apart was not sampled late."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from engb_core.diagnose.formula import no_more
 from engb_core.diagnose.noise_level import predicted_of_noise
@@ -17,22 +17,13 @@ from engb_core.diagnose.search.every_effect import Search, search
 from engb_core.diagnose.selection import select, Selection
 from engb_core.diagnose.timing import LAG, later_than_sampled
 
-__all__ = ['Searched', 'searched']
-
-
-@dataclass(frozen=True)
-class Searched:
-    """What was found: the fits, what was chosen of them, and which part of the noise's mean square
-    is noise (None: all)."""
-
-    by_form: Search
-    selection: Selection
-    noise_part: float | None = None
+__all__ = ['searched']
 
 
 def searched(problem: Problem, tell: Callable[[str], None], threads: int,
-             earlier: Fitter | None = None, found: Fit | None = None) -> Searched:
-    """Return what the search finds.
+             earlier: Fitter | None = None, found: Fit | None = None,
+             ) -> tuple[Search, Selection]:
+    """Return the fits that the search finds, and what is chosen of them.
 
     Args:
         problem: recordings and model.
@@ -47,9 +38,8 @@ def searched(problem: Problem, tell: Callable[[str], None], threads: int,
     fitter = Fitter(problem, threads, earlier)
     tell('refitting the nominal numbers')
     by_form = search(fitter, tell, found)
-    selection, noise_part = select(by_form), None
-    if selection.consistent:
-        noise_part = predicted_of_noise(by_form)
+    selection = select(by_form)
+    noise_part = predicted_of_noise(by_form) if selection.consistent else None
     if noise_part is not None:
         tell('beginning again: most of what passed for noise can be predicted')
         problem, earlier, found = with_less_noise(problem, noise_part), None, None
@@ -63,4 +53,4 @@ def searched(problem: Problem, tell: Callable[[str], None], threads: int,
         if LAG in late.chosen.hypothesis.ids and no_more(*(
                 reduced_chi_square(entry.chosen, by_form.fitter) for entry in (late, selection))):
             by_form, selection = again, late
-    return Searched(by_form, selection, noise_part)
+    return by_form, selection

@@ -17,6 +17,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 import math
 
+import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import norm
 
 from engb_core.diagnose.constants import FORMULA_ERROR, LARGER_PART, MEASURED, STANDS_OUT
@@ -140,18 +142,13 @@ def _factors(fitter: Fitter, start: Fit) -> Factors | None:
     fit = fitter.finish(fitter.refine(fitter.fit(
         variant, fitter.refit(start, numbers), rounds=8), 12))
     deviations = vector_deviations(fit, fitter)
-    inertia = names.index('inertia')
     scale = len(numbers) + next(entry for entry, place in enumerate(fit.hypothesis.places)
                                 if place[0] == len(fit.hypothesis.variants) - 1)
     factor = float(fit.vector[scale])
     if factor <= 0.0:
         return None
-    factors = Factors(
-        float(fit.vector[inertia]) - math.log(fitter.problem.model.motor.inertia),
-        float(deviations[inertia]), math.log(factor), float(deviations[scale]) / factor)
-    if not factors.both_off_alike:
-        return None
-    return replace(factors, by_itself=refit_of_file(fitter, fit).by_itself['inertia'])
+    return _of_both(fitter, fit, deviations, (math.log(factor),
+                                              float(deviations[scale]) / factor))
 
 
 def _factors_without_load(fitter: Fitter, start: Fit) -> Factors | None:
@@ -175,10 +172,17 @@ def _factors_without_load(fitter: Fitter, start: Fit) -> Factors | None:
     if abs(viscous - dry) > STANDS_OUT * math.hypot(of_viscous, of_dry):
         return None
     weights = of_viscous ** -2, of_dry ** -2
-    inertia = names.index('inertia')
-    factors = Factors(
-        float(fit.vector[inertia] - given[inertia]), float(deviations[inertia]),
-        (weights[0] * viscous + weights[1] * dry) / sum(weights), sum(weights) ** -0.5)
+    return _of_both(fitter, fit, deviations, (
+        (weights[0] * viscous + weights[1] * dry) / sum(weights), sum(weights) ** -0.5))
+
+
+def _of_both(fitter: Fitter, fit: Fit, deviations: NDArray[np.float64],
+             other: tuple[float, float]) -> Factors | None:
+    """Return the factors of inertia, from a finished fit with its deviations (size,), and of the
+    other one (logarithm, deviation); None where they are not both off alike."""
+    place = [number.name for number in fit.hypothesis.numbers].index('inertia')
+    factors = Factors(float(fit.vector[place] - fit.hypothesis.start_of_numbers()[place]),
+                      float(deviations[place]), *other)
     if not factors.both_off_alike:
         return None
     return replace(factors, by_itself=refit_of_file(fitter, fit).by_itself['inertia'])

@@ -229,10 +229,8 @@ def _without_stops(recordings: Sequence[Recording], model: Model, holdout: Seque
 @dataclass(frozen=True)
 class _Outcome:
     """What one round of fitting says: its fits, what is claimed, the mismatch (m,) [N·m] that
-    this makes up, the corrected model, what the library says with its models, whether the file has
-    no load torque (what has to be identified first needs no law), the law that won, by how much
-    torque and effort are apart within a sample, and which part of the noise's mean square is noise
-    (None: all)."""
+    this makes up, the corrected model, what the library says with its models, the law that won,
+    and by how much torque and effort are apart within a sample."""
 
     fitter: Fitter
     selection: Selection
@@ -243,22 +241,19 @@ class _Outcome:
     unexplained: Unexplained | None
     corrected: Model
     told: CorrectedModels
-    load_is_absent: bool = False
     law: Won | None = None
     timing: Timing | None = None
-    noise_part: float | None = None
 
     def judged_on(self, problem: Problem) -> Problem:
         """Return the problem with the onsets of what the corrected model holds, and with the noise
         that this was judged by."""
-        noise = problem if self.noise_part is None else with_less_noise(problem, self.noise_part)
+        noise = with_less_noise(problem, self.fitter.problem.noise_part)
         return replace(noise, onsets=self.explanation.fit.hypothesis.onsets)
 
 
 def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
             earlier: Fitter | None = None, found: Fit | None = None) -> _Outcome:
-    first = searched(problem, tell, threads, earlier, found)
-    by_form, selection, noise_part = first.by_form, first.selection, first.noise_part
+    by_form, selection = searched(problem, tell, threads, earlier, found)
     fitter = by_form.fitter
     problem, nominal = fitter.problem, fitter.nominal()
     by_file = fitter, nominal, selection
@@ -318,7 +313,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         told = _without_names(fitter, explanation, findings)
         return _Outcome(fitter, selection, told.explanation, [], absent.residual, 'unexplained',
                         absent.unexplained(fitter), absent.corrected(problem.model, fitter),
-                        told, load_is_absent=True, noise_part=noise_part)
+                        told)
     verdict, unexplained = verdict_of(
         fitter, nominal, replace(explanation, dropped=(*explanation.dropped, *doubtful)),
         findings, selection.further)
@@ -347,14 +342,15 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         tell('fitting the numbers to all that may be fitted')
         corrected = fitted_to_all(fitter, certain, certain.models.index(corrected))
     return _Outcome(fitter, selection, told.explanation, findings, mismatch, verdict,
-                    unexplained, corrected, told, timing=timing, noise_part=noise_part)
+                    unexplained, corrected, told, timing=timing)
 
 
 def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
     """Return the outcome with a law for what names and numbers leave, where one is believed."""
     # A free load curve describes, as a law does: each says what the other could have said.
     described = any(entry.effect == LOAD_SHAPE for entry in outcome.findings)
-    if outcome.load_is_absent:
+    if outcome.unexplained is not None and outcome.unexplained.load_is_absent:
+        # What has to be identified first needs no law.
         return outcome
     if outcome.unexplained is None and not described:
         return _unless_law_is_likelier(outcome, tell)

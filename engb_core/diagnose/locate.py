@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 # Together the reported intervals hold this part of the mismatch's energy: by definition, what a
 # mismatch "lies in" is the least time that holds four fifths of it.
 HELD = 0.8
-# A low-pass of the comparison's own width; shorter pauses in between are no pauses.
+# Shorter pauses in between are no pauses.
 BRIDGED = 0.05       # s
 BINS = 24
 

@@ -60,7 +60,8 @@ def scene_of(recordings: Sequence[Recording], motions: Sequence[Motion], model: 
                            for recording in recordings),
         largest_load=load,
         speed=max(motion.speed for motion in motions),
-        middle_speed=_middle_speed(np.concatenate([_moving_speed(motion) for motion in motions])),
+        middle_speed=_middle_speed(np.concatenate([
+            np.abs(motion.velocity[_moves(motion)]) for motion in motions])),
         load_slope=_load_slope(motions, nominal, load),
         load_power=_load_power(nominal, low, high),
         load_span=float(np.ptp(along)),
@@ -84,17 +85,9 @@ def _moves(motion: Motion) -> NDArray[np.bool_]:
     return np.abs(motion.velocity) > MOVES * motion.speed
 
 
-def _moving_speed(motion: Motion) -> Array:
-    """Return the speeds of a shaft that moves; all, if it never does."""
-    rows = _moves(motion)
-    return np.abs(motion.velocity[rows] if rows.any() else motion.velocity)
-
-
 def _middle_speed(speeds: Array) -> float:
     """Return the speed m [rad/s] for which (|ω| − m)/(|ω| + m) is none on average."""
     most = float(speeds.max())
-    if most == 0.0:
-        return 0.0
     return float(brentq(lambda middle: np.mean(speeds / (speeds + middle)) - 0.5,
                         1e-9 * most, most))
 

@@ -22,7 +22,13 @@ from engb_core.effects.base import (
     TORQUE,
     VELOCITY,
 )
-from engb_core.physics.compiled import call_effect, EffectFunction, kernel, row_of
+from engb_core.physics.compiled import (
+    call_effect,
+    compiled,
+    EffectFunction,
+    kernel,
+    row_of,
+)
 from engb_core.physics.nominal_torque import N_DELAY
 from engb_core.physics.plant import Physics
 from engb_core.physics.walk import Walk
@@ -221,17 +227,24 @@ def _mean_slope(samples: Array, physics: Physics, largest: float) -> Array:
     return np.clip((up - down) / (2.0 * largest), _LEAST_SLOPE, _MOST_SLOPE)
 
 
+@compiled
+def _torque_of(functions: object, bounds: Places, owner: Places, parameters: Array, state: Array,
+               sample: Array, effort: float) -> float:
+    """Return the torque [N·m] that an effort gives, by the stage of actuation."""
+    sample[EFFORT] = effort
+    for index in range(bounds[_ACTUATION], bounds[_ACTUATION + 1]):
+        sample[EFFORT] = call_effect(functions, index, parameters, owner[index], state, sample)
+    torque: float = sample[EFFORT]
+    return torque
+
+
 @kernel
 def _actuated(functions: object, bounds: Places, owner: Places, parameters: Array, state: Array,
               samples: Array, effort: float, torque: Array) -> None:
     """Write the torque (n,) that an effort gives at each sample [N·m]."""
     for row in range(samples.shape[0]):
         sample = row_of(samples, row)
-        sample[EFFORT] = effort
-        for index in range(bounds[_ACTUATION], bounds[_ACTUATION + 1]):
-            sample[EFFORT] = call_effect(functions, index, parameters, owner[index], state,
-                                         sample)
-        torque[row] = sample[EFFORT]
+        torque[row] = _torque_of(functions, bounds, owner, parameters, state, sample, effort)
 
 
 @kernel
@@ -249,11 +262,8 @@ def _towards(functions: object, bounds: Places, owner: Places, parameters: Array
         if abs(before[row]) < near:
             continue
         sample = row_of(samples, row)
-        sample[EFFORT] = effort[row]
-        for index in range(bounds[_ACTUATION], bounds[_ACTUATION + 1]):
-            sample[EFFORT] = call_effect(functions, index, parameters, owner[index], state,
-                                         sample)
-        change = torque[row] - sample[EFFORT]
+        change = torque[row] - _torque_of(functions, bounds, owner, parameters, state, sample,
+                                          effort[row])
         if not math.isfinite(change):
             return math.nan
         if abs(step[row]) > tiny:

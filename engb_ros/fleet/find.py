@@ -17,13 +17,13 @@ from typing import Any
 from engb_core.errors import InputError
 from engb_core.io.bags.bag_files import METADATA, recording_name
 from engb_core.io.outputs import LIST
+from engb_core.io.tables.formats import SUFFIXES
 from engb_core.text.printable import printable
 
 __all__ = ['Found', 'LeftOut', 'find_recordings', 'read_units']
 
-# Tables of measurements; .txt, .json and .log are more often something else.
-_TABLES = ('.csv', '.tsv', '.mf4', '.mdf', '.tdms', '.parquet', '.arrow', '.feather', '.mat',
-           '.npz', '.h5', '.hdf5', '.bag')
+# Tables of measurements; what these may hold is more often something else.
+_TABLES = tuple(SUFFIXES.keys() - {'.txt', '.dat', '.log', '.json', '.jsonl', '.ndjson'})
 _SUFFIXES = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 
 

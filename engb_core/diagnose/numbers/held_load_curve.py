@@ -14,12 +14,7 @@ from engb_core.diagnose.nominal import LOAD_NUMBERS, NominalNumber
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import search_around
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.search.every_effect import (
-    each_alone,
-    physics_effects,
-    Search,
-    with_variant,
-)
+from engb_core.diagnose.search.every_effect import each_alone, Search, with_variant
 from engb_core.effects.catalogue import get_effect
 
 __all__ = ['BY_ONE_NUMBER', 'MOVE_THE_LOAD', 'best_of_each', 'both_moved', 'load_held',
@@ -55,8 +50,7 @@ def singles_with_load_held(result: Search) -> list[Fit]:
     """
     fitter, numbers = result.fitter, numbers_without_load(result.fitter)
     held = load_held(result, result.of_size(1))
-    effects = [effect for effect in physics_effects(fitter) if effect.id not in result.left_out]
-    anew = each_alone(fitter, fitter.base(numbers), effects) if held else []
+    anew = each_alone(fitter, fitter.base(numbers), result.effects) if held else []
     return best_of_each([*held, *(fit for fits in anew for fit in fits)])
 
 

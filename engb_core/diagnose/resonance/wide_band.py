@@ -44,7 +44,6 @@ from engb_core.effects.catalogue import get_effect
 from engb_core.effects.drivetrain_resonance import NONLINEAR
 from engb_core.model import EffectSetting, Model
 from engb_core.signals.motion import MOST_OF_RATE, MOTION_BANDWIDTH
-from engb_core.signals.motion_band import outweighed_from, position_variance
 
 __all__ = ['RESONANCE', 'RIVAL', 'Resonance', 'judged_wide', 'linear_shaft', 'resonance_beside',
            'rings', 'silent_shafts', 'with_play']
@@ -104,10 +103,8 @@ def judged_wide(problem: Problem) -> bool:
 def _band(problem: Problem) -> float:
     """Return up to where [Hz] every recording's position tells more of the torque than of its own
     noise, and its rate lets a motion be derived; no wider than the motion is believed."""
-    return min(MOTION_BANDWIDTH, OF_MOTION * MOST_OF_RATE / problem.scene.sampling, *(
-        outweighed_from(run.recording, problem.model.motor.inertia,
-                        position_variance(run.recording, run.motion, run.sampling_noise))
-        for run in problem.runs))
+    return min(MOTION_BANDWIDTH, OF_MOTION * MOST_OF_RATE / problem.scene.sampling,
+               *(run.told for run in problem.runs))
 
 
 def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Resonance | None:

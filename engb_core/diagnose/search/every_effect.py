@@ -73,6 +73,12 @@ class Search:
     variants: dict[tuple[tuple[str, object], ...], Fit] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
 
+    @property
+    def effects(self) -> list[Effect]:
+        """The effects that may be tried further."""
+        return [effect for effect in physics_effects(self.fitter)
+                if effect.id not in self.left_out]
+
     def without(self, effect: str) -> Search:
         """Return the search with all sets that an effect is not in."""
         return Search(
@@ -176,8 +182,7 @@ def extend(result: Search, fits: Sequence[Fit], most: int = COMPANIONS[0]) -> No
     """Fit the sets with one effect more than each of the `fits`, so many of each that are the most
     promising."""
     fitter = result.fitter
-    effects = [effect for effect in physics_effects(fitter) if effect.id not in result.left_out]
-    further = _companions(result, fits, effects, [most] * len(fits))
+    further = _companions(result, fits, result.effects, [most] * len(fits))
     found = list(_with_companions(fitter, further))
     fitted = list(parallel_map(fitter.refine, found, fitter.threads))
     for entry in fitted:

@@ -143,21 +143,28 @@ def _places(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
 def _episodes(fitter: Fitter, fit: Fit, effect: Effect) -> Settings:
     """Return the stretch of time of any recording whose residual is largest in the mean, in a few
     lengths."""
-    found: Settings = []
+    energies: list[tuple[float, float, Array]] = []
     residuals = fitter.problem.split(fit.residual / fitter.spread)
+    for time, residual in zip(fitter.problem.times, residuals, strict=True):
+        step = float(np.median(np.diff(time)))
+        grid = np.round((time - time[0]) / step).astype(int)
+        energy = np.zeros(grid[-1] + 1)
+        energy[grid] = residual ** 2
+        energies.append((float(time[0]), step, energy))
+    found: Settings = []
     for length in (1.0, 3.0, 7.0):
-        largest, begins = 0.0, list[float]()
-        for time, residual in zip(fitter.problem.times, residuals, strict=True):
-            step = float(np.median(np.diff(time)))
-            grid = np.round((time - time[0]) / step).astype(int)
-            energy = np.zeros(grid[-1] + 1)
-            energy[grid] = residual ** 2
-            count = int(length / step)
-            if count >= energy.size:
-                continue
-            window = np.convolve(energy, np.full(count, 1.0 / count), 'valid')
-            first = int(np.argmax(window))
-            if window[first] > largest:
-                largest, begins = float(window[first]), [float(time[0] + first * step)]
-        found += [{'begin': begin, 'end': begin + length} for begin in begins]
+        best = max((_fullest(*recorded, length) for recorded in energies), default=(0.0, 0.0))
+        if best[0] > 0.0:
+            found.append({'begin': best[1], 'end': best[1] + length})
     return found
+
+
+def _fullest(first: float, step: float, energy: Array, length: float) -> tuple[float, float]:
+    """Return the largest mean of values (n,) at even steps over such a length [s], and where it
+    begins [s]; none of a recording that is no longer."""
+    count = int(length / step)
+    if count >= energy.size:
+        return 0.0, first
+    window = np.convolve(energy, np.full(count, 1.0 / count), 'valid')
+    place = int(np.argmax(window))
+    return float(window[place]), first + place * step
