@@ -29,6 +29,8 @@ from engb_core.physics.dry_friction import slowed_rate
 _RIGID = {'flank_frequency': 80.0, 'flank_damping': 1.0, 'gives': 0.0, 'load_stays': 0.0}
 # Place in the parameters.
 _LOAD_STAYS = 7
+# Part of what a rigid flank passes on below which nothing is left of an impact.
+_AT_REST = 1e-9
 
 
 @effect_function
@@ -71,16 +73,20 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
             state[0] -= held / stiffness
         state[2] = motor
         return 0.0
+    drive = (motor - state[2]) / step
+    # What moves the load with the motor; a rigid flank gives it at once, not after some give.
+    together = 0.0 if gives else inertia * drive + load + friction * sample[DIRECTION]
+    ahead, rate = state[0], state[1]
+    if rate == 0.0 and (ahead == 0.0 and together > 0.0 or ahead == gap and together < 0.0):
+        # It lies at a flank, at rest against it, and stays there.
+        state[2] = motor
+        return inertia * (drive - acceleration)
     parts = int(math.ceil(step * locked / 0.25))
     short = step / parts
     # Divisions take longer than all else here.
     lightness = 1.0 / inertia
     passed = 0.0
-    drive = (motor - state[2]) / step
-    # What moves the load with the motor; a rigid flank gives it at once, not after some give.
-    together = 0.0 if gives else inertia * drive + load + friction * sample[DIRECTION]
     most = short * friction * lightness
-    ahead, rate = state[0], state[1]
     for part in range(1, parts + 1):
         speed = state[2] + part * short * drive
         contact = 0.0
@@ -97,6 +103,10 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
         ahead += short * rate
         passed += contact
     passed /= parts
+    flank = 0.0 if together > 0.0 else gap
+    if stiffness * abs(ahead - flank) + damping * abs(rate) < _AT_REST * abs(together):
+        # What is left of the impact is nothing.
+        ahead, rate = flank, 0.0
     state[0], state[1], state[2] = ahead, rate, motor
     # Rigid, what is beyond is part of inertia, load and friction; what is added is the rest.
     return passed - inertia * acceleration - load - friction * sample[DIRECTION]

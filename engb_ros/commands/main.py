@@ -21,6 +21,7 @@ import threading
 from types import FrameType, ModuleType
 from typing import Any, NoReturn
 
+from engb_core.blas_threads import one_blas_thread
 from engb_core.errors import InputError
 from engb_core.text.printable import make_printable, printable
 
@@ -100,6 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     70: a fault of the program's own; 130: interrupted.
     """
     program = arguments is None
+    one_blas_thread()
     given = list(sys.argv[1:] if arguments is None else arguments)
     name = next((word for word in given if not word.startswith('-')), None)
     make_printable(sys.stdout, sys.stderr)

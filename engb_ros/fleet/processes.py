@@ -13,6 +13,8 @@ import signal
 import time
 from typing import Any
 
+from engb_core.blas_threads import ONE_THREAD
+
 __all__ = ['run_processes']
 
 Task = dict[str, Any]
@@ -21,9 +23,6 @@ Work = Callable[[Task], Outcome]
 
 # A task whose process dies is tried once more: the cause may have been another's memory.
 _TRIES = 2
-# Each process works on a recording of its own; their numeric libraries must not compete.
-_ONE_THREAD = ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS',
-               'NUMBA_NUM_THREADS')
 
 
 def run_processes(tasks: Sequence[Task], work: Work, jobs: int, seconds: float,
@@ -116,8 +115,9 @@ class _Worker:
 
 @contextlib.contextmanager
 def _single_threaded() -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, '1'))
+    # Each process works on a recording of its own; their numeric libraries must not compete.
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(ONE_THREAD)
     try:
         yield
     finally:

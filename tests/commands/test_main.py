@@ -1,13 +1,16 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """The program as such: help, wrong arguments, signals, pipes."""
 
+import os
 import resource
 import signal
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+from engb_core.blas_threads import ONE_THREAD
 from engb_core.errors import InputError
 from engb_ros.commands import main as program
 
@@ -59,6 +62,22 @@ def test_help_starts_fast_and_imports_nothing_heavy():
     assert done.stdout.splitlines()[-1] == '[]'
     # Processor time, not the clock: 0.2 s, whatever else the machine does.
     assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 2.0
+
+
+@pytest.mark.parametrize('given, threads', [({}, 1), ({'OPENBLAS_NUM_THREADS': '2'}, 2)])
+def test_the_numeric_libraries_leave_the_processors_to_the_fits(given, threads):
+    """A diagnosis fits side by side; who wants it otherwise says so by the environment."""
+    if 'openblas' not in str(np.show_config(mode='dicts')).lower():
+        pytest.skip('numpy was built with another BLAS than OpenBLAS')
+    code = ('import os; from engb_ros.commands.main import main; main(["--version"]); '
+            'print(os.environ["OPENBLAS_NUM_THREADS"]); import numpy as np; '
+            'a = np.ones((900, 900)); a @ a; print(len(os.listdir("/proc/self/task")))')
+    clean = {name: value for name, value in os.environ.items() if name not in ONE_THREAD}
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, cwd=ROOT,
+                          check=True, env=clean | given)
+    asked, running = done.stdout.split()[-2:]
+    assert asked == str(threads)
+    assert threads > 1 or running == '1'
 
 
 class Fake:

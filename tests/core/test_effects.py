@@ -340,3 +340,20 @@ def test_a_saturated_motor_gives_more_for_more(parameters):
     samples[:, EFFORT] = effort
     effect.stages['actuation'].loop(physics.parameters[0], np.zeros(STATE_SIZE), samples, EFFORT)
     np.testing.assert_allclose(samples[:, EFFORT], torque, atol=3e-6)
+
+
+def test_a_load_that_lies_at_its_flank_adds_nothing():
+    """Once the impact is over, a rigid gap passes on what moves the load, to the last digit."""
+    step, count = 4e-3, 4000
+    time = step * np.arange(count)
+    samples = np.zeros((count, SAMPLE_SIZE))
+    samples[:, TIME], samples[:, TIME_STEP] = time, step
+    samples[:, VELOCITY] = 8.0 * np.sin(2.0 * np.pi * 0.25 * time)
+    samples[1:, ACCELERATION] = np.diff(samples[:, VELOCITY]) / step
+    samples[:, DIRECTION] = np.clip(samples[:, VELOCITY] / 0.05, -1.0, 1.0)
+    samples[:, INERTIA], samples[:, COULOMB], samples[:, LEVEL] = 7e-5, 0.01, 0.012
+    samples[:, LOAD] = 0.03 + 0.02 * np.cos(2.0 * np.pi * 0.25 * time)
+    torque = get_effect('backlash').stages['torque'].values(
+        np.array([0.1, 0.3, 0.2, 0.3, 80.0, 1.0, 0.0, 0.0]), np.zeros(STATE_SIZE), samples)
+    # The load is always held back: it lies at one flank.
+    assert np.abs(torque[50:]).max() < 1e-12

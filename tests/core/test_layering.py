@@ -63,8 +63,8 @@ def test_nothing_from_the_floors_above(path):
 
 
 # What reads files needs of the core: errors told in a line, recordings, text from outside.
-NEEDED_BY_IO = {'engb_core.errors', 'engb_core.io', 'engb_core.recording',
-                'engb_core.repeated_stamps', 'engb_core.text'}
+NEEDED_BY_IO = {'engb_core.blas_threads', 'engb_core.errors', 'engb_core.io',
+                'engb_core.recording', 'engb_core.repeated_stamps', 'engb_core.text'}
 
 
 def test_files_are_a_room_of_their_own():

@@ -24,6 +24,7 @@ import weakref
 
 import numpy as np
 
+from engb_core.blas_threads import ONE_THREAD
 from engb_core.errors import InputError
 from engb_core.io.tables.formats import open_here
 from engb_core.io.tables.table import Channel, Samples, Table
@@ -129,8 +130,7 @@ def start_process(there: socket.socket, scratch: str) -> subprocess.Popen[bytes]
         [sys.executable, '-c', _CODE, json.dumps(sys.path), str(there.fileno())],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         pass_fds=[there.fileno()],
-        env=os.environ | dict.fromkeys(('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'), '1')
-        | {'TMPDIR': scratch})
+        env=os.environ | ONE_THREAD | {'TMPDIR': scratch})
 
 
 def _end(process: Any, pipe: Connection, scratch: tempfile.TemporaryDirectory[str]) -> None:
