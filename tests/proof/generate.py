@@ -20,7 +20,7 @@ from .cases import draw_case, Request
 from .catalogue import known
 from .held_numbers import draw_held
 from .hide_outside import DESCRIBED
-from .hide_undescribed import UNDESCRIBED
+from .hide_undescribed import stratum_of, UNDESCRIBED
 from .machines import Machine, MACHINES
 from .sealing import digest_of, open_truth, write_case
 
@@ -95,7 +95,8 @@ def plan(count: int, strata: dict[str, float], rng: np.random.Generator,
                 chosen = _several(rng, 2 if stratum == 'pair' else 3, machine)
             elif stratum != 'clean':
                 chosen = (_from(deck, names, machine, rng),)
-            requests.append(Request(stratum, chosen, motion, refitted, held, machine.kind, shaped,
+            told = stratum_of(chosen[0]) if stratum == 'undescribed' else stratum
+            requests.append(Request(told, chosen, motion, refitted, held, machine.kind, shaped,
                                     recordings, begins))
     return [requests[i] for i in rng.permutation(len(requests))]
 
