@@ -164,12 +164,16 @@ def _preferred(fit: Fit, chosen: Fit, fitter: Fitter, whole: float) -> bool:
 
 
 def _begins(fitter: Fitter, fit: Fit, throughout: Fit, whole: float) -> bool:
-    """Whether effects begin where a fit says so, and do not act throughout: before the onset they
-    must explain so much less than nothing as a further effect has to explain."""
+    """Whether effects begin where a fit says so, and do not act throughout: that they do must
+    leave so much more before the onset as a further effect has to explain; or, where it gives
+    them up so as not to, in all, and no less before the onset."""
     rows = np.logical_or.reduce([onset.before(fitter.problem.times)
                                  for _, onset in fit.hypothesis.onsets])
     old, new = (reduced_chi_square_of(entry, fitter, rows) - 1.0 for entry in (throughout, fit))
-    return worth_a_further_effect(old, new, whole, float(np.mean(rows)))
+    if worth_a_further_effect(old, new, whole, float(np.mean(rows))):
+        return True
+    return new <= old and worth_a_further_effect(
+        excess(throughout, fitter), excess(fit, fitter), whole)
 
 
 def _refined(fitter: Fitter, fit: Fit) -> Fit:

@@ -20,6 +20,7 @@ from engb_core.effects.base import (
     TIME,
     TIME_STEP,
     VELOCITY,
+    VISCOUS,
 )
 from engb_core.physics.compiled import effect_function, Numbers
 from engb_core.physics.dry_friction import slowed_rate
@@ -28,7 +29,7 @@ from engb_core.physics.dry_friction import slowed_rate
 # sample or two.
 _RIGID = {'flank_frequency': 80.0, 'flank_damping': 1.0, 'gives': 0.0, 'load_stays': 0.0}
 # Place in the parameters.
-_LOAD_STAYS = 7
+_LOAD_STAYS = 8
 # Part of what a rigid flank passes on below which nothing is left of an impact.
 _AT_REST = 1e-9
 
@@ -57,17 +58,18 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     constant = min(sample[COULOMB], sample[LEVEL])
     friction = parameters[2] * constant + parameters[3] * (sample[LEVEL] - constant)
     load = sample[LOAD]
+    drag = parameters[4] * sample[VISCOUS]
     acceleration = sample[ACCELERATION]
     motor, saturation = sample[VELOCITY], sample[SATURATION]
     step = sample[TIME_STEP]
     # Flanks: springs and dampers, in steps that are short against their period.
-    locked = 2.0 * math.pi * parameters[4]
+    locked = 2.0 * math.pi * parameters[5]
     stiffness = inertia * locked ** 2
-    damping = 2.0 * parameters[5] * inertia * locked
-    gives = parameters[6] != 0.0
+    damping = 2.0 * parameters[6] * inertia * locked
+    gives = parameters[7] != 0.0
     if sample[TIME] <= 0.0 or gap <= 0.0:
         # A load that has to be held back lies at the far flank.
-        held = inertia * acceleration + load + friction * sample[DIRECTION]
+        held = inertia * acceleration + load + drag * motor + friction * sample[DIRECTION]
         state[0] = gap if held < 0.0 else 0.0
         if gives:
             state[0] -= held / stiffness
@@ -75,7 +77,8 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
         return 0.0
     drive = (motor - state[2]) / step
     # What moves the load with the motor; a rigid flank gives it at once, not after some give.
-    together = 0.0 if gives else inertia * drive + load + friction * sample[DIRECTION]
+    together = 0.0 if gives else (inertia * drive + load + drag * motor
+                                  + friction * sample[DIRECTION])
     ahead, rate = state[0], state[1]
     if rate == 0.0 and (ahead == 0.0 and together > 0.0 or ahead == gap and together < 0.0):
         # It lies at a flank, at rest against it, and stays there.
@@ -94,7 +97,7 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
             contact = max(together - stiffness * ahead - damping * rate, 0.0)
         elif ahead >= gap:
             contact = min(together - stiffness * (ahead - gap) - damping * rate, 0.0)
-        rate += short * ((contact - load) * lightness - drive)
+        rate += short * ((contact - load - drag * (motor + rate)) * lightness - drive)
         if contact != 0.0 and not gives:
             # It goes with the motor, and so does its friction, which fades at low speed.
             rate -= most * sample[DIRECTION]
@@ -109,7 +112,8 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
         ahead, rate = flank, 0.0
     state[0], state[1], state[2] = ahead, rate, motor
     # Rigid, what is beyond is part of inertia, load and friction; what is added is the rest.
-    return passed - inertia * acceleration - load - friction * sample[DIRECTION]
+    return (passed - inertia * acceleration - load - drag * motor
+            - friction * sample[DIRECTION])
 
 
 def _statement(p: Mapping[str, float]) -> str:
@@ -128,7 +132,7 @@ def _elastic_starts(p: Mapping[str, float]) -> list[dict[str, float]]:
     """Return where elastic flanks may begin: part of what a rigid gap takes for lost motion is how
     far they give; where they bounce, a rigid one is found too small."""
     rigid = {name: p[name] for name in ('inertia_fraction', 'friction_fraction',
-                                        'loaded_friction_fraction')}
+                                        'loaded_friction_fraction', 'viscous_fraction')}
     return [{**rigid, 'gap': part * p['gap'], 'flank_frequency': frequency,
              'flank_damping': damping}
             for part, frequency, damping in itertools.product(
@@ -147,6 +151,7 @@ _RIGID_GAP = Effect(
         # Of the constant friction, and of what load adds: the two need not sit on one side.
         Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.0, 0.4, 0.7)),
         Parameter('loaded_friction_fraction', '-', 0.0, 1.0, starts=(0.3,)),
+        Parameter('viscous_fraction', '-', 0.0, 1.0, starts=(0.0, 0.3), default=0.0),
     ),
     stages={'shift': _shift, 'torque': _torque},
     equation='load free while |θ_load − θ| < gap/2; coupled again when the gap is crossed',
@@ -177,7 +182,8 @@ _ELASTIC = replace(
 # A light load that its own friction holds, or a spring on a screw that holds itself: its position
 # follows by the play operator, and so does its torque.
 _LOAD_STAYS_WHERE_IT_IS = {'inertia_fraction': 0.01, 'friction_fraction': 0.0,
-                           'loaded_friction_fraction': 0.0, **_RIGID, 'load_stays': 1.0}
+                           'loaded_friction_fraction': 0.0, 'viscous_fraction': 0.0,
+                           **_RIGID, 'load_stays': 1.0}
 _PLAY = replace(
     _RIGID_GAP, parameters=_RIGID_GAP.parameters[:1],
     constants=tuple((entry.name, entry.unit) for entry in _RIGID_GAP.parameters[1:])

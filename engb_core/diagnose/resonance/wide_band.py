@@ -188,6 +188,7 @@ def with_play(fitter: Fitter, shaft: Fit) -> Fit | None:
     gap, damping = variant.effect.parameters[0], variant.effect.parameters[-1]
     settings = [{'gap': start, 'inertia_fraction': values['inertia_fraction'],
                  'friction_fraction': rubs, 'loaded_friction_fraction': rubs,
+                 'viscous_fraction': rubs,
                  'flank_frequency': values['frequency'],
                  'flank_damping': min(values['damping_ratio'], damping.high)}
                 for start in gap.starts for rubs in RUBS]
