@@ -327,8 +327,8 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
         otherwise = () if findings and applied.models else (problem.model,)
         alone = None if applied.models else with_numbers_alone(fitter, explanation, findings)
         if alone is not None:
-            applied = that_carries(fitter, nominal, replace(
-                certain, explanation=alone, models=alone.models()))
+            certain = replace(certain, explanation=alone, models=alone.models())
+            applied = that_carries(fitter, nominal, certain)
         corrected = that_helps(applied, otherwise)
     # Numbers that are not right for every kind of motion may help all the same: not consistent.
     helps = corrected is not problem.model or (

@@ -56,7 +56,7 @@ def mismatched(times: Sequence[Array], mismatch: Sequence[Array], left: Sequence
     noise = np.concatenate([values / scale for values, scale in zip(left, sigma, strict=True)])
     variance = max(inflation(noise), 1.0)
     # A sum of squares has the colour of squares; how well the level of noise is known, beside it.
-    colour = autocorrelation(noise, 2.0 / np.sqrt(noise.size), noise.size // 4)
+    colour = autocorrelation(noise)
     independent = 1.0 / (1.0 + 2.0 * float(np.sum(colour ** 2)))
     blocks, chances = [], []
     for time, said, rest, scale in zip(times, mismatch, left, sigma, strict=True):

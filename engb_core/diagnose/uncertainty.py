@@ -264,14 +264,15 @@ def _inverse(information: NDArray[np.float64],
     return inverse.astype(np.float64), norm
 
 
-def autocorrelation(values: NDArray[np.float64], least: float, longest: int,
-                    ) -> NDArray[np.float64]:
-    """Return the autocorrelation of values from lag 1 on, as long as it is no less than `least`
-    and the lag below `longest`."""
+def autocorrelation(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the autocorrelation of values (n,) from lag 1 on, as long as it stands out of what
+    independent values have by chance (1/√n), up to a quarter of them (Box and Jenkins, Time Series
+    Analysis (1970), section 2.1)."""
     centred = values - values.mean()
     whole = max(float(centred @ centred), 1e-300)
+    least = STANDS_OUT / np.sqrt(values.size)
     found: list[float] = []
-    for lag in range(1, longest):
+    for lag in range(1, values.size // 4):
         rho = float(centred[lag:] @ centred[:-lag]) / whole
         if rho < least:
             break
@@ -284,17 +285,7 @@ def inflation(residual: NDArray[np.float64]) -> float:
     variance = float(np.mean(residual ** 2))
     if variance <= 0.0:
         return 1.0
-    centred = residual - residual.mean()
-    if not centred.any():
-        return variance
-    lags = range(1, min(26, centred.size // 4))
-    colour = 1.0
-    for lag in lags:
-        rho = float(np.mean(centred[lag:] * centred[:-lag]) / np.mean(centred ** 2))
-        if rho < 0.05:
-            break
-        colour += 2.0 * rho
-    return variance * colour
+    return variance * (1.0 + 2.0 * float(np.sum(autocorrelation(residual))))
 
 
 def stands_out(fit: Fit, fitter: Fitter, variant: int, name: str = '') -> bool:

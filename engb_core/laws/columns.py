@@ -69,8 +69,10 @@ class Columns:
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._runs = fitter.problem.runs
         self._samples: list[Array] = []
-        speed = max(fitter.problem.scene.speed, 1e-9)
-        self._speeds = (-speed, speed)
+        # As the law itself will know it (law_search.py).
+        velocities = [run.motion.velocity for run in self._runs]
+        self._speeds = (min(float(values.min()) for values in velocities),
+                        max(float(values.max()) for values in velocities))
         self._slope_step = _SLOPE * max(float(np.ptp(run.motion.position)) for run in self._runs)
         sensitivities: dict[str, list[Array]] = {}
         for index, run in enumerate(self._runs):

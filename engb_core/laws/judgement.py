@@ -175,7 +175,7 @@ def _where_resolved(fitter: Fitter, base: Fit, tell: Callable[[str], None]) -> F
     whole of the recordings does not resolve them."""
     for part in resolved_parts(fitter, base):
         forms = [form for form in first_forms(scales_of(part.fitter))
-                 if part.order // 2 < max(orders_of(form), default=0) <= part.order]
+                 if part.above < max(orders_of(form), default=0) <= part.order]
         best, before = best_of(part.fitter, part.base, forms)
         if best is None or not is_promising(best, before):
             continue
@@ -369,7 +369,7 @@ def _independent(search: Search, law: Candidate) -> float:
     """Return how many independent values the residual holds, by its colour."""
     fitter = search.fitter
     residual = (law.fit.residual / fitter.spread)[fitter.fitted]
-    colour = autocorrelation(residual, 0.05, min(50, residual.size // 4))
+    colour = autocorrelation(residual)
     return float(residual.size / (1.0 + 2.0 * colour.sum()))
 
 

@@ -32,9 +32,10 @@ LEAST_PART = 0.3
 
 @dataclass(frozen=True)
 class Resolved:
-    """A part of the recordings in which orders up to `order` [periods per radian of the shaft] are
-    resolved: what fits it, and the base fitted to it."""
+    """A part of the recordings in which orders above `above` and up to `order` [periods per radian
+    of the shaft] are resolved: what fits it, and the base fitted to it."""
 
+    above: int
     order: int
     fitter: Fitter
     base: Fit
@@ -50,8 +51,8 @@ def resolved_parts(fitter: Fitter, base: Fit) -> list[Resolved]:
     """
     speed, sampling = _speeds(fitter), fitter.problem.scene.sampling
     found: list[Resolved] = []
-    order, before = 1, fitter.fitted
-    while order <= MOST_TURNS:
+    above, order, before = 0, 1, fitter.fitted
+    while above < MOST_TURNS:
         near = speed * order * sampling < 2.0 * np.pi / SAMPLES
         seen = fitter.fitted & near
         if seen.sum() < LEAST_PART * fitter.fitted.sum():
@@ -59,8 +60,8 @@ def resolved_parts(fitter: Fitter, base: Fit) -> list[Resolved]:
         if not np.array_equal(seen, before):
             part = fitter.on_rows(seen)
             part.judged = fitter.judged & near
-            found.append(Resolved(order, part, part.finish(part.refine(base))))
-        order, before = 2 * order, seen
+            found.append(Resolved(above, order, part, part.finish(part.refine(base))))
+        above, order, before = order, min(2 * order, MOST_TURNS), seen
     return found
 
 

@@ -288,7 +288,7 @@ def test_friction_beyond_a_gap_stays_friction_where_it_has_drifted_down():
 
     def passed(loaded: float) -> list[float]:
         state = np.zeros(STATE_SIZE)
-        values = np.array([0.5, 0.3, 0.2, loaded, 80.0, 1.0, 0.0, 0.0])
+        values = np.array([0.5, 0.3, 0.2, loaded, 0.0, 80.0, 1.0, 0.0, 0.0])
         return [float(torque(values, state, _at(sample, moment)))
                 for moment in (0.0, 1e-3, 2e-3, 3e-3)]
 
@@ -354,6 +354,6 @@ def test_a_load_that_lies_at_its_flank_adds_nothing():
     samples[:, INERTIA], samples[:, COULOMB], samples[:, LEVEL] = 7e-5, 0.01, 0.012
     samples[:, LOAD] = 0.03 + 0.02 * np.cos(2.0 * np.pi * 0.25 * time)
     torque = get_effect('backlash').stages['torque'].values(
-        np.array([0.1, 0.3, 0.2, 0.3, 80.0, 1.0, 0.0, 0.0]), np.zeros(STATE_SIZE), samples)
+        np.array([0.1, 0.3, 0.2, 0.3, 0.0, 80.0, 1.0, 0.0, 0.0]), np.zeros(STATE_SIZE), samples)
     # The load is always held back: it lies at one flank.
     assert np.abs(torque[50:]).max() < 1e-12

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from engb_core.diagnose import (
     absent_load,
@@ -203,7 +204,14 @@ def test_a_residual_of_nothing_costs_nothing_and_one_that_stays_costs_its_colour
     white = np.random.default_rng(0).standard_normal(4000)
     slow = np.convolve(white, np.ones(60) / np.sqrt(60.0), 'same')
     assert uncertainty.inflation(white) == pytest.approx(1.0, rel=0.2)
-    assert uncertainty.inflation(slow) > 20.0      # all 25 lags count
+    assert uncertainty.inflation(slow) == pytest.approx(60.0, rel=0.25)
+
+
+def test_a_residual_that_goes_by_for_long_costs_all_of_its_colour():
+    """Of the first order, with a correlation of 0.985 from sample to sample: 1 + 2 Σ ρ^k = 132."""
+    white = np.random.default_rng(3).standard_normal(60000)
+    slow = lfilter([np.sqrt(1.0 - 0.985 ** 2)], [1.0, -0.985], white)
+    assert uncertainty.inflation(slow) == pytest.approx(132.0, rel=0.25)
 
 
 @pytest.mark.parametrize(('value', 'deviation', 'logarithmic', 'sure'), [
@@ -264,6 +272,16 @@ def test_what_a_refit_may_have_held_instead_is_told_with_its_odds():
                 told('load_dependent_friction', 7.0), told('viscous_friction_error', 6.0)]
     found = numbers._or_another(fitter, insisted[0], insisted)
     assert found.rivals == (('coulomb_friction_error', pytest.approx(1.0 / 4.1)),)
+
+
+def test_what_no_motion_tells_from_a_number_shares_its_part_with_it():
+    fitter = SimpleNamespace(held_odds={('viscous_friction',): 1.3, ('coulomb',): 1.2,
+                                        ('inertia',): 1.1})
+    insisted = [told('viscous_friction_error', 9.0, rivals=(('back_emf', 0.5),)),
+                told('coulomb_friction_error', 8.9), told('inertia_error', 7.0)]
+    found = dict(numbers._or_another(fitter, insisted[0], insisted).rivals)
+    assert found['back_emf'] == pytest.approx(0.5 * 1.3 / 3.6)
+    assert 1.0 - sum(found.values()) == pytest.approx(found['back_emf'])
 
 
 def test_what_has_no_name_is_taken_off_before_numbers_are_asked():

@@ -51,6 +51,18 @@ def test_a_form_of_the_load_curve_is_no_number_that_a_refit_moved():
         ('coulomb_friction_error', 0.6), ('load_curve_shape', 0.3)]
 
 
+def test_of_a_change_that_is_not_told_no_part_is_named():
+    """A fade whose own load ratio the recordings leave open holds no self-energizing."""
+    def faded(std: float | None) -> list[EffectFinding]:
+        parameters = {'ratio_change': ParameterEstimate(-0.2, 0.01, '-'),
+                      'load_ratio': ParameterEstimate(1.4, std, '-')}
+        return with_parts([replace(finding('pad_friction_fade', 0.9, 1.0),
+                                   parameters=parameters)])
+
+    assert {entry.effect for entry in faded(0.01)} == {'self_energizing', 'pad_friction_fade'}
+    assert [entry.effect for entry in faded(None)] == ['pad_friction_fade']
+
+
 def test_where_nothing_is_sure_shares_stay():
     found = in_order([finding('lesser', 0.3, 0.2), finding('greater', 0.4, 0.7)])
     assert [(entry.effect, entry.share) for entry in found] == [('greater', 0.7), ('lesser', 0.2)]

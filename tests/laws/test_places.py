@@ -13,6 +13,7 @@ from scipy.ndimage import gaussian_filter1d
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.effects.base import LOAD
+from engb_core.laws.atoms import MOST_TURNS
 from engb_core.laws.forms import Atom, Form, Slot
 from engb_core.laws.judgement import depends_on, find_law, Found
 from engb_core.laws.resolved import orders_of, resolved_parts
@@ -108,10 +109,9 @@ def test_a_screw_goes_on_beyond_the_stroke():
     assert 'position' not in setting.within and 'velocity' in setting.within
 
 
-def interpolated(fast: float) -> Recording:
+def interpolated(fast: float, rate: float = 100.0) -> Recording:
     """Return 60 s at 100 Hz by a brake whose sensor errs eight times a revolution; where the shaft
     is faster than `fast` [rad/s], what that did to the controller is folded into the effort."""
-    rate = 100.0
     time = np.arange(0.0, 60.0, 1.0 / rate)
     phase = np.cumsum(0.9 + 0.75 * np.sin(0.29 * time)) / rate
     true = 24.0 + 18.0 * np.sin(phase) + 3.0 * np.sin(2.7 * phase)
@@ -131,10 +131,19 @@ def test_a_sensor_is_judged_where_the_samples_resolve_it():
     parts = resolved_parts(fitter, base)
     assert parts and all(part.fitter.fitted.sum() < fitter.fitted.sum() for part in parts)
     assert [part.order for part in parts] == sorted(part.order for part in parts)
+    assert all(part.above < part.order for part in parts)
     found = find_law(fitter, base, lambda text: None)
     assert isinstance(found, Found)
     assert 8 in orders_of(found.candidate.form)
     assert found.parameters['a'].value == pytest.approx(0.03, rel=0.15)
+
+
+def test_the_highest_orders_are_resolved_as_well():
+    """Above the last octave that fits below the highest order lies a part of one."""
+    fitter = Fitter(problem_of([interpolated(20.0, 400.0)], MODEL), 1)
+    base = fitter.finish(fitter.refine(fitter.base()))
+    last = resolved_parts(fitter, base)[-1]
+    assert (last.above, last.order) == (32, MOST_TURNS)
 
 
 def test_only_a_position_sensor_has_orders():

@@ -198,7 +198,8 @@ def _disc_speeds(fitter: Fitter, needed: bool) -> tuple[float, ...]:
         return ()
     turning = np.concatenate([run.motion.disc_speed for run in fitter.problem.runs])
     turning = turning[np.abs(turning) > 0.05 * np.max(np.abs(turning))]
-    fast, slow = np.quantile(turning, [0.9, 0.2])
+    way = 1.0 if np.median(turning) >= 0.0 else -1.0
+    fast, slow = way * np.quantile(np.abs(turning), [0.9, 0.2])
     return (0.0, float(fast)) if abs(slow) > 0.8 * abs(fast) else (0.0, float(slow), float(fast))
 
 

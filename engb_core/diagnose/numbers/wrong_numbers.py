@@ -222,7 +222,11 @@ def _or_another(fitter: Fitter, held: NumberFinding, insisted: list[NumberFindin
     odds = {finding.effect: fitter.held_odds.get((name,), 0.0) for finding in insisted
             for name, effect in _BY_NUMBER.items() if effect == finding.effect}
     total = sum(odds.values())
-    return replace(held, rivals=(*held.rivals, *(
+    if total <= 0.0:
+        return held
+    # What no motion tells from it has its part of what it is likely itself.
+    own = odds.get(held.effect, 0.0) / total
+    return replace(held, rivals=(*((effect, part * own) for effect, part in held.rivals), *(
         (effect, value / total) for effect, value in odds.items()
         if effect != held.effect and value > LEAST_PROBABILITY * total)))
 

@@ -33,7 +33,7 @@ MOVE_OF_LOGARITHM = 0.25
 MOVE_OF_RANGE = 0.1
 SHRINK = 0.97
 # Promising starts that are followed, and random moves around each and around the best.
-FOLLOWED = 5
+FOLLOWED = 10
 FIRST_MOVES = 50
 FURTHER_MOVES = 50
 # Random moves around a leading fit.
