@@ -172,8 +172,9 @@ def _begins(fitter: Fitter, fit: Fit, throughout: Fit, whole: float) -> bool:
     old, new = (reduced_chi_square_of(entry, fitter, rows) - 1.0 for entry in (throughout, fit))
     if worth_a_further_effect(old, new, whole, float(np.mean(rows))):
         return True
+    # Of what that explains half is for there being such an effect, half for its beginning.
     return new <= old and worth_a_further_effect(
-        excess(throughout, fitter), excess(fit, fitter), whole)
+        excess(throughout, fitter), excess(fit, fitter), whole, 0.5)
 
 
 def _refined(fitter: Fitter, fit: Fit) -> Fit:

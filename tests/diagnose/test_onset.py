@@ -5,11 +5,13 @@ from dataclasses import replace
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import jsonschema
 import numpy as np
 import pytest
 
+from engb_core.diagnose import onset_search
 from engb_core.diagnose.diagnosis import EffectFinding
 from engb_core.diagnose.document import to_document
 from engb_core.diagnose.engine import diagnose
@@ -332,3 +334,23 @@ def test_a_wave_that_begins_is_no_beat_of_two(clean):
     assert [entry.effect for entry in found] == ['cogging_torque']
     assert found[0].onset is not None and found[0].onset[1] == pytest.approx(BEGINS, abs=0.2)
     assert found[0].parameters['order'].value == pytest.approx(2.0, abs=0.01)
+
+
+@pytest.mark.parametrize(('before', 'in_all', 'begins'), [
+    ((9.0, 1.0), (9.0, 1.0), True), ((3.0, 2.9), (9.6, 1.0), True),
+    ((3.0, 2.9), (1.7, 1.0), False), ((1.0, 3.0), (9.6, 1.0), False)],
+    ids=['it is not there before', 'it gives up so as not to be', 'a miss of formulas',
+         'it explains before'])
+def test_what_cannot_act_throughout_begins(monkeypatch, before, in_all, begins):
+    """(throughout, with the onset): excess before the onset, and of all; 10 without the effect."""
+    fit, throughout = (SimpleNamespace(hypothesis=SimpleNamespace(
+        onsets=(('backlash', Onset((5.0,))),))) for _ in range(2))
+    fitter = SimpleNamespace(problem=SimpleNamespace(times=[np.linspace(0.0, 10.0, 100)]))
+
+    def of(values: tuple[float, float]):
+        return lambda entry, *_: values[0] if entry is throughout else values[1]
+
+    monkeypatch.setattr(onset_search, 'reduced_chi_square_of',
+                        lambda entry, *_: 1.0 + of(before)(entry))
+    monkeypatch.setattr(onset_search, 'excess', of(in_all))
+    assert onset_search._begins(fitter, fit, throughout, 10.0) == begins
