@@ -75,6 +75,12 @@ class EffectFinding:
     onset: tuple[str, float] | None = None
     causes: CauseSet | None = None
 
+    @property
+    def any_cause(self) -> float:
+        """Probability [-] that it is there, or one that it might be instead: what two causes that
+        fit alike make up is as sure as one alone would be."""
+        return self.probability + sum(chance for _, chance in self.alternatives)
+
 
 @dataclass(frozen=True)
 class Interval:

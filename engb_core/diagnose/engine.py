@@ -14,7 +14,7 @@ import numpy as np
 from engb_core.diagnose.absent_load import absent_load
 from engb_core.diagnose.begun_again import searched
 from engb_core.diagnose.cause_sets import shipped_calibration, with_cause_sets
-from engb_core.diagnose.constants import CLEAN_EXCESS, LEAST_PROBABILITY
+from engb_core.diagnose.constants import CLEAN_EXCESS, LARGER_PART, LEAST_PROBABILITY
 from engb_core.diagnose.decimated import decimated
 from engb_core.diagnose.diagnosis import (
     Diagnosis,
@@ -182,7 +182,7 @@ def _located(problem: Problem, outcome: _Outcome, resonance: Resonance | None,
     residual = not explanation.fit.hypothesis.variants and all(
         entry.effect in (LOAD_SHAPE, RESONANCE) for entry in findings)
     if resonance is not None and all(
-            entry.effect == resonance.setting.effect or entry.probability < 0.5
+            entry.effect == resonance.setting.effect or entry.probability < LARGER_PART
             for entry in findings):
         runs, parts, rest = list(resonance.runs), list(resonance.parts), list(resonance.left)
         bandwidth, residual = resonance.bandwidth, False
@@ -320,7 +320,7 @@ def _judged(problem: Problem, tell: Callable[[str], None], threads: int,
     corrected, certain = problem.model, told
     if verdict != 'consistent':
         # What is likelier wrong than right is told, but has to carry over to be in the model.
-        likely = any(_is_physics(entry, selection) and entry.probability >= 0.5
+        likely = any(_is_physics(entry, selection) and entry.any_cause >= LARGER_PART
                      for entry in findings)
         certain = without_what_passes_once(fitter, told, findings)
         applied = certain if likely else that_carries(fitter, nominal, certain)
@@ -354,8 +354,8 @@ def _with_law(outcome: _Outcome, tell: Callable[[str], None]) -> _Outcome:
         return outcome
     if outcome.unexplained is None and not described:
         return _unless_law_is_likelier(outcome, tell)
-    # A name that is likelier right than wrong stands beside a law.
-    likely = any(entry.probability >= 0.5 for entry in outcome.findings
+    # Names of which one is likelier right than none stand beside a law.
+    likely = any(entry.any_cause >= LARGER_PART for entry in outcome.findings
                  if entry.effect != LOAD_SHAPE)
     law = law_for(outcome.fitter, outcome.told, likely, tell)
     if law is None:
@@ -372,8 +372,8 @@ def _unless_law_is_likelier(outcome: _Outcome, tell: Callable[[str], None]) -> _
     these are less sure than one name that leaves nothing: several, or one that leaves something.
     Wrong numbers stand beside either."""
     named = outcome.explanation.fit.hypothesis.ids
-    sure = [entry.probability for entry in outcome.findings
-            if entry.probability >= 0.5 and entry.effect in named]
+    sure = [entry.any_cause for entry in outcome.findings
+            if entry.any_cause >= LARGER_PART and entry.effect in named]
     if not sure or len(sure) == 1 and sure[0] >= something_known(0.0):
         return outcome
     law = law_instead(outcome.fitter, outcome.told, float(np.prod(sure)), tell)

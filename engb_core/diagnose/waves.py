@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from engb_core.diagnose.constants import LARGER_PART, REPEATS, STANDS_OUT
+from engb_core.diagnose.constants import FORMULA_MISSES, LARGER_PART, REPEATS, STANDS_OUT
 from engb_core.diagnose.objective import added_by
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.search.more_orders import amplitudes_of, orders_of
@@ -61,20 +61,30 @@ def left_at_order(fitter: Fitter, fit: Fit, index: int) -> float:
 
 def comes_often(fitter: Fitter, order: float) -> bool:
     """Return whether a wave of so many cycles per revolution repeats along the stroke."""
+    return _periods(fitter, order) >= REPEATS
+
+
+def _periods(fitter: Fitter, order: float) -> float:
+    """Return how often a wave of so many cycles per revolution repeats along the stroke."""
     low, high = fitter.problem.scene.position_range
-    return order * (high - low) >= 2.0 * np.pi * REPEATS
+    return order * (high - low) / (2.0 * np.pi)
 
 
 def wave_known(fitter: Fitter, fit: Fit, index: int) -> float:
     """Return the probability that an effect of a fit is what it says and not the form of the load
     curve, if it is a wave over the motor angle: sure where those of its orders that come often are
     the larger part (of their mean square); else as likely as not, or as much likelier as it would
-    be rare for its order to lie by chance so near to a whole number."""
+    be rare for its order to lie by chance so near to a whole number, and for a form to bend as the
+    wave does wherever that says so without a parameter to say it by: where both lie within what
+    formulas miss."""
     effect, values = fit.hypothesis.variants[index].effect, fit.hypothesis.named(fit.vector, index)
     if _mostly_comes_often(fitter, effect, values):
         return 1.0
     order, model = effect.of_kind('order'), fitter.problem.model
     odds = LARGER_PART / (1.0 - LARGER_PART)
+    if order is not None:
+        bends = 2.0 * _periods(fitter, values[order.name])
+        odds *= FORMULA_MISSES ** -max(0.0, bends - len(effect.parameters))
     # A slider has no revolutions; and of a pendulum whatever goes with its load has whole orders.
     if order is not None and model.joint.type == 'revolute' \
             and model.load_torque.form != 'sinusoid':

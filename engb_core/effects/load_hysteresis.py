@@ -132,7 +132,9 @@ _PAD = Effect(
         Parameter('hysteresis_ratio', '-', 0.0, 0.8, none=0.0, starts=(0.03,)),
         Parameter('memory_distance', 'rad', 0.05, 60.0, starts=(0.5, 1.5, 4.0, 10.0),
                   logarithmic=True),
-        Parameter('load_exponent', '-', 0.0, 2.0, starts=(0.3, 1.0)),
+        # Friction in a contact grows with the 2/3 power of its load at least (Hertz): a loop that
+        # hardly goes with the load is presliding friction.
+        Parameter('load_exponent', '-', 0.5, 2.0, starts=(0.6, 1.0)),
         Parameter('sharpness', '-', 1.0, 3.0, starts=(1.5,), default=1.0),
     ),
     stages={'shift': _shift, 'load': _load},

@@ -27,8 +27,9 @@ def with_wave(clean: Recording, order: float) -> Recording:
                                   clean.velocity)
 
 
-@pytest.mark.parametrize(('order', 'named'), [(1.0, True), (1.31, False)])
-def test_a_slow_wave_of_whole_order_is_named(clean, order, named):
+@pytest.mark.parametrize(('order', 'named'), [(1.0, True), (1.31, True), (0.83, False)], ids=[
+    'of whole order', 'that bends oftener than it has parameters', 'of neither'])
+def test_a_slow_wave_is_named(clean, order, named):
     turns = np.ptp(clean.position) / (2.0 * np.pi)
     assert turns * order < 5.0
     diagnosis = diagnose([with_wave(clean, order)], NOMINAL)
