@@ -42,7 +42,7 @@ EDGE = 0.97
 # description predicts worse where nothing was recorded.
 NAMELESS_PRICE = 0.2
 # Log mean square that each fitted parameter must take away, and what one nat of odds beforehand is
-# worth: a criterion of information for some 250 independent values. Test.
+# worth: Akaike's criterion, 2/n, for some n = 500 independent values. Test.
 PARAMETER_PRICE = 0.004
 # Part [-] of a mean square that a richer model must take away to be worth having: the first of the
 # effects of the excess, all else of what no fit has seen. Loss: it predicts worse elsewhere.
@@ -77,7 +77,8 @@ SET_LEVEL = 0.9
 
 # -- is it named at all? --------------------------------------------------------------------------
 
-# Probability [-] below which a name is not given. Loss: it is surer to be wrong than it is worth.
+# Probability [-] below which a name is not given, but as an alternative of another (findings.py).
+# Loss: it is surer to be wrong than it is worth.
 LEAST_PROBABILITY = 0.05
 # Probability [-] from which on a finding is sure, and what is doubtful may be a makeshift for its
 # details. Loss: a name that is not there costs twice one that is not given.

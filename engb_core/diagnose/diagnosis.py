@@ -395,7 +395,7 @@ class Diagnosis:
 
     Attributes:
         verdict: 'consistent', 'explained', 'partly_explained' or 'unexplained'.
-        effects: what was named, the likeliest first.
+        effects: what was named, the largest share first.
         time: stretches in which the given model is off.
         where: ranges of coordinates in which it is off.
         unexplained: what is left after the effects; None: nothing.

@@ -9,7 +9,7 @@ question: how far apart two factors usually are, how far these are, and whether 
 where such a refit would have moved it.
 
 An axis without load has its friction instead, viscous and dry, which a file knows to no more than
-what formulas of friction miss.
+what the right formulas leave (`FORMULA_ERROR`).
 """
 
 from __future__ import annotations

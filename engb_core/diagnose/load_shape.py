@@ -225,7 +225,8 @@ def in_files_form(fitter: Fitter, fit: Fit) -> Fit:
 def nameless_curve(findings: Sequence[EffectFinding]) -> Unexplained | None:
     """Return what has no name where a table beside the load curve explains all that there is: a
     table says that the curve is another one and what it depends on, but not why."""
-    if not any(entry.effect == LOAD_SHAPE and entry.probability >= 0.5 for entry in findings):
+    if not any(entry.effect == LOAD_SHAPE and entry.probability >= LARGER_PART
+               for entry in findings):
         return None
     return Unexplained(
         share=0.0, depends_on=('position',), parity_in_velocity='even', memory=False, where=(),

@@ -52,7 +52,7 @@ class Selection:
 
     Attributes:
         chosen: the fit of the chosen effects (the base where none is).
-        rivals: fits of other sets of the same size, best first.
+        rivals: fits of other sets that may be instead, best first.
         nominal_excess: of the model file as it stands.
         excess_before: of the refitted nominal model.
         excess_after: of the chosen.

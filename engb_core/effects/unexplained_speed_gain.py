@@ -8,7 +8,8 @@ from engb_core.physics.compiled import effect_function, Numbers
 @effect_function
 def _actuation(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     speed = abs(sample[VELOCITY]) / parameters[2]
-    return sample[EFFORT] * (1.0 + parameters[0] * speed ** parameters[1])
+    change: float = parameters[0] * speed ** parameters[1]
+    return sample[EFFORT] * (1.0 + change)
 
 
 EFFECT = Effect(

@@ -75,7 +75,8 @@ class Found:
         fitter: of the problem that it was fitted to.
         candidate: the law and its fit; all numbers and effects were fitted along.
         parameters: its parameters with standard deviations and units.
-        explained: part of the excess that it explains on blocks left out.
+        explained: part of the excess that it takes away; 0 where it does not predict most of that
+            on blocks left out.
         before, after: mean square of what was left out, without and with it (noise = 1).
         alternatives: laws that do about as well.
         settled: whether no other form does as well.

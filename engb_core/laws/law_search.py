@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engb_core.diagnose.constants import LARGER_PART
 from engb_core.diagnose.formula import sure_part
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.optimise.fit import Fit, Fitter
@@ -57,8 +58,6 @@ ROUNDS, ROUNDS_AGAIN = 8, 8
 # Of many forms that are fitted half are given up after so many rounds, and of the others all but
 # those that are polished after as many again.
 FIRST_ROUNDS = 2
-# Part of what a law must explain that the best form must for more of its kind to be fitted.
-PROMISING = 0.5
 # Part of its size at which a form begins that is worse than none at all of it.
 NEARER = 0.3
 # Forms whose columns are held at once, by each thread.
@@ -110,8 +109,8 @@ class Search:
 
 def is_promising(best: Screened | Candidate, before: Score) -> bool:
     """Whether a form is near enough to a law that is believed for more to be asked; `before` is
-    the score without a law."""
-    return before.level - best.score.level > PROMISING * (1.0 - sure_part()) * (
+    the score without a law. It explains the larger part of what a law must."""
+    return before.level - best.score.level > LARGER_PART * (1.0 - sure_part()) * (
         before.level - 1.0)
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from engb_core.diagnose.constants import STANDS_OUT
 from engb_core.diagnose.diagnosis import Diagnosis, ParameterEstimate
 from engb_core.laws.grammar import Call, Expression, Name, Number, parse, walk
 from engb_core.laws.line import with_error
@@ -14,9 +15,6 @@ from engb_core.mechanism.turning import Turning, turning_parts
 
 __all__ = ['orders_of_waves', 'parts_that_turn', 'with_mechanism']
 
-# An order is a part's if it lies within so many of the law's own standard errors: 19 of 20 true
-# ones do.
-ERRORS = 2.0
 # A whole order that stands in a law without a free number is exact but for rounding.
 _EXACT = 1e-6
 _ANGLES = ('position', 'motor_angle')
@@ -70,11 +68,11 @@ def orders_of_waves(pattern: Expression, parameters: Mapping[str, ParameterEstim
 
 
 def parts_that_turn(order: ParameterEstimate, parts: tuple[Turning, ...]) -> list[Turning]:
-    """Return the parts of which a harmonic lies within `ERRORS` standard errors of the order, the
-    lowest harmonics first; none of an order whose error is not known."""
+    """Return the parts of which a harmonic lies within `STANDS_OUT` standard errors of the order,
+    the lowest harmonics first; none of an order whose error is not known."""
     if order.std is None:
         return []
-    reach = max(ERRORS * order.std, _EXACT * abs(order.value))
+    reach = max(STANDS_OUT * order.std, _EXACT * abs(order.value))
     found: dict[str, Turning] = {}
     for part in sorted(parts, key=lambda entry: entry.harmonic):
         if part.low - reach <= abs(order.value) <= part.high + reach:
@@ -90,7 +88,7 @@ def _sentence(order: ParameterEstimate, parts: list[Turning], joint: str) -> str
             'its error is not known.'
     if not parts:
         return f'By the mechanism file no part turns with its order, {number} {per}, within ' \
-            f'{ERRORS:g} standard errors.'
+            f'{STANDS_OUT:g} standard errors.'
     told = ' or '.join(_named(part) for part in parts)
     return f'By the mechanism file the order {number} {per} is that of {told}.'
 

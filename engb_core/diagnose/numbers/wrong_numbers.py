@@ -135,7 +135,7 @@ def _beside_physics(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     refit around the effects, and that matter where those that stand are held."""
     finished = fitter.finished(explained)
     kept = _kept_by_data(fitter, finished)
-    off = [name for name in kept if kept[name] < 0.5]
+    off = [name for name in kept if kept[name] < LARGER_PART]
     if not set(off) & set(_BY_NUMBER):
         return []
     groups = _groups(off)
@@ -235,7 +235,7 @@ def file_stands(fitter: Fitter, explained: Fit) -> bool:
     """Whether numbers of the file are as they should be, given the effects in `explained`: no
     refit has moved them to make up for what is missing."""
     kept = _kept(fitter, explained)
-    return any(probability >= 0.5 for probability in kept.values())
+    return any(probability >= LARGER_PART for probability in kept.values())
 
 
 def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
@@ -249,7 +249,7 @@ def _kept(fitter: Fitter, explained: Fit) -> dict[str, float]:
     if variants and (fitter.load_shape or explained.hypothesis.has_unnamed or refitted(fitter)):
         return {}
     kept = _kept_by_data(fitter, fitter.finished(explained))
-    off = sum(probability < 0.5 for probability in kept.values())
+    off = sum(probability < LARGER_PART for probability in kept.values())
     # A refit that held the load curve has moved most of the others.
     return kept if not fitter.held or off <= LARGER_PART * len(kept) else {}
 
@@ -259,7 +259,7 @@ def _moved(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     file stand; none where its load curve is off as well and most of the others are: that is the
     question then."""
     kept = _kept(fitter, explained)
-    off = [name for name in kept if kept[name] < 0.5]
+    off = [name for name in kept if kept[name] < LARGER_PART]
     if not 0 < len(off) < len(kept):
         return []
     groups = _groups(off)

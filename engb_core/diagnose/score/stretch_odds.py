@@ -17,7 +17,7 @@ __all__ = ['STRETCH', 'odds_of_less', 'stretches']
 
 Array = NDArray[np.float64]
 
-STRETCH = 1.5        # s; longer than any filter, shorter than a stroke
+STRETCH = 1.5        # s; longer than any filter
 
 
 def stretches(fitter: Fitter) -> NDArray[np.int64]:
