@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import itertools
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['Onset', 'cost_by_onset', 'onsets_tried']
+__all__ = ['Onset', 'OnsetScreen', 'onsets_tried']
 
 Array = NDArray[np.float64]
 
@@ -69,73 +70,90 @@ def onsets_tried(times: Sequence[Array], run: int) -> list[tuple[float, ...]]:
                 for order in sorted(orders))]
 
 
-def cost_by_onset(times: Sequence[Array], numbers: Array, columns: Array, residual: Array,
-                  weight: Array, ridge: Array, pull: Array) -> tuple[float, Onset | None, Array]:
-    """Return the least cost that an effect reaches which begins within the recordings, its onset
-    (None: too short a recording), and its sizes (p,) there.
+class OnsetScreen:
+    """What effects that begin within the recordings would take away of one fit's cost, at every
+    moment at which they may begin, by linear least squares with its numbers fitted along.
 
     Args:
         times: each recording's times of the values, [(m_r,)…], m in all [s].
         numbers: (m, k) derivatives by what is fitted along.
-        columns: (m, p) what the effect adds to the effort, per unit of its sizes.
         residual: (m,) what is to be explained.
         weight: (m,) of each value.
         ridge, pull: (k,) of the prior: its precision, and precision times distance.
     """
-    scaled = numbers * weight[:, None]
-    effect = columns * weight[:, None]
-    target = residual * weight
-    gram = scaled.T @ scaled + np.diag(ridge + 1e-12 * np.sum(scaled ** 2, axis=0) + 1e-300)
-    right = scaled.T @ target + pull
-    inverse = np.linalg.pinv(gram, hermitian=True)
-    floor = float(target @ target - right @ inverse @ right)
-    ends = np.cumsum([0, *(time.size for time in times)])
-    size = columns.shape[1]
-    # Products of each value, summed from it to the recording's end: (m_r + 1, …).
-    sums = []
-    for begin, end in zip(ends[:-1], ends[1:], strict=True):
-        rows = slice(begin, end)
-        cross = np.einsum('mi,mj->mij', effect[rows], scaled[rows])
-        own = np.einsum('mi,mj->mij', effect[rows], effect[rows])
-        with_target = effect[rows] * target[rows, None]
-        sums.append(tuple(_from_here(part) for part in (cross, own, with_target)))
-    best: tuple[float, Onset | None, Array] = (floor, None, np.zeros(size))
-    for run, time in enumerate(times):
-        if time.size <= 2 * LEAST_VALUES:
-            continue
-        tried = np.arange(LEAST_VALUES, time.size - LEAST_VALUES)
-        for begins in onsets_tried(times, run):
-            cross, own, with_target = (part[tried].copy() for part in sums[run])
-            for other, begin in enumerate(begins):
-                if begin == -math.inf:
-                    cross += sums[other][0][0]
-                    own += sums[other][1][0]
-                    with_target += sums[other][2][0]
-            gain, sizes = _gains(cross, own, with_target, np.asarray(inverse, float), right)
-            place = int(np.argmax(gain))
-            if floor - gain[place] < best[0]:
-                moment = 0.5 * float(time[tried[place] - 1] + time[tried[place]])
-                best = (floor - float(gain[place]),
-                        Onset(tuple(moment if other == run else begin
-                                    for other, begin in enumerate(begins))), sizes[place])
-    return best
+
+    def __init__(self, times: Sequence[Array], numbers: Array, residual: Array, weight: Array,
+                 ridge: Array, pull: Array) -> None:
+        self._times, self._weight, self._target = times, weight, residual * weight
+        scaled = numbers * weight[:, None]
+        gram = scaled.T @ scaled + np.diag(ridge + 1e-12 * np.sum(scaled ** 2, axis=0) + 1e-300)
+        # Combinations of the numbers of which each is told by itself, as well as any: what is left
+        # of an effect beside the numbers is then a sum of squares.
+        norm = np.sqrt(np.diag(gram))
+        size, axes = np.linalg.eigh(gram / norm / norm[:, None])
+        told = size > size.size * np.finfo(float).eps
+        whitened = axes[:, told] / np.sqrt(size[told]) / norm[:, None]
+        self._numbers = scaled @ whitened
+        self._right = whitened.T @ (scaled.T @ self._target + pull)
+        self._floor = float(self._target @ self._target - self._right @ self._right)
+        ends = np.cumsum([0, *(time.size for time in times)])
+        self._rows = [slice(begin, end) for begin, end in itertools.pairwise(ends)]
+
+    def least(self, columns: Array) -> tuple[float, Onset | None, Array]:
+        """Return the least cost that an effect reaches which begins within the recordings, its
+        onset (None: too short a recording), and its sizes (p,) there.
+
+        Args:
+            columns: (m, p) what the effect adds to the effort, per unit of its sizes.
+        """
+        effect = columns * self._weight[:, None]
+        size = columns.shape[1]
+        sums = [self._sums(effect[rows], rows) for rows in self._rows]
+        best: tuple[float, Onset | None, Array] = (self._floor, None, np.zeros(size))
+        for run, time in enumerate(self._times):
+            if time.size <= 2 * LEAST_VALUES:
+                continue
+            tried = np.arange(LEAST_VALUES, time.size - LEAST_VALUES)
+            for begins in onsets_tried(self._times, run):
+                cross, own, with_target = (part[tried].copy() for part in sums[run])
+                for other, begin in enumerate(begins):
+                    if begin == -math.inf:
+                        cross += sums[other][0][0]
+                        own += sums[other][1][0]
+                        with_target += sums[other][2][0]
+                gain, sizes = _gains(cross, own, with_target, self._right)
+                place = int(np.argmax(gain))
+                if self._floor - gain[place] < best[0]:
+                    moment = 0.5 * float(time[tried[place] - 1] + time[tried[place]])
+                    best = (self._floor - float(gain[place]),
+                            Onset(tuple(moment if other == run else begin
+                                        for other, begin in enumerate(begins))), sizes[place])
+        return best
+
+    def _sums(self, effect: Array, rows: slice) -> tuple[Array, Array, Array]:
+        """Return the products of an effect (m_r, p) with the numbers (m_r + 1, p, k), itself
+        (m_r + 1, p, p) and the target (m_r + 1, p), summed from each value to the recording's
+        end."""
+        return (_from_here(effect[:, :, None] * self._numbers[rows][:, None, :]),
+                _from_here(effect[:, :, None] * effect[:, None, :]),
+                _from_here(effect * self._target[rows][:, None]))
 
 
 def _from_here(products: Array) -> Array:
     """Return the sums from each value to the last, with that of none at the end."""
-    total = np.cumsum(products[::-1], axis=0)[::-1]
-    return np.concatenate([total, np.zeros((1, *products.shape[1:]))])
+    total = np.zeros((products.shape[0] + 1, *products.shape[1:]))
+    np.cumsum(products[::-1], axis=0, out=total[-2::-1])
+    return total
 
 
-def _gains(cross: Array, own: Array, with_target: Array, inverse: Array, right: Array,
-           ) -> tuple[Array, Array]:
+def _gains(cross: Array, own: Array, with_target: Array, right: Array) -> tuple[Array, Array]:
     """Return what the effect takes away of the cost at each moment (t,), and its sizes (t, p), by
-    the Schur complement of the numbers."""
-    through = cross @ inverse
-    left = own - np.einsum('tik,tjk->tij', through, cross)
-    wanted = with_target - through @ right
+    the Schur complement of the numbers, which are told one by one."""
+    left = own - np.einsum('tik,tjk->tij', cross, cross)
+    wanted = with_target - cross @ right
     # A column that the numbers make up for altogether explains nothing.
     diagonal = np.einsum('tii->ti', own)
     left = left + 1e-9 * np.einsum('ti,ij->tij', diagonal + 1e-300, np.eye(own.shape[1]))
-    sizes = np.linalg.solve(left, wanted[..., None])[..., 0]
+    sizes = wanted / left[:, 0] if own.shape[1] == 1 \
+        else np.linalg.solve(left, wanted[..., None])[..., 0]
     return np.sum(sizes * wanted, axis=1), sizes

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, EDGE, NAMELESS_PRICE
 from engb_core.diagnose.hypothesis import Variant
-from engb_core.diagnose.onset import cost_by_onset, Onset
-from engb_core.diagnose.optimise.fit import Fit, Fitter, StartColumns
+from engb_core.diagnose.onset import OnsetScreen
+from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import (
     best_promised,
     is_multimodal,
@@ -251,10 +251,10 @@ def _fitted(fitter: Fitter, start: Fit, least: float) -> list[Fit]:
     an onset more than `start`."""
     effects = [*(effect for effect in physics_effects(fitter) if not effect.unnamed),
                *map(get_effect, _SUDDEN_NUMBERS), *_sudden_values(start)]
-    columns = fitter.columns(start, range(start.hypothesis.size))
+    screen = _screen(fitter, start, fitter.columns(start, range(start.hypothesis.size)))
 
     def screened(effect: Effect) -> list[_Candidate]:
-        return _screened(fitter, start, columns, effect)
+        return _screened(fitter, start, screen, effect)
 
     cases = [effect for effect in effects if effect.id not in start.hypothesis.ids
              and (effect.applies is None or effect.applies(fitter.problem.scene))]
@@ -289,12 +289,13 @@ def _sudden_values(start: Fit) -> list[Effect]:
     return found
 
 
-def _screened(fitter: Fitter, start: Fit, columns: Array, effect: Effect) -> list[_Candidate]:
+def _screened(fitter: Fitter, start: Fit, screen: OnsetScreen, effect: Effect,
+              ) -> list[_Candidate]:
     """Return the effect's starts, each with the onset that promises most."""
     found = []
     for variant, starts in variants_and_starts(fitter, start, _at_once(effect)):
         for entry in starts:
-            cost, onset, sizes = _by_onset(fitter, start, columns, entry)
+            cost, onset, sizes = screen.least(entry.columns)
             if onset is not None and variant.reaches(sizes):
                 found.append(_Candidate(cost, replace(variant, onset=onset), entry.setting, sizes))
     return found
@@ -319,16 +320,17 @@ def _held(effect: Effect, values: Mapping[str, float]) -> Effect:
         set_constants=lambda scene: {**values, **(given(scene) if given else {})})
 
 
-def _by_onset(fitter: Fitter, start: Fit, columns: Array, entry: StartColumns,
-              ) -> tuple[float, Onset | None, Array]:
+def _screen(fitter: Fitter, start: Fit, columns: Array) -> OnsetScreen:
+    """Return what effects that begin would take away of a fit's cost; `columns` (m, size) are its
+    derivatives."""
     centre, spread = start.hypothesis.prior
     low, high = start.hypothesis.bounds
     held = (start.vector <= low) | (start.vector >= high)
     ridge = np.where(held, HELD * np.sum((columns / fitter.spread[:, None]) ** 2, axis=0) + 1.0,
                      spread ** -2.0)
     pull = np.where(held, 0.0, (centre - start.vector) / spread ** 2)
-    return cost_by_onset(fitter.problem.times, columns, entry.columns, start.residual,
-                         1.0 / fitter.spread, ridge, pull)
+    return OnsetScreen(fitter.problem.times, columns, start.residual, 1.0 / fitter.spread, ridge,
+                       pull)
 
 
 def _begun(fitter: Fitter, start: Fit, entries: list[_Candidate]) -> Fit:
@@ -368,8 +370,7 @@ def _moved(fitter: Fitter, fit: Fit) -> Fit | None:
     whole = fitter.predict(replace(
         fit.hypothesis, variants=(*others, replace(last, onset=None))), fit.vector)
     columns = fitter.columns(rest, range(without.size))
-    _, onset, _ = _by_onset(fitter, rest, columns,
-                            StartColumns({}, (whole - rest.predicted)[:, None]))
+    _, onset, _ = _screen(fitter, rest, columns).least((whole - rest.predicted)[:, None])
     if onset is None or onset == last.onset:
         return None
     hypothesis = replace(fit.hypothesis, variants=(*others, replace(last, onset=onset)))

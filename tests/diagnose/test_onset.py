@@ -19,7 +19,7 @@ from engb_core.diagnose.evidence import unseen_errors
 from engb_core.diagnose.full_bandwidth import CorrectedModels, explained_problem
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nameless import without_what_passes_once
-from engb_core.diagnose.onset import cost_by_onset, LEAST_VALUES, Onset, onsets_tried
+from engb_core.diagnose.onset import LEAST_VALUES, Onset, onsets_tried, OnsetScreen
 from engb_core.diagnose.onset_search import _complexity, with_onset
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
@@ -206,8 +206,8 @@ def stepped(begin: int, count: int = 400, size: float = 0.5):
 
 
 def asked(times, numbers, effect, effort):
-    return cost_by_onset(times, numbers, effect, effort, np.full(effort.size, 100.0),
-                         np.zeros(1), np.zeros(1))
+    return OnsetScreen(times, numbers, effort, np.full(effort.size, 100.0), np.zeros(1),
+                       np.zeros(1)).least(effect)
 
 
 def test_the_moment_of_least_cost_is_found_with_the_size():
@@ -287,9 +287,8 @@ def test_friction_that_jumps_says_so():
 def test_a_recording_with_hardly_a_moment_to_begin_at(count):
     """A real machine's recording with just twice the least number of values ended the program."""
     residual = np.linspace(-1.0, 1.0, count)
-    _, onset, _ = cost_by_onset([np.arange(count) * 0.01], np.ones((count, 1)),
-                                np.ones((count, 1)), residual, np.ones(count), np.ones(1),
-                                np.zeros(1))
+    _, onset, _ = OnsetScreen([np.arange(count) * 0.01], np.ones((count, 1)), residual,
+                              np.ones(count), np.ones(1), np.zeros(1)).least(np.ones((count, 1)))
     assert (onset is None) == (count == 2 * LEAST_VALUES)
 
 
