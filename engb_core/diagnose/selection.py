@@ -215,7 +215,11 @@ def _of_all_in_place(result: Search, chosen: Fit) -> Fit:
     if count < 2:
         return chosen
     extend(result, [fitter.without(chosen, index) for index in range(count)], IN_PLACE)
-    best = simplest(_candidates(result, count, chosen), fitter)
+    candidates = _candidates(result, count, chosen)
+    if not candidates:
+        # Fitted anew, even what was chosen may be driven to its edge.
+        return chosen
+    best = simplest(candidates, fitter)
     return best if price(best, fitter) < price(chosen, fitter) else chosen
 
 

@@ -147,6 +147,15 @@ def test_how_much_of_an_effect_is_not_there(monkeypatch, said, left, part):
 
 # ---- what is named beside a flexible model
 
+def test_what_was_chosen_stays_where_all_of_its_size_stand_for_something_else(levels, monkeypatch):
+    """A wave at the end of what can be seen, once fitted anew: a recording ended the program."""
+    base, chosen = Level((), 9.0), Level(('actuation_lag', 'friction_drift'), 0.5)
+    monkeypatch.setattr(selection, 'extend', lambda *_: None)
+    monkeypatch.setattr(selection, '_candidates', lambda *_: [])
+    result = SimpleNamespace(fitter=fitter_of(base, base))
+    assert selection._of_all_in_place(result, chosen) is chosen
+
+
 def fitter_of(file, base):
     return SimpleNamespace(
         nominal=lambda: file, base=lambda *_: base, finished_base=base, finish=lambda fit: fit,
