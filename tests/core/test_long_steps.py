@@ -41,7 +41,7 @@ def test_a_shaft_rings_alike_in_long_and_in_short_steps(frequency):
     ('presliding_friction', {'presliding_distance': 0.5, 'shape': 0.95}),
     ('presliding_friction', {'presliding_distance': 0.5, 'shape': 0.95, 'elements': 1.0}),
     ('backlash', {'gap': 0.5, 'inertia_fraction': 0.3, 'friction_fraction': 0.6,
-                  'loaded_friction_fraction': 0.6}),
+                  'loaded_friction_fraction': 0.6, 'viscous_fraction': 0.4}),
     ('drivetrain_resonance', {'inertia_fraction': 0.4, 'frequency': 9.0, 'damping_ratio': 0.06,
                               'friction_fraction': 0.6})])
 def test_a_recording_may_begin_in_motion(effect, values):
