@@ -42,17 +42,19 @@ def test_a_gap_beyond_all_of_the_friction():
 GAP, INERTIA, BEYOND, FLANK = 0.02, 1.2e-3, 0.5, 22.0
 
 
-def _behind_an_elastic_gap(duration: float, rate: float, seed: int,
-                           gap: float = GAP) -> Recording:
-    """A pendulum behind a gap whose flanks are springs: each side rings at 22 Hz against them."""
+def _behind_an_elastic_gap(duration: float, rate: float, seed: int, gap: float = GAP,
+                           flank: float = FLANK, damped: float = 0.15, gravity: float = 0.15,
+                           drag: float = 0.0) -> Recording:
+    """A pendulum behind a gap whose flanks are springs: each side rings at `flank` [Hz] against
+    them; `drag` [N·m·s/rad] acts on the pendulum itself."""
     rng = np.random.default_rng(seed)
     fine = 20
     time = np.arange(0.0, duration, 1.0 / (rate * fine))
     angle, speed, rise = swung(time, (0.13, 0.37, 0.83, 1.7),
                                lambda frequency: 0.5 / (1.0 + frequency), rng)
     load = BEYOND * INERTIA
-    stiffness = load * (2.0 * math.pi * FLANK) ** 2
-    damping = 2.0 * 0.15 * load * 2.0 * math.pi * FLANK
+    stiffness = load * (2.0 * math.pi * flank) ** 2
+    damping = 2.0 * damped * load * 2.0 * math.pi * flank
     passed, place, pace = np.zeros(time.size), angle[0], speed[0]
     step = time[1]
     for row in range(time.size):
@@ -63,7 +65,8 @@ def _behind_an_elastic_gap(duration: float, rate: float, seed: int,
                 + damping * (speed[row] - pace)
             contact = max(contact, 0.0) if twist > 0.0 else min(contact, 0.0)
         passed[row] = contact
-        pace += step * (contact - 0.15 * math.sin(place) - 1e-3 * math.tanh(pace / 0.02)) / load
+        pace += step * (contact - gravity * math.sin(place) - drag * pace
+                        - 1e-3 * math.tanh(pace / 0.02)) / load
         place += step * pace
     effort = INERTIA * (1.0 - BEYOND) * rise + 1.5e-3 * speed \
         + 0.02 * np.clip(speed / 0.04, -1.0, 1.0) + passed
@@ -84,6 +87,21 @@ def test_flanks_that_give():
     assert first.parameters['gap'].value == pytest.approx(GAP, rel=0.05)
     assert first.parameters['flank_frequency'].value == pytest.approx(FLANK, rel=0.1)
     assert not any(entry.effect == 'contact_shift' for entry in found.effects)
+
+
+def test_drag_beyond_a_gap():
+    """What drags the load in the gap is a part of the drag that the file has in all."""
+    drag, gap = 6e-3, 0.06
+    model = Model(Motor(1.0, INERTIA, 1.5e-3 + drag), LoadTorque('sinusoid', amplitude=0.02),
+                  Friction(0.021, 0.0, 0.04))
+    recording = _behind_an_elastic_gap(25.0, 250.0, 4, gap, 70.0, 0.8, 0.02, drag)
+    fitter = Fitter(problem_of([recording], model))
+    variant, *_ = variants_of(get_effect('backlash'), fitter.problem.scene)
+    fit = fitter.refine(fitter.fit(variant))
+    found = fit.hypothesis.named(fit.vector, 0)
+    assert fit.cost < 0.6 * fitter.base().cost
+    assert found['gap'] == pytest.approx(gap, rel=0.15)
+    assert found['viscous_fraction'] == pytest.approx(drag / (1.5e-3 + drag), abs=0.15)
 
 
 def test_lost_motion_in_front_of_a_load_that_stays():

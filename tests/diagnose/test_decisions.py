@@ -274,6 +274,12 @@ def test_a_further_effect_is_worth_more_than_what_formulas_miss(old, new, whole,
     assert ranking.worth_a_further_effect(old, new, whole) == worth
 
 
+def test_two_causes_that_fit_alike_are_together_as_sure_as_one():
+    one = EffectFinding('torque_offset', 0.46, {}, 1.0, (('asymmetric_friction', 0.44),), '')
+    assert one.any_cause == pytest.approx(0.9)
+    assert replace(one, alternatives=()).any_cause == 0.46
+
+
 def test_what_a_refit_may_have_held_instead_is_told_with_its_odds():
     fitter = SimpleNamespace(held_odds={('inertia',): 3.0, ('coulomb',): 1.0, ('load_gain',): 0.1,
                                         ('inertia', 'coulomb'): 9.0})
