@@ -196,7 +196,7 @@ def test_a_file_refitted_in_all_its_numbers_kept_none(loose):
 def gap_at(fitter: Fitter, gap: float, inertia: float, friction: float) -> Fit:
     variant = variants_of(get_effect('backlash'), fitter.problem.scene)[0]
     return fitter.evaluate(fitter.hypothesis((variant,)), np.concatenate(
-        [fitter.base().vector, [np.log(gap), inertia, friction, 0.3]]))
+        [fitter.base().vector, [np.log(gap), inertia, friction, 0.3, 0.0]]))
 
 
 def test_random_moves_lead_out_of_a_narrow_minimum(loose):

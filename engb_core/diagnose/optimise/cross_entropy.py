@@ -44,6 +44,6 @@ def middle_of_basin(fitter: Fitter, fit: Fit) -> Fit:
         best = drawn[np.argsort(costs)[:BEST]][:, moved]
         spread = KEPT_SPREAD * spread + (1.0 - KEPT_SPREAD) * np.atleast_2d(np.cov(best.T))
         place = middle.vector.copy()
-        place[moved] = best.mean(axis=0)
+        place[moved] = np.median(best, axis=0)
         middle = fitter.evaluate(hypothesis, settled(place)[1])
     return middle if middle.cost < DEARER * fit.cost else fit

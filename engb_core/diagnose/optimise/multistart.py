@@ -32,6 +32,8 @@ Iterate = Callable[[Fit, int], Fit]
 MOVE_OF_LOGARITHM = 0.25
 MOVE_OF_RANGE = 0.1
 SHRINK = 0.97
+# Part of the entries that are moved at a time, each by chance.
+PART_MOVED = 0.5
 # Promising starts that are followed, and random moves around each and around the best.
 FOLLOWED = 10
 FIRST_MOVES = 50
@@ -153,7 +155,9 @@ def search_around(objective: Objective, fit: Fit, moves: int = MOVES) -> Fit:
     best = fit
     for _ in range(moves):
         place = best.vector.copy()
-        place[moved] += scale * generator.standard_normal(len(moved))
+        step = scale * generator.standard_normal(len(moved))
+        # Not all at once: where many are right already, few moves of all of them are better.
+        place[moved] += step * (generator.random(len(moved)) < PART_MOVED)
         promised, better = settled(place)
         trial = objective.evaluate(hypothesis, better) if promised < best.cost else None
         if trial is not None and trial.cost < best.cost:
