@@ -57,6 +57,8 @@ _SUDDEN_VALUES = {'coulomb_friction_error': N_COULOMB, 'viscous_friction_error':
 _SHAPES = {'load_curvature': N_LOAD_CURVATURE}
 # Effects that are fitted with an onset, the most promising ones, and how often it is found anew.
 FITTED, ROUNDS, AGAIN = 4, 6, 3
+# Starts of an effect with many narrow minima that are tried, each from its own onset.
+SCREENED = 24
 # Weight with which a number is held that stands at its bound.
 HELD = 1e9
 
@@ -337,12 +339,14 @@ def _begun(fitter: Fitter, start: Fit, entries: list[_Candidate]) -> Fit:
     """Return the fit of the effect from where it promises most."""
     first = entries[0]
     if first.variant.effect.multimodal:
-        hypothesis = fitter.hypothesis((*start.hypothesis.variants, first.variant),
-                                       start.hypothesis.numbers)
-        settings = [entry.setting for entry in entries
-                    if entry.variant.constants == first.variant.constants]
-        return best_promised(fitter, start, promises(fitter, start, hypothesis, settings), ROUNDS,
-                             fitter.iterate)
+        # Each from its own onset: where the first one is led astray, another may not be.
+        promised = [promise for entry in entries[:SCREENED]
+                    if entry.variant.constants == first.variant.constants
+                    for promise in promises(fitter, start, fitter.hypothesis(
+                        (*start.hypothesis.variants, entry.variant), start.hypothesis.numbers),
+                        [entry.setting])]
+        return best_promised(fitter, start, sorted(promised, key=lambda promise: promise.cost),
+                             ROUNDS, fitter.iterate)
     fits = [fitter.fit_from(start, entry.variant, entry.setting, entry.sizes, ROUNDS)
             for entry in entries[:2]]
     return min(fits, key=lambda fit: fit.cost)
@@ -355,6 +359,9 @@ def _settled(fitter: Fitter, fit: Fit) -> Fit:
         if moved is None:
             break
         moved = fitter.iterate(moved, ROUNDS)
+        if fit.hypothesis.variants[-1].effect.multimodal:
+            # From another onset on other numbers fit, and derivatives do not lead there.
+            moved = search_around(fitter, moved)
         if moved.cost >= fit.cost:
             break
         fit = moved
