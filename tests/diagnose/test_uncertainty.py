@@ -58,7 +58,7 @@ def test_a_gap_is_as_sure_as_a_prediction_stays_alike_not_as_its_jumps_are_sharp
     fitter, fit = fitted('backlash', gap=1.0)
     place = len(fit.hypothesis.numbers)
     told = reported_deviations(fit, fitter)[place]
-    assert vector_deviations(fit, fitter)[place] < 0.5 * told
+    assert vector_deviations(fit, fitter)[place] < 0.9 * told
     moved = fit.vector.copy()
     moved[place] += told
     adds, change = (fit.predicted - fitter.predict(*other) for other in (
