@@ -32,7 +32,7 @@ Iterate = Callable[[Fit, int], Fit]
 MOVE_OF_LOGARITHM = 0.25
 MOVE_OF_RANGE = 0.1
 SHRINK = 0.97
-# Part of the entries that every second move moves, each by chance.
+# Part of the entries that a move moves, each by chance.
 PART_MOVED = 0.5
 # Promising starts that are followed, and random moves around each and around the best.
 FOLLOWED = 10
@@ -153,13 +153,11 @@ def search_around(objective: Objective, fit: Fit, moves: int = MOVES) -> Fit:
     settled = Settling(objective, fit, hypothesis)
     generator = np.random.default_rng(0)
     best = fit
-    for move in range(moves):
+    for _ in range(moves):
         place = best.vector.copy()
         step = scale * generator.standard_normal(len(moved))
-        # All at once and some of them in turn: where many are right already few moves of all of
-        # them are better, and from the side of a narrow valley few of one.
-        chosen = generator.random(len(moved)) < (1.0 if move % 2 == 0 else PART_MOVED)
-        place[moved] += step * chosen
+        # Not all at once: where many are right already few moves of all of them are better.
+        place[moved] += step * (generator.random(len(moved)) < PART_MOVED)
         promised, better = settled(place)
         trial = objective.evaluate(hypothesis, better) if promised < best.cost else None
         if trial is not None and trial.cost < best.cost:
