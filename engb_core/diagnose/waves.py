@@ -83,7 +83,8 @@ def wave_known(fitter: Fitter, fit: Fit, index: int) -> float:
     order, model = effect.of_kind('order'), fitter.problem.model
     odds = LARGER_PART / (1.0 - LARGER_PART)
     if order is not None:
-        bends = 2.0 * _periods(fitter, values[order.name])
+        # One that comes often among others that do not says no more than one that just does.
+        bends = 2.0 * min(_periods(fitter, values[order.name]), REPEATS)
         odds *= FORMULA_MISSES ** -max(0.0, bends - len(effect.parameters))
     # A slider has no revolutions; and of a pendulum whatever goes with its load has whole orders.
     if order is not None and model.joint.type == 'revolute' \

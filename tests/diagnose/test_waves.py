@@ -1,15 +1,20 @@
 # Copyright 2026 engb_ros maintainers; SPDX-License-Identifier: Apache-2.0
 """A wave that hardly repeats along the stroke is one if its order is a whole number."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from engb_core.diagnose import waves
 from engb_core.diagnose.engine import diagnose
 from engb_core.diagnose.hypothesis import variants_of
 from engb_core.diagnose.optimise.fit import Fitter
 from engb_core.diagnose.problem import problem_of
 from engb_core.diagnose.waves import _beside_chance, left_at_order
 from engb_core.effects.catalogue import get_effect
+from engb_core.model import LoadTorque
 from engb_core.recording import Recording
 
 from .simulated_brake import lively, NOMINAL
@@ -35,6 +40,18 @@ def test_a_slow_wave_is_named(clean, order, named):
     diagnosis = diagnose([with_wave(clean, order)], NOMINAL)
     said = {entry.effect: entry.probability for entry in diagnosis.effects}
     assert (said.get('cogging_torque', 0.0) > 2.0 / 3.0) == named
+
+
+def test_a_fast_wave_among_slow_ones_is_no_number_too_large(monkeypatch):
+    """Where the larger part comes seldom, the first of several orders may come a thousand times."""
+    monkeypatch.setattr(waves, '_mostly_comes_often', lambda *_: False)
+    effect = get_effect('cogging_torque')
+    fit = SimpleNamespace(hypothesis=SimpleNamespace(
+        variants=[SimpleNamespace(effect=effect)], named=lambda *_: {'order': 300.0}), vector=None)
+    fitter = SimpleNamespace(problem=SimpleNamespace(
+        scene=SimpleNamespace(position_range=(0.0, 30.0)),
+        model=replace(NOMINAL, load_torque=LoadTorque('sinusoid', amplitude=0.1))))
+    assert 0.9 < waves.wave_known(fitter, fit, 0) < 1.0
 
 
 @pytest.mark.parametrize(('order', 'deviation', 'times'), [
