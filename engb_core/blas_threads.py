@@ -2,7 +2,7 @@
 """Keeps the numeric libraries (BLAS, OpenMP) to one thread in a process.
 
 A diagnosis runs its own fits side by side. A BLAS that takes all processors for each small product
-as well makes them wait for each other: it is slower, beside other work by a factor of two.
+as well makes them wait for each other, the more so beside other work.
 """
 
 from __future__ import annotations

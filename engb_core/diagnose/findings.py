@@ -140,11 +140,12 @@ def _part_of(finding: EffectFinding) -> EffectFinding | None:
     sizing, sized = effect.parameters[0], holder.parameters[0].name
     assert sizing.none is not None, 'a part vanishes at some size'
     value = sum(weight * own[name].value for name, weight in weights.items())
-    stds = [weight * std for name, weight in weights.items()
-            if (std := own[name].std) is not None]
-    away = abs(value - sizing.none)
-    if len(stds) < len(weights) or away <= STANDS_OUT * (std := math.hypot(*stds)):
+    if any(own[name].std is None for name in weights):
         # Of what is not told no part is told either.
+        return None
+    std = math.hypot(*(weight * (own[name].std or 0.0) for name, weight in weights.items()))
+    away = abs(value - sizing.none)
+    if away <= STANDS_OUT * std:
         return None
     share = finding.share * away ** 2 / (away ** 2 + (weights[sized] * own[sized].value) ** 2)
     return EffectFinding(

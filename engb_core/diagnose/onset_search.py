@@ -22,7 +22,7 @@ from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.optimise.multistart import (
     best_promised,
     is_multimodal,
-    promises,
+    promises_of,
     search_around,
 )
 from engb_core.diagnose.parallel_map import parallel_map
@@ -340,13 +340,12 @@ def _begun(fitter: Fitter, start: Fit, entries: list[_Candidate]) -> Fit:
     first = entries[0]
     if first.variant.effect.multimodal:
         # Each from its own onset: where the first one is led astray, another may not be.
-        promised = [promise for entry in entries[:SCREENED]
-                    if entry.variant.constants == first.variant.constants
-                    for promise in promises(fitter, start, fitter.hypothesis(
-                        (*start.hypothesis.variants, entry.variant), start.hypothesis.numbers),
-                        [entry.setting])]
-        return best_promised(fitter, start, sorted(promised, key=lambda promise: promise.cost),
-                             ROUNDS, fitter.iterate)
+        promised = promises_of(fitter, start, [
+            (fitter.hypothesis((*start.hypothesis.variants, entry.variant),
+                               start.hypothesis.numbers), entry.setting)
+            for entry in entries[:SCREENED]
+            if entry.variant.constants == first.variant.constants])
+        return best_promised(fitter, start, promised, ROUNDS, fitter.iterate)
     fits = [fitter.fit_from(start, entry.variant, entry.setting, entry.sizes, ROUNDS)
             for entry in entries[:2]]
     return min(fits, key=lambda fit: fit.cost)

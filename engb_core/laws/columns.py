@@ -33,7 +33,7 @@ from engb_core.physics.nominal_torque import nominal_vector
 from engb_core.physics.plant import load_torques
 from engb_core.signals.position_error import at_recorded_samples, carried
 
-__all__ = ['Columns', 'scales_of']
+__all__ = ['Columns', 'recorded_range', 'scales_of']
 
 Array = NDArray[np.float64]
 
@@ -63,16 +63,19 @@ def scales_of(fitter: Fitter) -> Scales:
         pulls_both_ways=bool(min(loads.max(), -loads.min()) > BOTH_WAYS * np.abs(loads).max()))
 
 
+def recorded_range(fitter: Fitter, name: str) -> tuple[float, float]:
+    """Return the least and the largest value of a coordinate of the motion that was recorded."""
+    parts = [getattr(run.motion, name) for run in fitter.problem.runs]
+    return (min(float(part.min()) for part in parts), max(float(part.max()) for part in parts))
+
+
 class Columns:
     """Columns of forms on top of one fit."""
 
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._runs = fitter.problem.runs
         self._samples: list[Array] = []
-        # As the law itself will know it (law_search.py).
-        velocities = [run.motion.velocity for run in self._runs]
-        self._speeds = (min(float(values.min()) for values in velocities),
-                        max(float(values.max()) for values in velocities))
+        self._speeds = recorded_range(fitter, 'velocity')
         self._slope_step = _SLOPE * max(float(np.ptp(run.motion.position)) for run in self._runs)
         sensitivities: dict[str, list[Array]] = {}
         for index, run in enumerate(self._runs):

@@ -36,7 +36,7 @@ from engb_core.laws.atoms import (
     onset_forms,
 )
 from engb_core.laws.blocks import Blocks, derivatives_of, HEARD, Score, stretches_of_time
-from engb_core.laws.columns import Columns, scales_of
+from engb_core.laws.columns import Columns, recorded_range, scales_of
 from engb_core.laws.forms import Form
 
 __all__ = ['Candidate', 'Screened', 'Search', 'as_good', 'best_of', 'fewest', 'is_promising',
@@ -382,13 +382,8 @@ def _of_each_kind(screened: list[Screened], most: int) -> list[Screened]:
 def _ranges(fitter: Fitter) -> dict[str, tuple[float, float]]:
     """Return the range of each coordinate that was recorded."""
     motions = [run.motion for run in fitter.problem.runs]
-
-    def span(values: list[Array]) -> tuple[float, float]:
-        return (min(float(part.min()) for part in values),
-                max(float(part.max()) for part in values))
-
     names = ['position', 'velocity', 'acceleration', 'time']
     names += ['disc_speed'] if all(motion.has_disc for motion in motions) else []
     names += ['pad_temperature'] if all(motion.has_temperature for motion in motions) else []
-    found = {name: span([getattr(motion, name) for motion in motions]) for name in names}
+    found = {name: recorded_range(fitter, name) for name in names}
     return {name: values for name, values in found.items() if values[0] < values[1]}

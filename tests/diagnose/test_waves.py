@@ -43,7 +43,7 @@ def test_a_slow_wave_is_named(clean, order, named):
 
 
 def test_a_fast_wave_among_slow_ones_is_no_number_too_large(monkeypatch):
-    """Where the larger part comes seldom, the first of several orders may come a thousand times."""
+    """Where the larger part comes seldom the first of several orders may come very often."""
     monkeypatch.setattr(waves, '_mostly_comes_often', lambda *_: False)
     effect = get_effect('cogging_torque')
     fit = SimpleNamespace(hypothesis=SimpleNamespace(

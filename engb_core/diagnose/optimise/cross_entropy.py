@@ -3,11 +3,14 @@
 
 Of many narrow minima the deepest is an accident of the noise: another recording of the same brake
 has its deepest elsewhere, and a fit that sits there predicts it badly. So points are drawn around
-the best, the next ones are drawn as the best of these lie, and at last their mean is taken.
+the best, the next ones are drawn as the best of these lie, and at last their median is taken: the
+mean of an entry that stands at its bound would not stand there.
 Reference: Rubinstein, Methodology and Computing in Applied Probability 1 (1999) 127.
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 import numpy as np
 
@@ -36,7 +39,7 @@ def middle_of_basin(fitter: Fitter, fit: Fit) -> Fit:
     spread = np.diag((FIRST_SPREAD * scale) ** 2)
     middle = fit
     for _ in range(ROUNDS):
-        settled = Settling(fitter, middle, hypothesis)
+        settled = partial(Settling(fitter, middle), hypothesis)
         steps = generator.multivariate_normal(np.zeros(len(moved)), spread, DRAWN)
         drawn = np.repeat(middle.vector[None], DRAWN, axis=0)
         drawn[:, moved] = np.clip(drawn[:, moved] + steps, low, high)

@@ -8,7 +8,7 @@ least squares; derivatives finish the work.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from engb_core.diagnose.optimise.linear_start import start_vector
 from engb_core.diagnose.optimise.normal_equations import normal_equations
 
 __all__ = ['Promise', 'Settling', 'best_promised', 'followed', 'is_multimodal', 'moved_places',
-           'promises', 'search_around']
+           'promises', 'promises_of', 'search_around']
 
 Array = NDArray[np.float64]
 # Steps by derivatives: (begin, rounds) → fit.
@@ -62,23 +62,23 @@ class Promise:
 class Settling:
     """Brings the nominal numbers to their linear optimum, wherever the effects stand.
 
-    Called with a vector (size,), it returns the cost that is promised, and the vector (size,)
-    that promises it.
+    Called with a hypothesis that has the numbers of `fit`, and a vector (size,), it returns the
+    cost that is promised, and the vector (size,) that promises it.
     """
 
-    def __init__(self, objective: Objective, fit: Fit, hypothesis: Hypothesis) -> None:
-        self.objective, self.hypothesis = objective, hypothesis
-        count = self.count = len(hypothesis.numbers)
-        self.centre, self.spread = (part[:count] for part in hypothesis.prior)
+    def __init__(self, objective: Objective, fit: Fit) -> None:
+        self.objective = objective
+        count = self.count = len(fit.hypothesis.numbers)
+        self.centre, self.spread = (part[:count] for part in fit.hypothesis.prior)
         columns, weight = objective.number_columns(fit), objective.weight
         gram, _ = normal_equations(columns, fit.residual, weight)
         self.inverse = np.linalg.inv(gram + np.diag(1.0 / self.spread ** 2))
         self.columns = columns * weight[:, None] ** 2
 
-    def __call__(self, place: Array) -> tuple[float, Array]:
+    def __call__(self, hypothesis: Hypothesis, place: Array) -> tuple[float, Array]:
         count = self.count
-        low, high = self.hypothesis.bounds
-        trial = self.objective.evaluate(self.hypothesis, np.clip(place, low, high))
+        low, high = hypothesis.bounds
+        trial = self.objective.evaluate(hypothesis, np.clip(place, low, high))
         if not np.isfinite(trial.cost):
             return trial.cost, trial.vector
         right = np.einsum('ij,i->j', self.columns, trial.residual) \
@@ -91,19 +91,27 @@ class Settling:
 
 def promises(objective: Objective, start: Fit, hypothesis: Hypothesis,
              settings: list[dict[str, float]]) -> list[Promise]:
+    """Return what is promised with one effect more than `start`, at each of `settings`, the least
+    cost first."""
+    return promises_of(objective, start, [(hypothesis, setting) for setting in settings])
+
+
+def promises_of(objective: Objective, start: Fit,
+                begun: Iterable[tuple[Hypothesis, dict[str, float]]]) -> list[Promise]:
     """Return what is promised with one effect more than `start`, the least cost first.
 
-    The effect stands at each of `settings`, the numbers begin as in `start`, or as the model file
-    has them: without the effect they have moved to make up for it, and may never find back.
+    The effect stands as each hypothesis and setting of `begun` has it, the numbers begin as in
+    `start`, or as the model file has them: without the effect they have moved to make up for it,
+    and may never find back.
     """
-    settled = Settling(objective, start, hypothesis)
-    numbers = len(hypothesis.numbers)
-    begun = []
-    for setting in settings:
+    settled = Settling(objective, start)
+    found = []
+    for hypothesis, setting in begun:
         place = start_vector(hypothesis, start, setting, None)
-        as_in_file = np.concatenate([hypothesis.start_of_numbers(), place[numbers:]])
-        begun += [Promise(hypothesis, *settled(entry)) for entry in (place, as_in_file)]
-    return sorted(begun, key=lambda promise: promise.cost)
+        as_in_file = np.concatenate([hypothesis.start_of_numbers(), place[settled.count:]])
+        found += [Promise(hypothesis, *settled(hypothesis, entry))
+                  for entry in (place, as_in_file)]
+    return sorted(found, key=lambda promise: promise.cost)
 
 
 def followed(objective: Objective, promised: list[Promise], rounds: int, iterate: Iterate,
@@ -150,7 +158,7 @@ def search_around(objective: Objective, fit: Fit, moves: int = MOVES) -> Fit:
     multimodal effects, or of all where none is."""
     hypothesis = fit.hypothesis
     moved, scale = moved_places(fit)
-    settled = Settling(objective, fit, hypothesis)
+    settled = Settling(objective, fit)
     generator = np.random.default_rng(0)
     best = fit
     for _ in range(moves):
@@ -158,7 +166,7 @@ def search_around(objective: Objective, fit: Fit, moves: int = MOVES) -> Fit:
         step = scale * generator.standard_normal(len(moved))
         # Not all at once: where many are right already few moves of all of them are better.
         place[moved] += step * (generator.random(len(moved)) < PART_MOVED)
-        promised, better = settled(place)
+        promised, better = settled(hypothesis, place)
         trial = objective.evaluate(hypothesis, better) if promised < best.cost else None
         if trial is not None and trial.cost < best.cost:
             best = trial
