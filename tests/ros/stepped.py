@@ -23,16 +23,19 @@ class Stepped:
 
     Args:
         domain: ROS_DOMAIN_ID.
+        with_primary: the other node publishes torque, as a primary does. A controller that is not
+            its standby yields to it a second later, as it never says who it is.
         parameters: of the controller.
     """
 
-    def __init__(self, domain, **parameters):
+    def __init__(self, domain, with_primary=False, **parameters):
         self._threads = threading.active_count()
         self.context = rclpy.Context()
         self.context.init(domain_id=domain)
         self.node = rclpy.create_node('others', context=self.context, namespace='/engb')
-        self.torque = self.node.create_publisher(
-            Float64, EFFORT_COMMAND.name, publisher_qos(EFFORT_COMMAND))
+        if with_primary:
+            self.node.create_publisher(
+                Float64, EFFORT_COMMAND.name, publisher_qos(EFFORT_COMMAND))
         self.states = self.node.create_publisher(
             JointState, JOINT_STATES.name, publisher_qos(JOINT_STATES))
         self.heard = []

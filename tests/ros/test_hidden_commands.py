@@ -10,10 +10,15 @@ from engb_ros.nodes.messages import publisher_qos
 from ros.stepped import Stepped
 
 
+# Whoever is silent for so long counts as silent [s]: longer than a busy computer stalls, as the
+# watchdogs are none of what is tested here.
+SILENT = 1.5
+
+
 @pytest.fixture
 def stepped(domain):
     """A controller that may speak."""
-    with Stepped(domain) as made:
+    with Stepped(domain, state_timeout=SILENT, command_timeout=SILENT) as made:
         made.sample()
         made.spin(0.6)   # it listens for half a second before it may speak
         yield made
@@ -31,8 +36,9 @@ def two(stepped, topic, kind):
 
 
 def told(stepped, messages):
-    """Send `messages()`, (publisher, message) each, all at once; again for half a second."""
-    for number in range(25):
+    """Send `messages()`, (publisher, message) each, all at once; again until who is not read
+    counts as silent."""
+    for number in range(100):
         for publisher, message in messages(number):
             publisher.publish(message)
         stepped.spin(0.02)

@@ -236,7 +236,7 @@ def test_a_standby_without_a_primary_tells_that_it_is_not_ready(runner, probe, d
 def stepped(domain):
     """A standby whose primary the test plays; without gains, to which the test's samples, which
     come seldom, would close no loop."""
-    with Stepped(domain, standby=True, p=0.0, i=0.0, d=0.0) as made:
+    with Stepped(domain, with_primary=True, standby=True, p=0.0, i=0.0, d=0.0) as made:
         yield made
 
 
