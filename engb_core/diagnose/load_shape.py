@@ -19,7 +19,7 @@ from engb_core.diagnose.constants import CLEAN_EXCESS, LARGER_PART, SURE
 from engb_core.diagnose.diagnosis import EffectFinding, Unexplained
 from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.formula import formula_error, something_known
-from engb_core.diagnose.nominal import Knots, nominal_numbers, SHAPE_NUMBERS
+from engb_core.diagnose.nominal import first_knot, Knots, nominal_numbers, SHAPE_NUMBERS
 from engb_core.diagnose.numbers.held_load_curve import (
     BY_ONE_NUMBER,
     MOVE_THE_LOAD,
@@ -102,9 +102,11 @@ def _best_knots(fitter: Fitter, fit: Fit) -> Knots:
                                 for run in fitter.problem.runs])
     low, high = fitter.problem.scene.position_range
     unseen = unseen_rows(fitter)
+    first = first_knot(fitter.problem.model, (low, high))
 
     def left(knots: Knots) -> float:
-        design = np.concatenate([columns, _table_columns(positions, (low, high), knots)], axis=1)
+        design = np.concatenate([columns, _table_columns(positions, (low, high), knots)[:, first:]],
+                                axis=1)
         gram, right = normal_equations(design, fit.residual, fitter.weight)
         # What hardly any value tells must not run away.
         gram += np.diag(1e-8 * np.diag(gram) + 1e-300)

@@ -25,7 +25,7 @@ from engb_core.physics.nominal_torque import (
 )
 
 __all__ = ['BELIEVED', 'CURVATURE', 'DELAY', 'Knots', 'LOAD_NUMBERS', 'NominalNumber',
-           'SHAPE_NUMBERS', 'nominal_numbers', 'with_load_shape', 'with_numbers',
+           'SHAPE_NUMBERS', 'first_knot', 'nominal_numbers', 'with_load_shape', 'with_numbers',
            'with_reference_load']
 
 # Effort and position may be sampled up to a sample apart; fitted along, never claimed.
@@ -125,8 +125,21 @@ def _shape_numbers(model: Model, scene: Scene, torque: str) -> list[NominalNumbe
     if not any(entry.effect == LOAD_SHAPE.id for entry in model.effects):
         return []
     size = max(scene.largest_load, 0.3 * scene.largest_effort, 1e-9)
+    first = first_knot(model, scene.position_range)
     return [NominalNumber(name, place, torque, size, -30.0 * size, 30.0 * size,
-                          effect=LOAD_SHAPE.id) for place, name in enumerate(SHAPE_NUMBERS)]
+                          effect=LOAD_SHAPE.id)
+            for place, name in enumerate(SHAPE_NUMBERS) if place >= first]
+
+
+def first_knot(model: Model, position_range: tuple[float, float]) -> int:
+    """Return the place of the first knot of a table that may be other than none.
+
+    Where the stroke [rad] begins before the contact nothing is touched there, so that no form of
+    the load curve gives a torque: what is the same along the whole stroke is an offset, or
+    friction that differs with the direction, and a free knot would take it in.
+    """
+    contact = model.load_torque.contact_angle
+    return 0 if contact is None or contact <= position_range[0] else 1
 
 
 @dataclass(frozen=True)
