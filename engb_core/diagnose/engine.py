@@ -130,7 +130,8 @@ def diagnose(recordings: Sequence[Recording], model: Model, holdout: Sequence[Re
     if resonance is not None:
         tell('judging what is left beside the resonance')
         beyond = decimated(with_resonance(problem, resonance.setting, threads), threads)
-        beside = _judged(beyond, tell, threads, outcome.fitter, outcome.selection.chosen)
+        beside = _judged(beyond, tell, threads, outcome.fitter,
+                         None if resonance.instead else outcome.selection.chosen)
         if _explains_as_much(beside, outcome):
             outcome = _beside(resonance, _with_law(beside, tell))
         else:

@@ -7,6 +7,7 @@ import math
 
 from engb_core.effects.base import (
     ACCELERATION,
+    COULOMB,
     DIRECTION,
     Effect,
     INERTIA,
@@ -17,6 +18,7 @@ from engb_core.effects.base import (
     TIME,
     TIME_STEP,
     VELOCITY,
+    VISCOUS,
 )
 from engb_core.physics.compiled import compiled, effect_function, Numbers
 from engb_core.physics.dry_friction import slowed_rate
@@ -30,10 +32,10 @@ _LINEAR_SPRING = {'stiffness_change': 0.0, 'stiffness_twist': 1.0, 'spring': LIN
 def _sprung(parameters: Numbers, twist: float) -> float:
     """Return the twist of a linear spring that gives as much torque: a strain wave gear or a
     spline is stiffer the further it is twisted, or soft up to a certain twist."""
-    change, reach = parameters[4], parameters[5]
-    if parameters[7] == HARDENS:
+    change, reach = parameters[6], parameters[7]
+    if parameters[9] == HARDENS:
         return twist + change * (twist - reach * math.atan(twist / reach))
-    if parameters[7] == SOFT_CENTRE:
+    if parameters[9] == SOFT_CENTRE:
         return twist - change * reach * math.tanh(twist / reach)
     return twist
 
@@ -45,7 +47,7 @@ _SWINGS = 2.0
 @effect_function
 def _shift(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     # Where the load is by now, if it goes on as it did in the last step.
-    if parameters[6] == 0.0 or sample[TIME] <= 0.0:
+    if parameters[8] == 0.0 or sample[TIME] <= 0.0:
         return 0.0
     return state[0] + sample[TIME_STEP] * state[1]
 
@@ -62,22 +64,27 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
         return 0.0
     locked = 2.0 * math.pi * parameters[1] * math.sqrt(1.0 - fraction)
     decay = 2.0 * parameters[2] * locked
-    friction = parameters[3] * sample[LEVEL]
-    load = parameters[6] * sample[LOAD]
+    # What drifts below the constant part leaves none that load adds.
+    constant = min(sample[COULOMB], sample[LEVEL])
+    loaded = min(max(parameters[3] + parameters[4], 0.0), 1.0)
+    friction = parameters[3] * constant + loaded * (sample[LEVEL] - constant)
+    drag = parameters[5] * sample[VISCOUS]
+    load = parameters[8] * sample[LOAD]
     acceleration = sample[ACCELERATION]
     motor, saturation = sample[VELOCITY], sample[SATURATION]
     step = sample[TIME_STEP]
     if sample[TIME] <= 0.0:
-        held = load + friction * sample[DIRECTION]
+        held = load + drag * motor + friction * sample[DIRECTION]
         state[0] = -(acceleration + held / inertia) / locked ** 2
         state[1] = 0.0
     else:
         parts = int(math.ceil(step * locked / 0.1))
         short = step / parts
         # Neither damping nor dry friction can overshoot. Divisions take longer than all else here.
-        lost = 0.5 * short * decay
-        kept, left = 1.0 - lost, 1.0 / (1.0 + lost)
         stiffness, lightness, width = locked ** 2, 1.0 / inertia, 1.0 / parts
+        slowing = drag * lightness
+        lost = 0.5 * short * (decay + slowing)
+        kept, left = 1.0 - lost, 1.0 / (1.0 + lost)
         most = short * friction * lightness
         twist, rate = state[0], state[1]
         for part in range(parts):
@@ -85,7 +92,7 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
             share = (part + 0.5) * width
             speed = state[3] + share * (motor - state[3])
             drive = state[2] + share * (acceleration - state[2])
-            drive += (state[4] + share * (load - state[4])) * lightness
+            drive += (state[4] + share * (load - state[4])) * lightness + slowing * speed
             twist += 0.5 * short * rate
             rate = left * (rate * kept - short * (drive + stiffness * _sprung(parameters, twist)))
             rate = slowed_rate(rate, speed, most, saturation)
@@ -96,7 +103,8 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
     state[4] = load
     passed = -inertia * (locked ** 2 * _sprung(parameters, state[0]) + decay * state[1])
     # Rigid, what is beyond is part of inertia, load and friction; what is added is the rest.
-    return passed - inertia * acceleration - load - friction * sample[DIRECTION]
+    return (passed - inertia * acceleration - load - drag * motor
+            - friction * sample[DIRECTION])
 
 
 def _statement(p: Mapping[str, float]) -> str:
@@ -130,10 +138,14 @@ EFFECT = Effect(
                   kind='natural_frequency'),
         Parameter('damping_ratio', '-', 0.002, 0.3, starts=(0.03, 0.15), logarithmic=True),
         Parameter('friction_fraction', '-', 0.0, 1.0, starts=(0.15,), default=0.0),
+        # How much more there is beyond of the friction that load adds than of the constant part,
+        # and what is there of the drag: the three need not sit on one side.
+        Parameter('loaded_friction_difference', '-', -1.0, 1.0, starts=(0.0,), default=0.0),
+        Parameter('viscous_fraction', '-', 0.0, 1.0, starts=(0.0,), default=0.0),
     ),
     stages={'shift': _shift, 'torque': _torque},
     equation='(1 − ρ)J dω/dt + ρJ (dω/dt + ë) = …, ë + 2ζω_a ė + ω_a² g(e) = −dω/dt − '
-             '(μC/ρJ) sat(ω + ė) − λ T_L(θ + e)/ρJ, ω_a = ω_r √(1 − ρ); g = e, '
+             '((μC + (μ + Δ)(F − C)) sat(ω + ė) + βB (ω + ė) + λ T_L(θ + e))/ρJ, ω_a = ω_r √(1 − ρ); g = e, '
              'e + c (e − e_s atan(e/e_s)) (hardens), or e − c e_s tanh(e/e_s) (soft centre)',
     reference='Ellis and Lorenz, IEEE IAS (2000): resonant load control; Taghirad and Bélanger, '
               'ASME J. Dyn. Syst. 120 (1998): stiffness of harmonic drives',

@@ -25,7 +25,8 @@ def effort_of(acceleration, step, effect, values):
 def test_a_shaft_rings_alike_in_long_and_in_short_steps(frequency):
     names = get_effect('drivetrain_resonance').names
     given = {'inertia_fraction': 0.3, 'frequency': frequency, 'damping_ratio': 0.05,
-             'friction_fraction': 0.0, **get_effect('drivetrain_resonance').defaults}
+             'friction_fraction': 0.0, 'loaded_friction_difference': 0.0, 'viscous_fraction': 0.0,
+             **get_effect('drivetrain_resonance').defaults}
     found = []
     for step in (1e-3, 1e-4):
         time = step * np.arange(round(2.0 / step))
@@ -43,7 +44,8 @@ def test_a_shaft_rings_alike_in_long_and_in_short_steps(frequency):
     ('backlash', {'gap': 0.5, 'inertia_fraction': 0.3, 'friction_fraction': 0.6,
                   'loaded_friction_fraction': 0.6, 'viscous_fraction': 0.4}),
     ('drivetrain_resonance', {'inertia_fraction': 0.4, 'frequency': 9.0, 'damping_ratio': 0.06,
-                              'friction_fraction': 0.6})])
+                              'friction_fraction': 0.6, 'loaded_friction_difference': -0.2,
+                              'viscous_fraction': 0.4})])
 def test_a_recording_may_begin_in_motion(effect, values):
     """A shaft that moves when a recording begins has slid, and lies at the flank of its torque,
     since before: what an effect adds there is what it adds in a recording of all of the motion."""

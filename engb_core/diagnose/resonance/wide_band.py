@@ -27,7 +27,7 @@ from engb_core.diagnose.constants import (
     STANDS_OUT,
 )
 from engb_core.diagnose.diagnosis import EffectFinding
-from engb_core.diagnose.formula import chance_part, formula_odds, something_known
+from engb_core.diagnose.formula import chance_part, formula_odds, no_more, something_known
 from engb_core.diagnose.hypothesis import Variant, variants_of
 from engb_core.diagnose.nominal import DELAY
 from engb_core.diagnose.onset import Onset
@@ -78,7 +78,8 @@ LIGHT, HANGING = 0.1, {'damping_ratio': LIGHTLY, 'friction_fraction': 0.0}
 @dataclass(frozen=True)
 class Resonance:
     """A resonance that was found, or play between flanks that ring: what is said of it, and what
-    it does to the effort.
+    it does to the effort; `excess` is what it leaves beside refitted numbers, and `instead` whether
+    what was named before stood for it.
 
     `runs` are the recordings in the wide band, whose comparison has `bandwidth` [Hz]; `parts` (one
     (m,) [N·m] a run) what the resonance adds to their filtered effort, `left` what the fit with it
@@ -91,6 +92,8 @@ class Resonance:
     parts: tuple[NDArray[np.float64], ...]
     left: tuple[NDArray[np.float64], ...]
     bandwidth: float
+    excess: float
+    instead: bool = False
 
 
 def judged_wide(problem: Problem) -> bool:
@@ -108,25 +111,45 @@ def _band(problem: Problem) -> float:
 
 
 def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Resonance | None:
-    """Return the resonance that the recordings show beside what `corrected` holds, if any."""
+    """Return the resonance that the recordings show beside what `corrected` holds, or instead of
+    what that has beyond the file where the file with a resonance leaves clearly less: friction
+    with bristles and a load's loop bend as a soft shaft does. None where they show none."""
     if not judged_wide(problem):
         return None
     bandwidth = _band(problem)
-    given = tuple(entry for entry in corrected.effects
+    beside = _wide(problem, corrected, bandwidth, threads)
+    if _as_it_stands(beside.problem) < 1.0 + CLEAN_EXCESS:
+        return None
+    left = reduced_chi_square(beside.base(), beside)
+    if left - 1.0 < CLEAN_EXCESS:
+        return None
+    named = tuple(entry for entry in beside.problem.model.effects
+                  if entry not in problem.model.effects)
+    found = _shown(beside, corrected, problem.onsets, named)
+    if found is not None or not named:
+        return found
+    instead = _shown(_wide(problem, problem.model, bandwidth, threads), corrected, problem.onsets)
+    return replace(instead, instead=True) if instead is not None and worth_having(
+        1.0 + instead.excess, left) else None
+
+
+def _wide(problem: Problem, model: Model, bandwidth: float, threads: int) -> Fitter:
+    """Return what fits in the wide band beside what a model holds but for resonances and gaps."""
+    given = tuple(entry for entry in model.effects
                   if entry.effect not in (RESONANCE, RIVAL, DELAY, 'unexplained_surface'))
-    named = tuple(entry for entry in given if entry not in problem.model.effects)
     wide = problem_of([run.recording for run in problem.runs],
-                      replace(corrected, effects=given), bandwidth=bandwidth,
+                      replace(model, effects=given), bandwidth=bandwidth,
                       motion_bandwidth=2.0 * bandwidth, before_stop=problem.before_stop)
-    wide = replace(with_less_noise(wide, problem.noise_part), onsets=tuple(
+    return Fitter(replace(with_less_noise(wide, problem.noise_part), onsets=tuple(
         (effect, onset) for effect, onset in problem.onsets
-        if any(entry.effect == effect for entry in given)))
-    if _as_it_stands(wide) < 1.0 + CLEAN_EXCESS:
-        return None
-    fitter = Fitter(wide, threads)
+        if any(entry.effect == effect for entry in given))), threads)
+
+
+def _shown(fitter: Fitter, corrected: Model, onsets: tuple[tuple[str, Onset], ...],
+           named: tuple[EffectSetting, ...] = ()) -> Resonance | None:
+    """Return the resonance beside a fitter's model, of which some effects were `named`, if any;
+    `corrected` and its `onsets` say where a gap may begin."""
     base = fitter.base()
-    if excess(base, fitter) < CLEAN_EXCESS:
-        return None
     tried: list[Fit] = []
     for fit in _shafts(fitter, tried):
         known = something_known(part_left(fitter, base, fit))
@@ -137,16 +160,14 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
             continue
         left = reduced_chi_square(fit, fitter)
         if any(reduced_chi_square(rival, fitter) < left
-               for rival in _rivals(fitter, corrected, problem.onsets)):
+               for rival in _rivals(fitter, corrected, onsets)):
             return None
         loose = with_play(fitter, fit)
         if loose is not None:
             # What the narrow band has found of it stands.
             return None if any(entry.effect == RIVAL for entry in corrected.effects) \
-                else _resonance(fitter, loose, something_known(part_left(fitter, base, loose)),
-                                1.0 - excess(loose, fitter) / excess(base, fitter), {})
-        return _resonance(fitter, fit, known, 1.0 - excess(fit, fitter) / excess(base, fitter),
-                          _over_formulations(fitter, base, fit, tried))
+                else _resonance(fitter, base, loose, {})
+        return _resonance(fitter, base, fit, _over_formulations(fitter, base, fit, tried))
     return None
 
 
@@ -205,15 +226,26 @@ def with_play(fitter: Fitter, shaft: Fit) -> Fit | None:
 
 def linear_shaft(fitter: Fitter) -> Fit:
     """Return the best fit of a linear shaft; each further variant starts where the best so far
-    has come to."""
+    has come to, and so does the first in the end."""
     first, *further = variants_of(get_effect(RESONANCE), fitter.problem.scene)
-    best = fitter.refine(min(fitter.fit(first, rounds=8, keep=4), *_promised(fitter, first),
-                             key=lambda entry: entry.cost))
-    for variant in further:
+    best = _settled(fitter, min(fitter.fit(first, rounds=8, keep=4), *_promised(fitter, first),
+                                key=lambda entry: entry.cost))
+    for variant in (*further, first):
         starts = fitter.starts(variant, [_values(best)])
-        fit = fitter.refine(fitter.fit(variant, starts=starts, rounds=8, keep=4))
+        fit = _settled(fitter, fitter.fit(variant, starts=starts, rounds=8, keep=4))
         best = min(best, fit, key=lambda entry: entry.cost)
     return best
+
+
+def _settled(fitter: Fitter, fit: Fit) -> Fit:
+    """Return a fit refined until it is no better any more: what rubs beyond a shaft moves the
+    numbers a good way with it."""
+    for _ in range(ROUNDS):
+        better = fitter.refine(fit)
+        if no_more(fit.cost, better.cost):
+            return better
+        fit = better
+    return fit
 
 
 def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
@@ -362,19 +394,19 @@ def silent_shafts(fitter: Fitter, fit: Fit) -> set[int]:
             if effect == RESONANCE and not _rings(fit, fitter, index)}
 
 
-def _resonance(fitter: Fitter, fit: Fit, probability: float, share: float,
-               apart: dict[str, float]) -> Resonance:
+def _resonance(fitter: Fitter, base: Fit, fit: Fit, apart: dict[str, float]) -> Resonance:
     values = _values(fit)
     parameters = {
         name: replace(entry, std=None if entry.std is None else float(
             np.hypot(entry.std, apart.get(name, 0.0))))
         for name, entry in estimates(fit, fitter, 0).items()}
-    effect = fit.hypothesis.variants[0].effect
+    effect, left = fit.hypothesis.variants[0].effect, excess(fit, fitter)
     without = fitter.predict(fitter.hypothesis(()), fit.vector[:len(fit.hypothesis.numbers)])
     finding = EffectFinding(
-        effect=effect.id, probability=probability,
-        parameters=parameters, share=float(np.clip(share, 0.0, 1.0)),
+        effect=effect.id, probability=something_known(part_left(fitter, base, fit)),
+        parameters=parameters,
+        share=float(np.clip(1.0 - left / excess(base, fitter), 0.0, 1.0)),
         alternatives=(), statement=effect.statement(values))
     return Resonance(finding, EffectSetting(effect.id, values), fitter.problem.runs,
                      tuple(fitter.problem.split(fit.predicted - without)),
-                     tuple(fitter.problem.split(fit.residual)), fitter.problem.bandwidth)
+                     tuple(fitter.problem.split(fit.residual)), fitter.problem.bandwidth, left)
