@@ -36,6 +36,7 @@ from engb_core.diagnose.numbers.spike_and_slab import standing
 from engb_core.diagnose.optimise.fit import Fit, Fitter
 from engb_core.diagnose.parallel_map import parallel_map
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square
+from engb_core.effects.catalogue import get_effect
 
 __all__ = ['NumberFinding', 'file_stands', 'held_at_file', 'number_place', 'numbers_of',
            'refit_of_file', 'refitted', 'still_wrong', 'was_refitted',
@@ -83,7 +84,8 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     passes for one, the file has to tell as well.
     """
     variants = explained.hypothesis.variants
-    beside_physics = not all(variant.number_only for variant in variants)
+    beside_physics = _has_settled_physics(fitter) or not all(
+        variant.number_only for variant in variants)
     if beside_physics and not explained.hypothesis.has_unnamed:
         return _beside_physics(fitter, explained)
     found = _told_by_file(fitter, explained)
@@ -95,6 +97,13 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     held = [] if beside_physics else [finding for finding in found if finding.kept]
     others = [finding for finding in found if finding not in held]
     return [*held, *(_wrong_by_themselves(fitter, explained, others) if others else [])]
+
+
+def _has_settled_physics(fitter: Fitter) -> bool:
+    """Whether an earlier round has settled physics that the file does not have: a resonance."""
+    before = (fitter.earlier or fitter).problem.model.effects
+    return any(entry not in before and not get_effect(entry.effect).number_only
+               for entry in fitter.problem.model.effects)
 
 
 def _told_by_file(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
@@ -356,9 +365,7 @@ def _whole(fitter: Fitter, explained: Fit) -> float:
     """Return the excess that a number's part is measured by: the file's, but beside effects no
     more than theirs, since a file that was not refitted may miss by any amount."""
     file = excess(fitter.nominal(), fitter)
-    if not explained.hypothesis.variants:
-        return file
-    return min(file, excess(fitter.base(), fitter))
+    return min(file, excess(fitter.base(), fitter)) if explained.hypothesis.variants else file
 
 
 def _fewest(fitter: Fitter, explained: Fit, insisted: list[NumberFinding], most: int,
@@ -398,14 +405,9 @@ def _all_but(fitter: Fitter, explained: Fit, *wrong: NumberFinding) -> bool:
     """Whether the file's other numbers fit as they stand beside the effects, as far as the least
     of the wrong ones matters."""
     least = min(finding.matters for finding in wrong)
-    return _with_only(fitter, explained, wrong) < reduced_chi_square(explained, fitter) + max(
+    only = _refitted_only(fitter, explained, numbers_of([finding.effect for finding in wrong]))
+    return reduced_chi_square(only, fitter) < reduced_chi_square(explained, fitter) + max(
         CLEAN_EXCESS, part_of_formula() * least)
-
-
-def _with_only(fitter: Fitter, explained: Fit, wrong: tuple[NumberFinding, ...]) -> float:
-    """Return the reduced chi-square of the file with only these numbers refitted."""
-    names = numbers_of([finding.effect for finding in wrong])
-    return reduced_chi_square(_refitted_only(fitter, explained, names), fitter)
 
 
 def with_these_refitted(fitter: Fitter, explained: Fit, effects: Collection[str]) -> Fit:
