@@ -105,8 +105,8 @@ def _best_knots(fitter: Fitter, fit: Fit) -> Knots:
     first = first_knot(fitter.problem.model, (low, high))
 
     def left(knots: Knots) -> float:
-        design = np.concatenate([columns, _table_columns(positions, (low, high), knots)[:, first:]],
-                                axis=1)
+        table = _table_columns(positions, (low, high), knots)[:, first:]
+        design = np.concatenate([columns, table], axis=1)
         gram, right = normal_equations(design, fit.residual, fitter.weight)
         # What hardly any value tells must not run away.
         gram += np.diag(1e-8 * np.diag(gram) + 1e-300)

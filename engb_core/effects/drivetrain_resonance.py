@@ -145,8 +145,9 @@ EFFECT = Effect(
     ),
     stages={'shift': _shift, 'torque': _torque},
     equation='(1 − ρ)J dω/dt + ρJ (dω/dt + ë) = …, ë + 2ζω_a ė + ω_a² g(e) = −dω/dt − '
-             '((μC + (μ + Δ)(F − C)) sat(ω + ė) + βB (ω + ė) + λ T_L(θ + e))/ρJ, ω_a = ω_r √(1 − ρ); g = e, '
-             'e + c (e − e_s atan(e/e_s)) (hardens), or e − c e_s tanh(e/e_s) (soft centre)',
+             '((μC + (μ + Δ)(F − C)) sat(ω + ė) + βB (ω + ė) + λ T_L(θ + e))/ρJ, '
+             'ω_a = ω_r √(1 − ρ); g = e, e + c (e − e_s atan(e/e_s)) (hardens), '
+             'or e − c e_s tanh(e/e_s) (soft centre)',
     reference='Ellis and Lorenz, IEEE IAS (2000): resonant load control; Taghirad and Bélanger, '
               'ASME J. Dyn. Syst. 120 (1998): stiffness of harmonic drives',
     statement=_statement,

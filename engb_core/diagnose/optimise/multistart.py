@@ -2,8 +2,8 @@
 """Fits of effects whose cost has many narrow minima, where derivatives lead nowhere.
 
 Whether a flank is met one sample earlier or later changes the effort by a jump. So their own
-parameters are moved at random around the best so far, while the nominal numbers follow by linear
-least squares; derivatives finish the work.
+parameters evolve from where they promise most, and are moved at random around the best so far,
+while the nominal numbers follow by linear least squares; derivatives finish the work.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import differential_evolution
 
 from engb_core.diagnose.fitted import Fit
 from engb_core.diagnose.hypothesis import Hypothesis
@@ -34,13 +35,14 @@ MOVE_OF_RANGE = 0.1
 SHRINK = 0.97
 # Part of the entries that a move moves, each by chance.
 PART_MOVED = 0.5
-# Promising starts that are followed, and random moves around each and around the best.
-FOLLOWED = 10
-FIRST_MOVES = 50
+# Members and generations of an evolution, how far (part of a first move) all but the best of them
+# stand from what is promised, and how many hypotheses, such as onsets, have one each.
+POPULATION, GENERATIONS, STIRRED, EVOLVED = 40, 20, 0.3, 3
+# Random moves around the best that has evolved.
 FURTHER_MOVES = 50
 # Random moves around a leading fit.
 MOVES = 100
-# Part of the cost that the first moves must have taken away to be worth further ones.
+# Part of the cost that the evolution must have taken away to be worth further ones.
 HOPE = 0.02
 
 
@@ -123,20 +125,47 @@ def followed(objective: Objective, promised: list[Promise], rounds: int, iterate
 
 def best_promised(objective: Objective, start: Fit, promised: list[Promise], rounds: int,
                   iterate: Iterate) -> Fit:
-    """Return the best fit found from what promises less than `start`, or promises most, after so
-    many rounds of `iterate` each."""
-    best, *others = promised[:FOLLOWED]
-    fits = followed(objective, [best, *(other for other in others if other.cost < start.cost)],
-                    rounds, iterate)
-    # What costs more than without the effect has not found its basin: if none has, one such fit is
-    # enough to look around at.
-    basins = [fit for fit in fits if fit.cost < start.cost] or [
-        min(fits, key=lambda entry: entry.cost)]
-    found = min((search_around(objective, entry, FIRST_MOVES) for entry in basins),
-                key=lambda entry: entry.cost)
+    """Return the best fit that evolves from what is promised, the least cost first, after so many
+    rounds of `iterate`."""
+    by_hypothesis: dict[int, list[Promise]] = {}
+    for promise in promised:
+        by_hypothesis.setdefault(id(promise.hypothesis), []).append(promise)
+    evolved = [_evolved(objective, own) for own in list(by_hypothesis.values())[:EVOLVED]]
+    found = iterate(min(evolved, key=lambda fit: fit.cost), rounds)
     if found.cost > (1.0 - HOPE) * start.cost:
         return found
     return search_around(objective, found, FURTHER_MOVES)
+
+
+def _evolved(objective: Objective, promised: list[Promise]) -> Fit:
+    """Return the best fit of a differential evolution (Storn and Price, Journal of Global
+    Optimization 11 (1997) 341; always the same one) from what is promised of one hypothesis: its
+    members cross where their minima are many, and differ by as much as these do."""
+    best = promised[0]
+    hypothesis = best.hypothesis
+    begin = objective.evaluate(hypothesis, best.vector)
+    moved, scale = moved_places(begin)
+    low, high = (bound[moved] for bound in hypothesis.bounds)
+    settled = Settling(objective, begin)
+    members = np.resize([promise.vector[moved] for promise in promised[:POPULATION]],
+                        (POPULATION, len(moved)))
+    steps = STIRRED * scale * np.random.default_rng(0).standard_normal(members.shape)
+    members[1:] += steps[1:]
+    least, vector = begin.cost, begin.vector
+
+    def cost(place: Array) -> float:
+        nonlocal least, vector
+        trial = vector.copy()
+        trial[moved] = place
+        promise, better = settled(hypothesis, trial)
+        if promise < least:
+            least, vector = promise, better
+        return promise
+
+    differential_evolution(
+        cost, list(zip(low, high, strict=True)), strategy='currenttobest1bin', tol=0.0,
+        maxiter=GENERATIONS, init=np.clip(members, low, high), polish=False, seed=0)
+    return objective.evaluate(hypothesis, vector)
 
 
 def moved_places(fit: Fit) -> tuple[list[int], Array]:

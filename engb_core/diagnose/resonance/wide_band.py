@@ -78,8 +78,8 @@ LIGHT, HANGING = 0.1, {'damping_ratio': LIGHTLY, 'friction_fraction': 0.0}
 @dataclass(frozen=True)
 class Resonance:
     """A resonance that was found, or play between flanks that ring: what is said of it, and what
-    it does to the effort; `excess` is what it leaves beside refitted numbers, and `instead` whether
-    what was named before stood for it.
+    it does to the effort; `excess` is what it leaves beside refitted numbers, and `instead` says
+    whether what was named before stood for it.
 
     `runs` are the recordings in the wide band, whose comparison has `bandwidth` [Hz]; `parts` (one
     (m,) [N·m] a run) what the resonance adds to their filtered effort, `left` what the fit with it
