@@ -26,7 +26,7 @@ from engb_core.diagnose.optimise.multistart import (
     search_around,
 )
 from engb_core.diagnose.parallel_map import parallel_map
-from engb_core.diagnose.score.ranking import price, simplest, worth_a_further_effect
+from engb_core.diagnose.score.ranking import price, simplest, worth_a_further_effect, worth_having
 from engb_core.diagnose.score.reduced_chi_square import excess, reduced_chi_square_of
 from engb_core.diagnose.search.every_effect import (
     in_richer_form,
@@ -158,6 +158,9 @@ def _grows_at_once(fit: Fit, index: int) -> bool:
 def _preferred(fit: Fit, chosen: Fit, fitter: Fitter, whole: float) -> bool:
     """Whether a fit is preferred to the chosen one: what is richer must be worth it."""
     new, old = excess(fit, fitter), excess(chosen, fitter)
+    if sorted(fit.hypothesis.ids) == sorted(chosen.hypothesis.ids):
+        # It is no effect more: when it begins is a number, and `_begins` asks whether it does.
+        return worth_having(1.0 + new, 1.0 + old, len(fit.hypothesis.onsets) or 1)
     if _complexity(fit) > _complexity(chosen):
         return worth_a_further_effect(old, new, whole)
     if _complexity(fit) == _complexity(chosen):

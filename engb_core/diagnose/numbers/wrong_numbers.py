@@ -84,11 +84,13 @@ def wrong_numbers(fitter: Fitter, explained: Fit) -> list[NumberFinding]:
     passes for one, the file has to tell as well.
     """
     variants = explained.hypothesis.variants
-    beside_physics = _has_settled_physics(fitter) or not all(
-        variant.number_only for variant in variants)
+    beside_physics = not all(variant.number_only for variant in variants)
     if beside_physics and not explained.hypothesis.has_unnamed:
         return _beside_physics(fitter, explained)
     found = _told_by_file(fitter, explained)
+    if not found and _has_settled_physics(fitter):
+        # The file does not tell; the numbers themselves may.
+        return _beside_physics(fitter, explained)
     if not variants:
         # What the file misses may be another load curve, around which it was refitted.
         return _wrong_by_themselves(fitter, explained, found) \

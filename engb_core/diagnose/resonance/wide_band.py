@@ -73,6 +73,9 @@ HOPE = 0.1
 FRACTION, PROMISED = 0.3, 3
 RUBS = (0.1, 0.5, 0.9)    # Part of the friction behind the play.
 LIGHT, HANGING = 0.1, {'damping_ratio': LIGHTLY, 'friction_fraction': 0.0}
+# Frequencies [Hz] of soft shafts, below the effect's own starts, and where half of all friction is
+# beyond: both halves together move as one number does, so that descent hardly finds there.
+SOFT, HALF_BEYOND = (3.0, 4.2, 5.8), {'friction_fraction': 0.5, 'viscous_fraction': 0.5}
 
 
 @dataclass(frozen=True)
@@ -126,11 +129,13 @@ def resonance_beside(problem: Problem, corrected: Model, threads: int = 1) -> Re
     named = tuple(entry for entry in beside.problem.model.effects
                   if entry not in problem.model.effects)
     found = _shown(beside, corrected, problem.onsets, named)
-    if found is not None or not named:
+    if found is not None:
+        left = 1.0 + found.excess
+    if not named or left - 1.0 < CLEAN_EXCESS:
         return found
     instead = _shown(_wide(problem, problem.model, bandwidth, threads), corrected, problem.onsets)
     return replace(instead, instead=True) if instead is not None and worth_having(
-        1.0 + instead.excess, left) else None
+        1.0 + instead.excess, left) else found
 
 
 def _wide(problem: Problem, model: Model, bandwidth: float, threads: int) -> Fitter:
@@ -251,7 +256,10 @@ def _settled(fitter: Fitter, fit: Fit) -> Fit:
 def _promised(fitter: Fitter, variant: Variant) -> list[Fit]:
     """Return fits begun where a resonance of some size promises most: half its size does not do
     half of what it does, so that linear least squares may mistake the frequency."""
-    settings = [{**start, 'inertia_fraction': FRACTION} for start in variant.starts()]
+    settings = [{**start, **rubs, 'inertia_fraction': FRACTION}
+                for start in (*variant.starts(), *({**variant.starts()[0], 'frequency': frequency}
+                                                   for frequency in SOFT))
+                for rubs in ({}, HALF_BEYOND)]
     line = strongest_frequency(fitter, fitter.base())
     if line is not None:
         # What rings long does so in a narrower band than lies between two starts; and a load that
