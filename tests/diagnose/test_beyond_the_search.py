@@ -95,7 +95,7 @@ def test_a_shaft_with_nothing_beyond_it_does_not_ring(clean, frequency, damping)
     (variant, *_) = variants_of(get_effect(RESONANCE), fitter.problem.scene)
     hypothesis = fitter.hypothesis((variant,))
     vector = hypothesis.start_of_numbers()
-    own = [0.0, np.log(frequency), np.log(damping), 0.15]
+    own = [0.0, np.log(frequency), np.log(damping), 0.15, 0.0, 0.0]
     fit = fitter.evaluate(hypothesis, np.concatenate([vector, own]))
     nowhere = np.full((fit.predicted.size, fit.vector.size), np.nan)
     assert not wide_band._rings(replace(fit, jacobian=nowhere), fitter)
@@ -108,7 +108,7 @@ def test_a_shaft_that_does_not_ring_once_all_is_fitted_is_no_effect(clean):
     (offset,) = variants_of(get_effect('torque_offset'), fitter.problem.scene)
     hypothesis = fitter.hypothesis((variant, offset))
     silent = fitter.finish(fitter.evaluate(hypothesis, np.concatenate([
-        hypothesis.start_of_numbers(), [0.05, np.log(64.0), np.log(0.25), 0.5], [0.001]])))
+        hypothesis.start_of_numbers(), [0.05, np.log(64.0), np.log(0.25), 0.5, 0.0, 0.0], [0.001]])))
     assert wide_band.silent_shafts(fitter, silent) == {0}
     assert fitter.finished_without(silent, {0}).hypothesis.ids == ('torque_offset',)
     assert wide_band.silent_shafts(fitter, fitter.finish(fitter.base())) == set()
@@ -254,6 +254,29 @@ def on_a_shaft(inertia: float, frequency: float, friction: float, spring: float,
                        spring=spring, stiffness_change=change, stiffness_twist=twist)
     way = strokes_and_waves(1)
     return recorded(brake, lambda time, _: way.at(time), way.duration, seed=2, noise=0.002)
+
+
+@pytest.mark.parametrize(('frequency', 'more', 'drag'), [(9.0, 0.0, 0.0), (9.0, 0.45, 0.4)])
+def test_a_soft_shaft_is_told_with_what_rubs_beyond_it(frequency, more, drag):
+    """It winds up as bristles and loops do: they were named, and no shaft was heard beside them.
+    The friction that load adds, of which the file has half, and drag need not be shared out as
+    the constant friction is."""
+    brake = brake_with(RESONANCE, inertia_fraction=0.45, frequency=frequency, damping_ratio=0.08,
+                       friction_fraction=0.5, loaded_friction_difference=more,
+                       viscous_fraction=drag, load_beyond=1.0)
+    brake = replace(brake, friction=replace(NOMINAL.friction, load_gain=0.2))
+    way = strokes_and_waves(1)
+    found = diagnose([recorded(brake, lambda time, _: way.at(time), way.duration, seed=2,
+                               noise=0.002)], NOMINAL)
+    named = {entry.effect: entry for entry in found.effects if entry.probability >= 0.5}
+    assert set(named) == {RESONANCE, 'load_dependent_friction'}
+    told = {name: entry.value for name, entry in named[RESONANCE].parameters.items()}
+    assert told['frequency'] == pytest.approx(frequency, rel=0.03)
+    assert told['inertia_fraction'] == pytest.approx(0.45, abs=0.05)
+    assert told['loaded_friction_difference'] == pytest.approx(more, abs=0.1)
+    assert told['viscous_fraction'] == pytest.approx(drag, abs=0.1)
+    gain = named['load_dependent_friction'].parameters['load_gain']
+    assert gain.value == pytest.approx(0.2, abs=0.02)
 
 
 @pytest.mark.parametrize(('spring', 'change', 'twist', 'words'), [

@@ -251,8 +251,8 @@ def told(name, matters, **more):
     (50.0, 50.0, [])])
 def test_the_fewest_numbers_that_make_a_file_fit_are_told(levels, monkeypatch, alone, pair, found):
     insisted = [told('inertia_error', 9.0), told('coulomb_friction_error', 8.9)]
-    monkeypatch.setattr(numbers, '_with_only', lambda fitter, explained, wrong: (
-        1.0 + (alone if len(wrong) == 1 else pair)))
+    monkeypatch.setattr(numbers, '_refitted_only', lambda fitter, explained, names: Level(
+        (), alone if len(names) == 1 else pair))
     numbers_found = numbers._fewest(None, Level((), 0.0), insisted, 2)
     assert [finding.effect for finding in numbers_found] == found
 
@@ -353,30 +353,60 @@ def wide(levels, monkeypatch):
         monkeypatch.setattr(wide_band, 'replace', lambda entry, **_: entry)
         monkeypatch.setattr(wide_band, '_as_it_stands', lambda problem: 1.0 + file)
         monkeypatch.setattr(wide_band, 'Fitter', lambda *_: SimpleNamespace(
-            base=lambda: Level((), base)))
+            base=lambda: Level((), base), problem=SimpleNamespace(
+                model=SimpleNamespace(effects=()))))
         monkeypatch.setattr(wide_band, '_shafts', lambda fitter, tried: iter(shafts))
         monkeypatch.setattr(wide_band, '_rivals', lambda *_: iter(rivals))
         monkeypatch.setattr(wide_band, 'part_left', lambda *_: 0.0)
         monkeypatch.setattr(wide_band, 'something_known', lambda left: known)
         monkeypatch.setattr(wide_band, '_rings', lambda fit, fitter: ring)
         monkeypatch.setattr(wide_band, '_resonance',
-                            lambda fitter, fit, known, share, apart: (fit, share))
+                            lambda fitter, base, fit, apart: SimpleNamespace(
+                                fit=fit, excess=fit.level))
         monkeypatch.setattr(wide_band, '_over_formulations', lambda *_: {})
-        problem = SimpleNamespace(runs=(), onsets=(), before_stop=0.0, noise_part=1.0)
-        return wide_band.resonance_beside(problem, corrected or Model())
+        problem = SimpleNamespace(runs=(), onsets=(), before_stop=0.0, noise_part=1.0,
+                                  model=Model())
+        found = wide_band.resonance_beside(problem, corrected or Model())
+        return found and found.fit
     return look
 
 
 def test_a_shaft_that_rings_and_explains_more_than_a_gap_is_named(wide):
     shaft = Level(('drivetrain_resonance',), 0.5)
-    assert wide(9.0, 5.0, [shaft], [Level(('backlash',), 2.0)]) == (shaft, 0.9)
+    assert wide(9.0, 5.0, [shaft], [Level(('backlash',), 2.0)]) is shaft
 
 
 def test_play_that_explains_more_than_the_shaft_is_named_unless_it_is_already(wide):
     shaft, play = Level(('drivetrain_resonance',), 1.0), Level(('backlash',), 0.5)
-    assert wide(9.0, 5.0, [shaft], [], play=play) == (play, 0.9)
+    assert wide(9.0, 5.0, [shaft], [], play=play) is play
     told = Model(effects=(EffectSetting('backlash', {'gap': 0.1}),))
     assert wide(9.0, 5.0, [shaft], [], play=play, corrected=told) is None
+
+
+@pytest.mark.parametrize(('beside', 'alone', 'found'), [
+    (None, 0.5, 0.5), (None, 4.9, None), (None, None, None), (2.0, 0.5, 0.5), (2.0, 1.9, 2.0),
+    (0.2, 0.0, 0.2)])
+def test_a_shaft_stands_instead_of_names_where_it_leaves_clearly_less(
+        wide, monkeypatch, beside, alone, found):
+    """Bristles and loops bend as a soft shaft does, and beside them none was heard."""
+    name = EffectSetting('presliding_friction', {})
+    wide(9.0, 5.0, [], [])   # All of the module is a stand-in from here on.
+
+    def fitter(problem, model, bandwidth, threads):
+        return SimpleNamespace(base=lambda: Level((), 5.0), problem=SimpleNamespace(model=model))
+
+    def shown(fitter, corrected, onsets, named=()):
+        left = beside if fitter.problem.model.effects else alone
+        return None if left is None else SimpleNamespace(excess=left, instead=False)
+
+    monkeypatch.setattr(wide_band, '_wide', fitter)
+    monkeypatch.setattr(wide_band, '_shown', shown)
+    monkeypatch.setattr(wide_band, 'replace', lambda entry, **more: SimpleNamespace(
+        **{**vars(entry), **more}))
+    heard = wide_band.resonance_beside(SimpleNamespace(model=Model(), onsets=()),
+                                       Model(effects=(name,)))
+    assert (heard and heard.excess) == found
+    assert heard is None or heard.instead == (found == alone)
 
 
 @pytest.mark.parametrize(('file', 'base', 'shafts', 'rivals', 'known', 'ring'), [
@@ -407,7 +437,7 @@ def test_formulations_of_a_shaft_that_explain_as_well_say_how_sure_its_numbers_a
         ('hardens', 35.0, 0.0), ('linear', 41.0, 0.0), ('astray', 900.0, 0.9))}
     monkeypatch.setattr(wide_band, 'part_left', lambda fitter, base, fit: fit.left)
     monkeypatch.setattr(wide_band, '_values', lambda fit: dict.fromkeys(
-        ('inertia_fraction', 'damping_ratio', 'friction_fraction'), 0.1)
+        get_effect('drivetrain_resonance').names, 0.1)
         | {'frequency': fit.frequency})
 
     def apart(*names: str) -> float:

@@ -160,6 +160,25 @@ def test_an_effect_is_named_beside_it():
                                      if entry.probability > 0.5]
 
 
+def test_a_table_holds_no_torque_where_nothing_is_touched():
+    """A torque that is the same along the whole stroke was the load curve's form, before the
+    contact as well, and friction that differs with the direction was not told."""
+    cubic = LoadTorque(coefficients=(0.0, 1e-3, 2e-4, 5e-6), contact_angle=6.0)
+    file = replace(NOMINAL, load_torque=cubic)
+    brake = with_shape(replace(file, effects=(
+        EffectSetting('asymmetric_friction', {'asymmetry': 0.5}),)))
+    recording = lively(brake)
+    free = Fitter(problem_of([recording], file), load_shape=Knots())
+    assert [number.name for number in free.numbers if number.name.startswith('value_')] == [
+        f'value_{knot:02d}' for knot in range(1, KNOTS)]
+    found = diagnose([recording], file)
+    assert {entry.effect for entry in found.effects if entry.probability > 0.5} == {
+        'asymmetric_friction', LOAD_SHAPE}
+    # A load that nobody says to begin anywhere may be any.
+    free = Fitter(problem_of([recording], NOMINAL), load_shape=Knots())
+    assert 'value_00' in [number.name for number in free.numbers]
+
+
 def test_no_free_curve_where_the_file_s_form_serves():
     fitter = Fitter(problem_of([lively(brake_with('asymmetric_friction', asymmetry=0.4))],
                                NOMINAL))

@@ -9,7 +9,6 @@ from engb_ros.interface import POSITION_COMMAND, POSITION_COMMAND_STAMPED
 from engb_ros.nodes.messages import publisher_qos
 from ros.stepped import Stepped
 
-
 # Whoever is silent for so long counts as silent [s]: longer than a busy computer stalls, as the
 # watchdogs are none of what is tested here.
 SILENT = 1.5

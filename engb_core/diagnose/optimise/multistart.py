@@ -38,7 +38,10 @@ PART_MOVED = 0.5
 # Members and generations of an evolution, how far (part of a first move) all but the best of them
 # stand from what is promised, and how many hypotheses, such as onsets, have one each.
 POPULATION, GENERATIONS, STIRRED, EVOLVED = 40, 20, 0.3, 3
-# Random moves around the best that has evolved.
+# Promising starts that are followed by derivatives alone, how many of the best fits are moved at
+# random, and how often each and the best of them.
+FOLLOWED, BASINS = 10, 2
+FIRST_MOVES = 50
 FURTHER_MOVES = 50
 # Random moves around a leading fit.
 MOVES = 100
@@ -131,7 +134,12 @@ def best_promised(objective: Objective, start: Fit, promised: list[Promise], rou
     for promise in promised:
         by_hypothesis.setdefault(id(promise.hypothesis), []).append(promise)
     evolved = [_evolved(objective, own) for own in list(by_hypothesis.values())[:EVOLVED]]
-    found = iterate(min(evolved, key=lambda fit: fit.cost), rounds)
+    # What promises most may be in the right basin already, which an evolution can leave.
+    fits = [iterate(min(evolved, key=lambda fit: fit.cost), rounds),
+            *followed(objective, promised[:FOLLOWED], rounds, iterate)]
+    found = min((search_around(objective, fit, FIRST_MOVES)
+                 for fit in sorted(fits, key=lambda fit: fit.cost)[:BASINS]),
+                key=lambda fit: fit.cost)
     if found.cost > (1.0 - HOPE) * start.cost:
         return found
     return search_around(objective, found, FURTHER_MOVES)
@@ -145,7 +153,6 @@ def _evolved(objective: Objective, promised: list[Promise]) -> Fit:
     hypothesis = best.hypothesis
     begin = objective.evaluate(hypothesis, best.vector)
     moved, scale = moved_places(begin)
-    low, high = (bound[moved] for bound in hypothesis.bounds)
     settled = Settling(objective, begin)
     members = np.resize([promise.vector[moved] for promise in promised[:POPULATION]],
                         (POPULATION, len(moved)))
@@ -162,6 +169,8 @@ def _evolved(objective: Objective, promised: list[Promise]) -> Fit:
             least, vector = promise, better
         return promise
 
+    # Beyond its bounds an entry stands at them: many do, where there is no friction beyond a gap.
+    low, high = hypothesis.bounds[0][moved] - scale, hypothesis.bounds[1][moved] + scale
     differential_evolution(
         cost, list(zip(low, high, strict=True)), strategy='currenttobest1bin', tol=0.0,
         maxiter=GENERATIONS, init=np.clip(members, low, high), polish=False, seed=0)
