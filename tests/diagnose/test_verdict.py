@@ -41,6 +41,7 @@ def test_numbers_that_fit_nothing_new_are_no_mismatch(verdict, findings, helps, 
     ('unexplained_gain_drift', (-0.3, 0.5, 30.0, 0.5, 1.0), ('heat', 'effort'), True),
     ('unexplained_gain_drift', (-0.3, 0.5, 30.0, 0.5, 0.0), ('time', 'effort'), False),
     ('unexplained_speed_gain', (-0.3, 2.0, 12.0), ('velocity', 'effort'), False),
+    ('unexplained_crossover', (0.1, 0.02, 0.5), ('effort',), False),
     ('unexplained_spot', (0.05, 8.0, 1.0, 2.0, 1.0), ('position', 'direction'), False),
     ('unexplained_episode', (0.5, 5.0, 9.0, 2.0), ('time', 'load'), False),
 ])

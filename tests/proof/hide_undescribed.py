@@ -75,7 +75,8 @@ UNDESCRIBED: dict[str, tuple[int, tuple[float, float], Shape, tuple, bool, tuple
 }
 # Kinds that have got a description, by its name. They are drawn in their old place, so that the
 # cases of a seed stay what they were, and count among the described ones.
-DESCRIBED_SINCE = {'outside_gain_over_speed': 'unexplained_speed_gain'}
+DESCRIBED_SINCE = {'outside_gain_over_speed': 'unexplained_speed_gain',
+                   'outside_drive_dead_zone': 'unexplained_crossover'}
 NEEDS_DISC = ('outside_disc_dither', 'outside_hot_contact')
 
 
