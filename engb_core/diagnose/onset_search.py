@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engb_core.diagnose.constants import CLEAN_EXCESS, EDGE, NAMELESS_PRICE
+from engb_core.diagnose.fitted import without_effects
 from engb_core.diagnose.hypothesis import Variant
 from engb_core.diagnose.onset import OnsetScreen
 from engb_core.diagnose.optimise.fit import Fit, Fitter
@@ -88,19 +89,16 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
     for start in starts:
         found += _fitted(fitter, start, min(_bar(fitter, fit) for fit in (chosen, *found)))
     whole = selection.excess_before
-    plainer = parallel_map(lambda fit: _without_idle(fitter, fit, whole), found, fitter.threads)
-    found += [plain for plain, fit in zip(plainer, found, strict=True) if plain is not fit]
-    best = chosen
-    for claims in sorted(set(map(_complexity, found))):
-        alike = [fit for fit in found if _complexity(fit) == claims
-                 and _preferred(fit, best, fitter, whole)]
-        if not alike:
-            continue
-        fit = _refined(fitter, simplest(sorted(alike, key=lambda fit: price(fit, fitter)), fitter))
-        if _begins(fitter, fit, _refined(fitter, _throughout(fitter, fit)), whole):
-            best = fit
+    best, found = _best_begun(fitter, chosen, found, whole)
     if best is chosen:
         return selection
+    if excess(best, fitter) > CLEAN_EXCESS or best.hypothesis.has_unnamed:
+        # A blow, or a repair, may change more than one thing.
+        least = _bar(fitter, best)
+        further = [fit for start in _with_what_begins(fitter, best)
+                   for fit in _fitted(fitter, start, least)]
+        best, further = _best_begun(fitter, best, further, whole)
+        found += further
     best = in_richer_form(fitter, best)
     rivals: dict[frozenset[str], Fit] = {}
     for fit in sorted((*found, chosen), key=lambda fit: fit.cost):
@@ -110,6 +108,33 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
     rivals.pop(frozenset(best.hypothesis.ids), None)
     return Selection(best, tuple(rivals.values()), selection.nominal_excess, whole,
                      excess(best, fitter))
+
+
+def _best_begun(fitter: Fitter, chosen: Fit, found: list[Fit], whole: float,
+                ) -> tuple[Fit, list[Fit]]:
+    """Return the best of some fits in which an effect begins, or the chosen one; and these fits
+    with such as need fewer effects beside that one."""
+    plainer = parallel_map(lambda fit: _without_idle(fitter, fit, whole), found, fitter.threads)
+    found = found + [plain for plain, fit in zip(plainer, found, strict=True) if plain is not fit]
+    best = chosen
+    for claims in sorted(set(map(_complexity, found))):
+        alike = [fit for fit in found if _complexity(fit) == claims
+                 and _preferred(fit, best, fitter, whole)]
+        if not alike:
+            continue
+        fit = _refined(fitter, simplest(sorted(alike, key=lambda fit: price(fit, fitter)), fitter))
+        if _begins(fitter, fit, _refined(fitter, _throughout(fitter, fit)), whole):
+            best = fit
+    return best, found
+
+
+def _with_what_begins(fitter: Fitter, fit: Fit) -> list[Fit]:
+    """Return the fit, and one with no more than those of its effects that begin, not fitted anew:
+    what acts throughout may stand for another one that begins with them."""
+    gone = {index for index, variant in enumerate(fit.hypothesis.variants)
+            if variant.onset is None}
+    alone = [fitter.evaluate(*without_effects(fit, gone))] if gone else []
+    return [fit, *alone]
 
 
 def _without_idle(fitter: Fitter, fit: Fit, whole: float) -> Fit:

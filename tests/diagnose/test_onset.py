@@ -92,6 +92,16 @@ def test_mismatch_is_located_after_the_onset(diagnosis):
     assert min(entry.begin for entry in diagnosis.time) > BEGINS - 0.2
 
 
+def test_two_things_that_change_at_one_moment_are_both_told(clean):
+    """A blow: beside the first one something without a name had been told."""
+    more = OFFSET + 0.015 * np.sin(6.0 * clean.position)
+    found = diagnose([with_effort(clean, clean.effort + np.where(
+        clean.time >= BEGINS, more, 0.0))], NOMINAL)
+    begins = {entry.effect: entry.onset for entry in found.effects if entry.probability >= 0.5}
+    assert set(begins) == {'torque_offset', 'cogging_torque'}
+    assert all(onset[1] == pytest.approx(BEGINS, abs=0.1) for onset in begins.values())
+
+
 def test_a_wave_that_begins(clean):
     wave = np.where(clean.time >= 4.0, 0.012 * np.sin(6.0 * clean.position + 0.4), 0.0)
     found = diagnose([with_effort(clean, clean.effort + wave)], NOMINAL)
