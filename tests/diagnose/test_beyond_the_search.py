@@ -108,7 +108,8 @@ def test_a_shaft_that_does_not_ring_once_all_is_fitted_is_no_effect(clean):
     (offset,) = variants_of(get_effect('torque_offset'), fitter.problem.scene)
     hypothesis = fitter.hypothesis((variant, offset))
     silent = fitter.finish(fitter.evaluate(hypothesis, np.concatenate([
-        hypothesis.start_of_numbers(), [0.05, np.log(64.0), np.log(0.25), 0.5, 0.0, 0.0], [0.001]])))
+        hypothesis.start_of_numbers(),
+        [0.05, np.log(64.0), np.log(0.25), 0.5, 0.0, 0.0], [0.001]])))
     assert wide_band.silent_shafts(fitter, silent) == {0}
     assert fitter.finished_without(silent, {0}).hypothesis.ids == ('torque_offset',)
     assert wide_band.silent_shafts(fitter, fitter.finish(fitter.base())) == set()
