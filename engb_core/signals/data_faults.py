@@ -208,18 +208,25 @@ def _spikes(effort: Array) -> NDArray[np.bool_]:
     noise of this size ever is in so many samples, and by more than effort moves anywhere else in
     the same time; while the neighbours stand where they would without it."""
     bad = np.zeros(effort.size, bool)
-    level = float(norm.isf(0.5 * CHANCE / max(effort.size, 2)))
+    if effort.size < 50:
+        return bad
+    level = float(norm.isf(0.5 * CHANCE / effort.size))
+    blocks, suspect = [], bad.copy()
     for count in range(1, LONGEST_GLITCH + 1):
-        if effort.size < 50:
-            break
         off, between = _away_and_back(effort, count)
         moved = off[off != 0.0]
         typical = robust_deviation(moved) if moved.size else 0.0
         alone = (np.abs(off) > level * typical) & (np.abs(between) < STAYS * np.abs(off))
-        beside = maximum_filter1d(alone, 2 * (2 * count + 1) + 1)
-        if beside.all():
+        blocks.append((count, off, between, alone))
+        for place in range(1, count + 1):
+            suspect[np.flatnonzero(alone) + place] = True
+    for count, off, between, alone in blocks:
+        # How effort moves is told where there is no spike of any length: one of two samples that
+        # are not alike had hidden all others.
+        clean = ~maximum_filter1d(suspect, count + 2)[(count + 2) // 2:][:between.size]
+        if not clean.any():
             continue
-        usual = float(np.max(np.abs(between[~beside])))
+        usual = float(np.max(np.abs(between[clean])))
         for place in np.flatnonzero(alone & (np.abs(off) > usual)):
             bad[place + 1:place + 1 + count] = True
     return bad

@@ -61,6 +61,17 @@ def test_spikes_of_effort_are_left_out_and_told(healthy):
     np.testing.assert_array_equal(clean.time, np.delete(healthy.time, places))
 
 
+def test_spikes_side_by_side_hide_no_others(healthy):
+    """Two that are not alike look like a step: all others had stayed, as effort was taken to move
+    so far within a sample."""
+    effort = healthy.effort.copy()
+    places = np.array([300, 900, 901, 1500])
+    effort[places] += [0.8, -0.9, -0.6, 0.7]
+    clean, faults = cleaned(replace(healthy, effort=effort), MODEL)
+    assert [entry.fault for entry in faults] == ['effort_glitch']
+    np.testing.assert_array_equal(clean.time, np.delete(healthy.time, places))
+
+
 def test_a_jump_of_the_encoder_is_not_what_a_spike_of_effort_would_allow(healthy):
     # At most 0.2 N·m drive the shaft; the spikes of 2 N·m never did.
     position, effort = healthy.position.copy(), healthy.effort.copy()
