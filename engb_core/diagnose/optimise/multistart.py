@@ -167,7 +167,8 @@ def _evolved(objective: Objective, promised: list[Promise]) -> Fit:
         promise, better = settled(hypothesis, trial)
         if promise < least:
             least, vector = promise, better
-        return promise
+        # No number ranks below all others.
+        return promise if np.isfinite(promise) else np.inf
 
     # Beyond its bounds an entry stands at them: many do, where there is no friction beyond a gap.
     low, high = hypothesis.bounds[0][moved] - scale, hypothesis.bounds[1][moved] + scale
