@@ -218,8 +218,8 @@ def _spikes(effort: Array) -> NDArray[np.bool_]:
         typical = robust_deviation(moved) if moved.size else 0.0
         alone = (np.abs(off) > level * typical) & (np.abs(between) < STAYS * np.abs(off))
         blocks.append((count, off, between, alone))
-        for place in range(1, count + 1):
-            suspect[np.flatnonzero(alone) + place] = True
+        for within in range(1, count + 1):
+            suspect[np.flatnonzero(alone) + within] = True
     for count, off, between, alone in blocks:
         # How effort moves is told where there is no spike of any length: one of two samples that
         # are not alike had hidden all others.
