@@ -93,9 +93,10 @@ def with_onset(fitter: Fitter, selection: Selection, asked: Fit | None = None) -
     if best is chosen:
         return selection
     if excess(best, fitter) > CLEAN_EXCESS or best.hypothesis.has_unnamed:
-        # A blow, or a repair, may change more than one thing.
+        # A blow, or a repair, may change more than one thing. Two that begin at two moments may be
+        # steps of what grows.
         least = _bar(fitter, best)
-        further = [fit for start in _with_what_begins(fitter, best)
+        further = [_at_one_moment(fitter, fit) for start in _with_what_begins(fitter, best)
                    for fit in _fitted(fitter, start, least)]
         best, further = _best_begun(fitter, best, further, whole)
         found += further
@@ -135,6 +136,18 @@ def _with_what_begins(fitter: Fitter, fit: Fit) -> list[Fit]:
             if variant.onset is None}
     alone = [fitter.evaluate(*without_effects(fit, gone))] if gone else []
     return [fit, *alone]
+
+
+def _at_one_moment(fitter: Fitter, fit: Fit) -> Fit:
+    """Return the fit with its last effect begun when the one that begins before it in the list
+    does."""
+    *others, last = fit.hypothesis.variants
+    onset = next(variant.onset for variant in reversed(others) if variant.onset is not None)
+    if onset == last.onset:
+        return fit
+    variants = (*others, replace(last, onset=onset))
+    return fitter.iterate(fitter.evaluate(
+        replace(fit.hypothesis, variants=variants), fit.vector), ROUNDS)
 
 
 def _without_idle(fitter: Fitter, fit: Fit, whole: float) -> Fit:

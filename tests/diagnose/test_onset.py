@@ -102,6 +102,21 @@ def test_two_things_that_change_at_one_moment_are_both_told(clean):
     assert all(onset[1] == pytest.approx(BEGINS, abs=0.1) for onset in begins.values())
 
 
+def test_what_begins_later_is_no_second_thing_of_one_moment(clean):
+    """Of what grows slowly any two steps at two moments take away the most."""
+    fitter = Fitter(problem_of([clean], NOMINAL))
+    variants = tuple(
+        replace(variants_of(get_effect(name), fitter.problem.scene)[0],
+                onset=Onset(begins=(begin,)))
+        for name, begin in (('torque_offset', BEGINS), ('torque_saturation', BEGINS + 1.0)))
+    hypothesis = fitter.hypothesis(variants)
+    fit = fitter.evaluate(hypothesis, np.concatenate([
+        hypothesis.start_of_numbers(), [0.01], [0.1, 0.5, 0.2]]))
+    found = onset_search._at_one_moment(fitter, fit)
+    assert [onset.begins for _, onset in found.hypothesis.onsets] == [(BEGINS,)] * 2
+    assert onset_search._at_one_moment(fitter, found) is found
+
+
 def test_a_wave_that_begins(clean):
     wave = np.where(clean.time >= 4.0, 0.012 * np.sin(6.0 * clean.position + 0.4), 0.0)
     found = diagnose([with_effort(clean, clean.effort + wave)], NOMINAL)
