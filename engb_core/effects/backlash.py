@@ -23,7 +23,7 @@ from engb_core.effects.base import (
     VISCOUS,
 )
 from engb_core.physics.compiled import effect_function, Numbers
-from engb_core.physics.dry_friction import slowed_rate
+from engb_core.physics.dry_friction import friction_beyond, slowed_rate
 
 # Flanks as stiff as sampled motion can tell, without a bounce: the impact itself is over within a
 # sample or two.
@@ -54,9 +54,7 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
         return 0.0
     gap = parameters[0]
     inertia = parameters[1] * sample[INERTIA]
-    # What drifts below the constant part leaves none that load adds.
-    constant = min(sample[COULOMB], sample[LEVEL])
-    friction = parameters[2] * constant + parameters[3] * (sample[LEVEL] - constant)
+    friction = friction_beyond(sample[COULOMB], sample[LEVEL], parameters[2], parameters[3])
     load = sample[LOAD]
     drag = parameters[4] * sample[VISCOUS]
     acceleration = sample[ACCELERATION]

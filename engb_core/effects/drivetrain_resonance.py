@@ -21,7 +21,7 @@ from engb_core.effects.base import (
     VISCOUS,
 )
 from engb_core.physics.compiled import compiled, effect_function, Numbers
-from engb_core.physics.dry_friction import slowed_rate
+from engb_core.physics.dry_friction import friction_beyond, slowed_rate
 
 # How torque rises with twist.
 LINEAR, HARDENS, SOFT_CENTRE = 0.0, 1.0, 2.0
@@ -64,10 +64,8 @@ def _torque(parameters: Numbers, state: Numbers, sample: Numbers) -> float:
         return 0.0
     locked = 2.0 * math.pi * parameters[1] * math.sqrt(1.0 - fraction)
     decay = 2.0 * parameters[2] * locked
-    # What drifts below the constant part leaves none that load adds.
-    constant = min(sample[COULOMB], sample[LEVEL])
     loaded = min(max(parameters[3] + parameters[4], 0.0), 1.0)
-    friction = parameters[3] * constant + loaded * (sample[LEVEL] - constant)
+    friction = friction_beyond(sample[COULOMB], sample[LEVEL], parameters[3], loaded)
     drag = parameters[5] * sample[VISCOUS]
     load = parameters[8] * sample[LOAD]
     acceleration = sample[ACCELERATION]

@@ -7,9 +7,23 @@ from __future__ import annotations
 from engb_core.physics.compiled import compiled
 from engb_core.physics.nominal_torque import load_friction_gain
 
-__all__ = ['friction_gain', 'slowed_rate']
+__all__ = ['friction_beyond', 'friction_gain', 'slowed_rate']
 
 friction_gain = compiled(load_friction_gain)
+
+
+@compiled
+def friction_beyond(coulomb: float, level: float, of_constant: float, of_loaded: float) -> float:
+    """Return the dry friction [N·m] that acts beyond a gap or a shaft.
+
+    Args:
+        coulomb: the constant part of the friction [N·m].
+        level: all of it, with what load adds [N·m]; where it drifts below the constant part, load
+            adds none.
+        of_constant, of_loaded: parts (0 to 1) of either that are beyond.
+    """
+    constant = min(coulomb, level)
+    return of_constant * constant + of_loaded * (level - constant)
 
 
 @compiled
